@@ -6,7 +6,7 @@
 writes beside itself and in ../captors, always the same bytes. The scene files
 (JSON) are written by hand and are not touched, but greenhouse-day.json and
 greenhouse-year.json, which are greenhouse.json under another light, and their weather,
-and the glasshouse by day and by night.
+season.json, which is canopy.json in a greenhouse, and the glasshouse by day and by night.
 
 Lengths are metres, or centimetres where a function says so (the growth chamber);
 angles are degrees; z is up. The front of a triangle is its counter-clockwise side: the
@@ -388,6 +388,11 @@ def rows():
         x, y = 0.55 + 0.5 * (i // 4), 0.15 + 0.3 * (i % 4)
         lines.append(f"{x:.2f},{y:.2f},0.03,{GOLDEN_ANGLE * i % 360:.1f},{2.3 + 0.1 * (i * 5 % 4):.1f}")
     save(SCENES / "rows.csv", lines)
+    # the same plants when they are younger
+    for name, size in (("young", 0.35), ("half", 0.65)):
+        grown = [line.rsplit(",", 1) for line in lines[1:]]
+        smaller = [f"{rest},{size * float(scale):.2f}" for rest, scale in grown]
+        save(SCENES / f"rows-{name}.csv", [lines[0], *smaller])
 
 
 def greenhouse_captors():
@@ -721,6 +726,59 @@ def greenhouse_by_day():
         save_scene(SCENES / f"{name}.json", {**scene, "name": title, "time": time, "lights": lights})
 
 
+def season():
+    """A cell of a greenhouse without end, in a tomato season from winter to summer: canopy.json's rows
+    under a glass roof with bars, light-emitting diodes and an energy screen, which is open at first."""
+    scene = json.loads((SCENES / "canopy.json").read_text())
+    x, y, roof, screen = 1.6, 1.2, 4.2, 3.8
+    for name, title, z in (("roof", "glass roof", roof), ("screen", "energy screen", screen)):
+        parts = defaultdict(list)
+        pane = polygon((0, 0, z), (x, 0, z), (x, y, z), (0, y, z))
+        if name == "roof":
+            parts["panes", "glass"] += pane
+            # an eighth of the roof is bars and gutter
+            low, high = ((0.1, 0, z + 0.01), (0.3, 0, z + 0.01)), ((0.1, 0, z + 0.1), (0.3, 0, z + 0.1))
+            for a, b in ((low[1], low[0]), (high[0], high[1]), (low[0], high[0]), (high[1], low[1])):
+                parts["bars", "aluminium"] += polygon(a, b, (b[0], y, b[2]), (a[0], y, a[2]))
+        else:
+            parts["screen", "screen"] += pane
+        write_obj(SCENES / f"season-{name}.obj", f"{title} of a cell of {x} x {y} m", parts)
+    materials = {name: {key: cut(value) for key, value in material.items()}
+                 for name, material in scene["materials"].items()}
+    materials["glass"] = {"type": "transparent", "thin": True, "ior": 1.52, "tint": 0.95}
+    materials["aluminium"] = {"type": "lambert", "reflectance": 0.6}
+    materials["screen"] = {"type": "leaf", "ior": 1, "reflectance": 0.2, "transmittance": 0.7}
+    lamps = [{"type": "area", "name": f"LED {i + 1}", "power": [20, 0, 180], "watts": 61,
+              "vertices": [[at, 0.1, 3.3], [at, 1.1, 3.3], [at + 0.06, 1.1, 3.3], [at + 0.06, 0.1, 3.3]]}
+             for i, at in enumerate((0.37, 1.17))]
+    tomato, ground = scene["objects"]
+    names = ["blue", "green", "red"]
+    save_scene(SCENES / "season.json", {
+        "name": "a tomato season",
+        "quantity": "umol/s",
+        "bands": scene["bands"][:3],
+        "sums": {"PAR": names},
+        "periodic": scene["periodic"],
+        "materials": materials,
+        "objects": [dict(tomato, group="tomato"), ground, {"name": "roof", "obj": "season-roof.obj"},
+                    {"name": "screen", "obj": "season-screen.obj", "present": False}],
+        "lights": [{"type": "sun"}, {"type": "sky"}, *lamps],
+        "captors": [{"name": "top", "grid": {"x": [0, x], "y": [0, y], "z": 1.6, "nx": 4, "ny": 3,
+                                             "radius": 0.1, "normal": [0, 0, 1]}}],
+        "site": {"latitude": LATITUDE, "longitude": LONGITUDE},
+        "weather": {"file": "montpellier.csv", "stamp": "start"},
+        "time": {"from": "2025-01-01T00:00+01:00", "to": "2025-07-01T00:00+01:00"},
+        "settings": {"photons": 4000000, "seed": 1},
+    })
+
+
+def cut(value):
+    """A property of canopy.json without its last band, which is not in season.json."""
+    if isinstance(value, dict):
+        return {key: cut(entry) for key, entry in value.items()}
+    return value[:3] if isinstance(value, list) else value
+
+
 def save_scene(path, scene):
     """A scene with a line for each entry of its lists and objects, and of an object's instances."""
     def entries(values, depth):
@@ -743,7 +801,7 @@ def main():
     """Write every file."""
     CAPTORS.mkdir(exist_ok=True)
     for make in (tomato, cucumber, pot, unit_room, greenhouse, bench, reflector, chamber, beaker, rows,
-                 greenhouse_captors, chamber_captors, crop_captors, weather, greenhouse_by_day,
+                 greenhouse_captors, chamber_captors, crop_captors, weather, greenhouse_by_day, season,
                  meadow, glasshouse, glasshouses):
         make()
 

@@ -13,8 +13,11 @@ use phylux::{
 use serde_json::{Value, json};
 
 mod leaves;
+mod periodic;
 mod ratios;
+mod shards;
 mod states;
+mod written;
 
 use crate::{
     bad_input::{phylux, refused},
@@ -23,7 +26,6 @@ use crate::{
 };
 
 const UP: Point = [0.0, 0.0, 1.0];
-const VALUES: &str = "value,standard_error,back,back_se,absorbed,absorbed_se,sunlit,sunlit_se";
 const DAYS: [&str; 3] = ["06-20", "06-21", "07-01"];
 
 /// Returns hourly weather of three days, a clear, a hazy and an overcast one, computed from the
@@ -487,21 +489,28 @@ fn the_command_writes_tables() {
     assert!(text.contains("1 lamps: 8.000 h, 0.8000 kWh"), "{text}");
     let read = |name: &str| std::fs::read_to_string(scene.path(name)).expect("a table");
     let hours = read("a/hours.csv");
+    let fronts = "PAR_front,PAR_front_se,far_front,far_front_se,sunlit,sunlit_se";
     assert!(
-        hours.starts_with(&format!("captor,time,band,{VALUES}\nup,2025-06-20T00:00+01:00,PAR,"))
+        hours.starts_with(&format!("captor,time,{fronts}\nup,2025-06-20T00:00+01:00,")),
+        "{hours}"
     );
-    assert_eq!(hours.lines().count(), 1 + 48 * 2);
+    assert_eq!(hours.lines().count(), 1 + 48);
     assert_eq!(read("a/days.csv").lines().count(), 1 + 2);
-    assert!(
-        read("a/months.csv")
-            .starts_with(&format!("captor,month,band,unit,{VALUES}\nup,2025-06,PAR,mol/m2/d,"))
-    );
-    assert!(read("a/year.csv").contains("up,all,PAR,mol/m2/d,"));
+    let head = "captor,month,unit,PAR_front,PAR_front_se,sunlit,sunlit_se";
+    assert!(read("a/months.csv").starts_with(&format!("{head}\nup,2025-06,mol/m2/d,")));
+    assert!(read("a/year.csv").contains("up,all,mol/m2/d,"));
+    let facts: Value = serde_json::from_str(&read("a/year.json")).expect("JSON");
+    assert_eq!((&facts["photons"], &facts["hours"]), (&json!(4000), &json!(48)));
+    assert_eq!(facts["unit"]["irradiance"], "umol/m2/s");
     assert_eq!(read("a/lamps.csv"), "light,month,hours,kwh\nlamp,2025-06,8,0.8\nlamp,all,8,0.8\n");
     // two threads give the same bytes; the tables are Parquet unless CSV is asked for
-    year("b", "2", &[]);
+    year("b", "2", &["--csv"]);
     assert_eq!(read("a/days.csv"), read("b/days.csv"));
-    assert!(std::fs::read(scene.path("b/hours.parquet")).expect("Parquet").starts_with(b"PAR1"));
+    year("b", "2", &[]);
+    for name in ["hours", "days", "months", "year"] {
+        let table = std::fs::read(scene.path(&format!("b/{name}.parquet"))).expect("Parquet");
+        assert!(table.starts_with(b"PAR1") && !scene.path(&format!("b/{name}.csv")).exists());
+    }
 }
 
 /// The chart of two months has a column for each. The last day of June has twice the diffuse light

@@ -15,7 +15,7 @@ from .commands import command
 from .errors import missing, say, wrong
 from .result import Result
 from .studies import Calibration, Chart
-from .years import Year, run_year
+from .years import Year, run_shards, run_year
 
 #: keys of a scene file whose texts are not names of files
 _NAMES = ("name", "material", "group", "type")
@@ -271,7 +271,11 @@ class Scene:
         guiding: str | None = None,
         csv: bool = False,
         hours: str | None = None,
+        results: bool = False,
         sun_rays: int | None = None,
+        checkpoint: str | os.PathLike[str] | None = None,
+        shards: int | None = None,
+        executor: Any = None,
         threads: int | None = None,
     ) -> Year:
         """Calculates daylight and lamps by the hour, and daily light integrals of days, months and the whole period, from
@@ -284,18 +288,27 @@ class Scene:
             photons: number of photons, for all hours together.
             seed: seed of the random numbers.
             guiding: as for `run`.
-            csv: write the table of hours as CSV and not as Parquet.
+            csv: write the tables of hours, days, months and the period as CSV and not as Parquet.
             hours: whose hours are written: ``"groups"``, ``"all"``, ``"none"`` or a pattern of ids; without it all
                 of up to 1,000 ids, else those of groups.
+            results: also write the mean light of each month as results, for `Year.result` and maps.
             sun_rays: number of points of each captor from which the sun of an hour is looked for.
+            checkpoint: a file that keeps what is done: after a kill, the same call goes on from there.
+            shards: with ``executor``: the number of shards into which the work is divided.
+            executor: as for `sweep`: does the shards on other machines, which see the folder of ``output``, or in
+                other processes; give ``threads`` with it. The tables have the same bytes.
             threads: number of threads; 0 uses all processors. The results do not depend on it.
 
         Returns:
-            the tables ``hours``, ``days``, ``months``, ``total`` and ``lamps``, as DataFrames.
+            the tables ``hours``, ``days``, ``months``, ``total``, ``lamps`` and others, as DataFrames.
         """
         import tempfile
 
-        with tempfile.TemporaryDirectory() as folder:
+        if (executor is None) != (shards is None):
+            raise wrong("shards", "goes with `executor`", "give both, or neither")
+        # beside the tables, where all machines see it
+        near = Path(output).absolute().parent if executor is not None else None
+        with tempfile.TemporaryDirectory(dir=near) as folder:
             scene = Path(folder, "scene.json")
             self.save(scene)
             if isinstance(control, Mapping):
@@ -303,8 +316,12 @@ class Scene:
                 path.write_text(json.dumps(_plain(control)), encoding="utf-8")
                 control = path
             given = {"control": control, "patches": patches, "photons": photons, "seed": seed}
-            given |= {"guiding": guiding, "csv": csv, "hours": hours, "sun_rays": sun_rays, "threads": threads}
-            year, warned = run_year(scene, Path(output), _options(given))
+            given |= {"guiding": guiding, "csv": csv, "hours": hours, "results": results, "sun_rays": sun_rays}
+            given |= {"checkpoint": checkpoint, "threads": threads}
+            if executor is None:
+                year, warned = run_year(scene, Path(output), _options(given))
+            else:
+                year, warned = run_shards(scene, Path(output), _options(given), shards or 1, executor)
         say(*warned)
         return year
 

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .commands import command
 from .commands import pandas as _pandas
-from .errors import missing, wrong
+from .errors import missing
+from .result import Result
 
-#: columns of numbers that may be missing
-_NUMBERS = ["x", "y", "z", "nx", "ny", "nz", "standard_error", "back", "back_se", "absorbed", "absorbed_se", "sunlit", "sunlit_se", "kwh", "front", "front_se"]
+#: columns of text in the tables
+_TEXTS = ["captor", "time", "day", "month", "period", "unit", "light", "state", "kind", "groups", "ratio"]
 
 
 class Year:
     """The light that every captor and group receives hour by hour, and its integrals over days, months and the period.
 
-    ``value`` is the light on the front; ``back`` and ``absorbed`` are those of leaves, and ``sunlit`` is the fraction of
-    the area that sees the sun. Each has its standard error (``back_se``, ...), and is missing where it does not exist.
+    The tables have a row for each captor or group and time. For each band there are columns such as ``PAR_front``,
+    ``PAR_back`` and ``PAR_absorbed``, as far as any captor counts these, each with its standard error
+    (``PAR_front_se``); ``sunlit`` is the fraction of the area that sees the sun. What a captor does not count is missing.
 
     The tables are files in ``folder`` (docs/year.md). Each is read when it is used, which needs pandas.
     """
@@ -31,24 +36,22 @@ class Year:
 
     @property
     def hours(self) -> Any:
-        """Irradiance, or PPFD for scenes in umol/s: captor, time (start of the hour), band, value, standard_error, back, absorbed, sunlit."""
-        whole = self.folder / "hours.parquet"
-        return _pandas().read_parquet(whole) if whole.is_file() else self._table("hours")
+        """Irradiance, or PPFD for scenes in umol/s: captor, time (start of the hour), and values by band."""
+        return self._table("hours")
 
     @property
     def days(self) -> Any:
-        """Daily light integrals: captor, day, band, unit, value, standard_error, back, absorbed, sunlit."""
+        """Daily light integrals: captor, day, unit, and values by band."""
         return self._table("days")
 
     @property
     def months(self) -> Any:
-        """Daily light integrals, averaged over the days of each month: captor, month, band, unit, value,
-        standard_error, back, absorbed, sunlit."""
+        """Daily light integrals, averaged over the days of each month: captor, month, unit, and values by band."""
         return self._table("months")
 
     @property
     def total(self) -> Any:
-        """Daily light integrals, averaged over the whole period: captor, period, band, unit, value, standard_error, back, absorbed, sunlit."""
+        """Daily light integrals, averaged over the whole period: captor, period, unit, and values by band."""
         return self._table("year")
 
     @property
@@ -72,44 +75,77 @@ class Year:
         """Captors and groups: captor, kind, x, y, z, nx, ny, nz, area, groups."""
         return self._table("captors")
 
-    def plot(self, kind: str = "months", **options: Any) -> Any:
-        """Draws with matplotlib and returns the axes; `phylux.plots` has the options of each kind.
+    @property
+    def facts(self) -> dict[str, Any]:
+        """How the light was found: scene, seed, photons, period, bands, units, warnings."""
+        found: dict[str, Any] = json.loads((self.folder / "year.json").read_text(encoding="utf-8"))
+        return found
+
+    def result(self, month: str | None = None) -> Result:
+        """Returns the mean light of a month such as ``"2025-06"``, or of the whole period, as a `Result`; the year was made
+        with ``results=True``."""
+        return Result.load(self.folder / f"results-{month or 'all'}.json")
+
+    def plot(self, path: str | os.PathLike[str], **options: Any) -> None:
+        """Draws the year as SVG or PNG: months (``show="months"``), hours over days (``"carpet"``), a ``"day"``, or with
+        ``results=True`` a ``"map"``, ``"profile"`` or ``"plants"`` of a ``month``.
 
         Args:
-            kind: ``"months"`` or ``"days"`` (daily light integrals with error bars, a line for each captor or group),
-                ``"hours"`` (the hours of one captor in colours, over days and hours of the day).
+            path: the picture; its ending decides on the format.
+            options: those of ``phylux plot`` (docs/plot.md): ``show``, ``band``, ``captors``, ``quantity``, ``day``,
+                ``month``, ``range=(low, high)``.
         """
-        from . import plots
+        given: list[str] = []
+        for name, value in options.items():
+            text = ":".join(str(end) for end in value) if name == "range" else str(value)
+            given += [f"--{name.replace('_', '-')}", text]
+        command("plot", [self.folder], ["-o", os.fspath(path), *given])
 
-        if kind == "hours":
-            return plots.year_carpet(self.hours, **options)
-        if kind not in ("months", "days"):
-            raise wrong("kind", f"no plot `{kind}`", "there are months, days, hours")
-        return plots.year_bars(self.months if kind == "months" else self.days, column=kind[:-1], **options)
-
-    def xarray(self) -> Any:
-        """Returns the hours as an ``xarray.Dataset``: ``front``, ``back``, ``absorbed`` and their ``_se`` by time, captor
-        and band, and ``sunlit`` by time and captor."""
+    def xarray(self, table: str = "hours") -> Any:
+        """Returns ``"hours"``, ``"days"`` or ``"months"`` as an ``xarray.Dataset``: ``front``, ``back``, ``absorbed`` and
+        their ``_se`` by time, captor and band, and ``sunlit`` by time and captor."""
         try:
             import xarray as xr
         except ImportError:
             raise missing("xarray", "a dataset") from None
-        hours = self.hours.rename(columns={"value": "front", "standard_error": "front_se"})
-        order = {key: list(dict.fromkeys(hours[key])) for key in ("time", "captor", "band")}
+        frame = getattr(self, table)
+        time = frame.columns[1]
+        numbers = [name for name in frame.columns if name not in _TEXTS]
+        bands = [name.removesuffix("_front") for name in numbers if name.endswith("_front")]
+        order = {"time": list(dict.fromkeys(frame[time])), "captor": list(dict.fromkeys(frame.captor))}
         shape = tuple(len(names) for names in order.values())
-        dims = tuple(order)
-        data = {name: (dims, hours[name].to_numpy(dtype=float).reshape(shape)) for name in hours.columns[3:]}
-        for name in ("sunlit", "sunlit_se"):
-            data[name] = (dims[:2], data[name][1][..., 0])
-        order["time"] = _pandas().to_datetime(order["time"]).tz_localize(None)
-        return xr.Dataset(data, coords=order)
+        values = {name: frame[name].to_numpy(dtype=float).reshape(shape) for name in numbers}
+        data: dict[str, Any] = {name: (("time", "captor"), values[name]) for name in ("sunlit", "sunlit_se")}
+        for face in ("front", "back", "absorbed"):
+            for name in (face, f"{face}_se"):
+                if f"{bands[0]}_{name}" in values:
+                    stacked = np.stack([values[f"{band}_{name}"] for band in bands], axis=-1)
+                    data[name] = (("time", "captor", "band"), stacked)
+        coords: dict[str, Any] = {**order, "band": bands}
+        coords["time"] = _pandas().to_datetime(coords["time"]).tz_localize(None)
+        return xr.Dataset(data, coords=coords)
 
     def _table(self, name: str) -> Any:
+        whole = self.folder / f"{name}.parquet"
+        if whole.is_file():
+            return _pandas().read_parquet(whole)
         # a captor may be named "NA", which must not be read as a missing value
-        return _pandas().read_csv(self.folder / f"{name}.csv", keep_default_na=False, na_values={column: [""] for column in _NUMBERS})
+        path = self.folder / f"{name}.csv"
+        heads = _pandas().read_csv(path, nrows=0).columns
+        empty = {column: [""] for column in heads if column not in _TEXTS}
+        return _pandas().read_csv(path, keep_default_na=False, na_values=empty)
 
 
 def run_year(scene: Path, output: Path, options: list[str]) -> tuple[Year, list[str]]:
     """Runs ``phylux year``. Returns its tables and its warnings."""
     warned = command("year", [scene], ["-o", os.fspath(output), *options])
     return Year(output), warned
+
+
+def run_shards(scene: Path, output: Path, options: list[str], shards: int, executor: Any) -> tuple[Year, list[str]]:
+    """Runs the shards of ``phylux year`` by an executor, and merges them. All workers see the folder of ``scene``."""
+    files = [scene.parent / f"shard{i + 1}" for i in range(shards)]
+    shares = [["-o", os.fspath(file), *options, "--shard", f"{i + 1}/{shards}"] for i, file in enumerate(files)]
+    for done in [executor.submit(command, "year", [scene], share) for share in shares]:
+        done.result()
+    return Year(output), command("merge", files, ["-o", os.fspath(output)])

@@ -22,6 +22,8 @@ def example(name):
 def few_photons(monkeypatch):
     run = px.Scene.run
     monkeypatch.setattr(px.Scene, "run", lambda self, photons=None, *a, **o: run(self, 20_000, *a, **o))
+    year = px.Scene.year
+    monkeypatch.setattr(px.Scene, "year", lambda self, *a, photons=None, **o: year(self, *a, photons=300_000, sun_rays=4, **o))
 
 
 def test_from_plantgl(few_photons):
@@ -102,7 +104,10 @@ def test_notebooks(path, few_photons, tmp_path, monkeypatch):
     import matplotlib
 
     matplotlib.use("Agg")
-    monkeypatch.chdir(tmp_path)
+    # beside the shipped scenes, as in the repository
+    (tmp_path / "scenes").symlink_to(EXAMPLES.parent.parent / "scenes")
+    (tmp_path / "python" / "examples").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "python" / "examples")
     notebook = json.loads(path.read_text(encoding="utf-8"))
     code = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     assert any(output["output_type"] == "display_data" for cell in code for output in cell["outputs"])

@@ -34,16 +34,16 @@ def test_a_year_is_that_of_the_command(greenhouse, tmp_path):
     lamps = {"lamps": [{"lights": "lamp", "watts": 60, "hours": [20, 24]}]}
     year = greenhouse.year(tmp_path / "lit", control=lamps, photons=300_000, seed=1, threads=1)
     dark = greenhouse.year(tmp_path / "unlit", photons=300_000, seed=1, csv=True)
-    assert list(year.hours.columns[:5]) == ["captor", "time", "band", "value", "standard_error"]
-    # a sensor has no back, and it is sunlit while the sun shines
-    assert year.hours.back.isna().all() and year.hours.sunlit.max() == 1 and year.hours.sunlit.isna().any()
-    assert dark.total.absorbed.isna().all() and float(dark.total.sunlit.iloc[0]) == 1
+    assert list(year.hours.columns) == ["captor", "time", "PAR_front", "PAR_front_se", "sunlit", "sunlit_se"]
+    # it is sunlit while the sun shines
+    assert year.hours.sunlit.max() == 1 and year.hours.sunlit.isna().any() and float(dark.total.sunlit.iloc[0]) == 1
+    assert year.facts["photons"] == 300_000 and year.facts["unit"]["irradiance"] == "umol/m2/s"
     assert year.captors.captor.iloc[0] == "sensor/0" and float(year.captors.z.iloc[0]) == 1 and year.states.empty
     assert len(year.hours) == len(dark.hours) and year.hours.captor.iloc[0] == "sensor/0"
     # four hours of a lamp of 1e6 umol/s at 1 m: 0.0036 x 4 x 1e6 / (4 pi) mol, a little less at the rim; error 5 %
-    added = float(year.total.value.iloc[0] - dark.total.value.iloc[0])
+    added = float(year.total.PAR_front.iloc[0] - dark.total.PAR_front.iloc[0])
     assert 0.8 < added / (0.0036 * 4 * 1e6 / (4 * np.pi)) < 1.1
-    assert float(dark.days.value.iloc[0]) == pytest.approx(float(dark.months.value.iloc[0]))
+    assert float(dark.days.PAR_front.iloc[0]) == pytest.approx(float(dark.months.PAR_front.iloc[0]))
     whole = year.lamps[year.lamps.month == "all"]
     assert whole.hours.tolist() == [4] and whole.kwh.tolist() == [0.24]
 
@@ -56,9 +56,38 @@ def test_hours_as_arrays_and_states(greenhouse, tmp_path):
     year = greenhouse.year(tmp_path / "year", control={"states": [change]}, photons=20_000, seed=1, sun_rays=32)
     data = year.xarray()
     assert dict(data.sizes) == {"time": 24, "captor": len(year.captors), "band": 1}
-    assert float(data.front.sel(band="PAR").isel(captor=0).max()) == pytest.approx(year.hours.value.max())
+    assert float(data.front.sel(band="PAR").isel(captor=0).max()) == pytest.approx(year.hours.PAR_front.max())
     assert data.sunlit.dims == ("time", "captor") and int(data.time.dt.hour[5]) == 5
     assert year.states.hours.tolist() == [4, 4]
+    days = year.xarray("days")
+    assert dict(days.sizes) == {"time": 1, "captor": len(year.captors), "band": 1}
+    assert float(days.front[0, 0, 0]) == pytest.approx(float(year.days.PAR_front.iloc[0]))
+
+
+def test_results_and_plots_of_a_year(greenhouse, tmp_path):
+    pytest.importorskip("pandas")
+    year = greenhouse.year(tmp_path / "year", photons=20_000, seed=1, results=True)
+    found = year.result("2025-06")
+    # the mean of the day, in umol/m2/s, times its seconds, in mol
+    assert 0.0864 * float(found.irradiance[0, 0, 0]) == pytest.approx(float(year.months.PAR_front.iloc[0]), rel=1e-5)
+    year.plot(tmp_path / "day.svg", show="day")
+    year.plot(tmp_path / "carpet.png", show="carpet", range=(0, 1000))
+    assert "hour of the day" in (tmp_path / "day.svg").read_text() and (tmp_path / "carpet.png").stat().st_size > 1000
+    with pytest.raises(px.InputError, match="no band or sum `UV`"):
+        year.plot(tmp_path / "none.svg", band="UV")
+
+
+def test_shards_by_an_executor_make_the_same_year(greenhouse, tmp_path):
+    from concurrent.futures import ThreadPoolExecutor
+
+    pytest.importorskip("pandas")
+    options = {"photons": 20_000, "seed": 1, "threads": 1}
+    one = greenhouse.year(tmp_path / "one", checkpoint=tmp_path / "kept", **options)
+    with ThreadPoolExecutor(2) as executor:
+        both = greenhouse.year(tmp_path / "both", shards=2, executor=executor, **options)
+    assert one.hours.equals(both.hours) and one.total.equals(both.total) and not (tmp_path / "kept").exists()
+    with pytest.raises(px.InputError, match="goes with `executor`"):
+        greenhouse.year(tmp_path / "no", shards=2)
 
 
 def test_errors_say_where(greenhouse, tmp_path):
@@ -85,17 +114,12 @@ def test_errors_of_folders(greenhouse, tmp_path):
 
 
 def test_plots_of_a_year(greenhouse, tmp_path):
-    pytest.importorskip("pandas")
-    matplotlib = pytest.importorskip("matplotlib")
-    matplotlib.use("Agg")
     year = greenhouse.year(tmp_path / "year", photons=20_000, seed=1, sun_rays=32)
-    days = year.plot("days")
-    assert days.lines[0].get_ydata()[0] == pytest.approx(float(year.days.value.iloc[0]))
-    assert "mol/m2/d" in days.get_ylabel()
-    assert year.plot().get_xlabel() == "month"
-    hours = year.plot("hours", captors=year.captors.captor.iloc[0])
-    assert hours.collections[0].get_array().size == 24
-    assert float(hours.collections[0].get_array().max()) == pytest.approx(float(year.hours.value.max()))
-    for wrong, words in (({"kind": "weeks"}, "there are months, days, hours"), ({"captors": "none"}, "no captor or group"), ({"band": "red"}, "no band")):
+    for show, words in (("months", "mol/m2/d"), ("carpet", "hour"), ("day", "hour of the day")):
+        picture = tmp_path / f"{show}.svg"
+        year.plot(picture, show=show)
+        assert words in picture.read_text(encoding="utf-8")
+    for wrong, words in (({"show": "weeks"}, "months"), ({"captors": "none"}, "no captor or group"), ({"band": "red"}, "no band")):
         with pytest.raises(px.InputError, match=words):
-            year.plot(**wrong)
+            year.plot(tmp_path / "wrong.svg", **wrong)
+    assert not (tmp_path / "wrong.svg").exists()

@@ -1,4 +1,5 @@
-//! `phylux plot`: draws results as a map, a profile, by plants or as spectra.
+//! `phylux plot`: draws results as a map, a profile, by plants or as spectra, and the folder of a
+//! year by months, hours or for a day.
 
 use std::path::{Path, PathBuf};
 
@@ -12,28 +13,44 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    formats::{output::FilesRead, result_file::read_json},
-    show::plot::{Plot, PlotKind, PlotRequest},
+    formats::{
+        output::FilesRead,
+        result_file::read_json,
+        year_table::{Face, YearTable},
+    },
+    show::plot::{Plot, PlotKind, PlotRequest, YearPlotKind, YearPlotRequest},
 };
 
 #[derive(Args)]
 pub(super) struct Arguments {
-    /// Results file (JSON) of `phylux run` or `phylux mix`
+    /// Results file (JSON) of `phylux run` or `phylux mix`, or the folder of `phylux year`
     results: PathBuf,
     /// Picture: .svg (also `-`, the standard output), or .png with 300 pixels to the inch
     #[arg(short, long, value_name = "FILE", default_value = "plot.svg")]
     output: PathBuf,
-    /// What to plot
-    #[arg(long, value_enum, default_value = "map")]
-    show: What,
-    /// Band or sum to plot [default: the first sum, or the first band]
+    /// What to plot [default: map, or months of a year]
+    #[arg(long, value_enum)]
+    show: Option<What>,
+    /// Band or sum to plot [default: the first sum, or the first band; of a year the last sum or
+    /// band]
     #[arg(long, value_name = "NAME")]
     band: Option<String>,
     /// Plot only the captors with this id; `ID*` stands for all ids that begin so, as
     /// `bench-grid/*`
     #[arg(long, value_name = "ID")]
     captors: Option<String>,
-    /// With --show map: values at the ends of the colour bar [default: chosen for the sensors]
+    /// Of a year: light on fronts, on backs, or absorbed per area
+    #[arg(long, value_enum)]
+    quantity: Option<Quantity>,
+    /// With --show day: the day, such as 2005-06-21 [default: the one with the most light]
+    #[arg(long, value_name = "DATE")]
+    day: Option<String>,
+    /// With --show map, profile or plants of a year: the month, such as 2005-06 [default: the whole
+    /// period]; `phylux year --results` has written its light
+    #[arg(long, value_name = "MONTH")]
+    month: Option<String>,
+    /// With --show map or carpet: values at the ends of the colour bar [default: chosen for the
+    /// values]
     #[arg(long, value_name = "LOW:HIGH", value_parser = render::range, allow_negative_numbers = true)]
     range: Option<(f64, f64)>,
     #[command(flatten)]
@@ -51,10 +68,106 @@ enum What {
     Plants,
     /// Irradiance per nanometre of groups of captors, or of those that --captors names
     Spectrum,
+    /// Of a year: daily light integrals, the mean of each month with the range of its days
+    Months,
+    /// Of a year: the light of every hour as a colour, hours of the day over days
+    Carpet,
+    /// Of a year: the light of a day, hour by hour, with errors
+    Day,
+}
+
+/// Light that a table of a year holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Quantity {
+    /// Light on fronts
+    Front,
+    /// Light on backs
+    Back,
+    /// Light that surfaces absorb, per area
+    Absorbed,
+}
+
+impl What {
+    /// Returns the kind of a plot of results, or of a year.
+    fn kinds(self) -> (Option<PlotKind>, Option<YearPlotKind>) {
+        match self {
+            Self::Map => (Some(PlotKind::Map), None),
+            Self::Profile => (Some(PlotKind::Profile), None),
+            Self::Plants => (Some(PlotKind::Plants), None),
+            Self::Spectrum => (Some(PlotKind::Spectrum), None),
+            Self::Months => (None, Some(YearPlotKind::Months)),
+            Self::Carpet => (None, Some(YearPlotKind::Carpet)),
+            Self::Day => (None, Some(YearPlotKind::Day)),
+        }
+    }
+}
+
+impl Arguments {
+    /// Refuses options that mean nothing for what is shown.
+    fn check(&self, is_year: bool, show: What) -> Result<()> {
+        let of_tables = show.kinds().1.is_some();
+        if of_tables && !is_year {
+            return Err(Error::input(self.results.display(), "is no folder of a year")
+                .remedy("name the folder that `phylux year` has written, or change --show"));
+        }
+        let goes = [
+            (
+                "--range",
+                self.range.is_some(),
+                [What::Map, What::Carpet].contains(&show),
+                "map or carpet",
+            ),
+            ("--day", self.day.is_some(), show == What::Day, "day"),
+            (
+                "--month",
+                self.month.is_some(),
+                is_year && !of_tables,
+                "map, profile or plants of a year",
+            ),
+            ("--quantity", self.quantity.is_some(), of_tables, "months, carpet or day"),
+        ];
+        match goes.into_iter().find(|(_, given, goes, _)| *given && !goes) {
+            None => Ok(()),
+            Some((option, .., with)) => {
+                let problem = format!("has no meaning here: it goes with --show {with}");
+                Err(Error::input(option, problem).remedy("leave it out, or change --show"))
+            }
+        }
+    }
+
+    fn of_year(&self, kind: YearPlotKind) -> YearPlotRequest<'_> {
+        YearPlotRequest {
+            kind,
+            face: match self.quantity.unwrap_or(Quantity::Front) {
+                Quantity::Front => Face::Front,
+                Quantity::Back => Face::Back,
+                Quantity::Absorbed => Face::Absorbed,
+            },
+            band: self.band.as_deref(),
+            captors: self.captors.as_deref(),
+            day: self.day.as_deref(),
+            range: self.range,
+        }
+    }
+
+    /// Returns the file with the light of a month. Error: the folder has none.
+    fn of_month(&self) -> Result<PathBuf> {
+        let month = self.month.as_deref().unwrap_or("all");
+        let file = self.results.join(format!("results-{month}.json"));
+        match file.is_file() {
+            true => Ok(file),
+            false => {
+                Err(Error::input(self.results.display(), format!("holds no results-{month}.json"))
+                    .remedy("write it with `phylux year --results`"))
+            }
+        }
+    }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let Arguments { results, output, show, .. } = arguments;
+    let Arguments { results, output, .. } = arguments;
+    let is_year = results.is_dir();
+    let show = arguments.show.unwrap_or(if is_year { What::Months } else { What::Map });
     let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase());
     let png = match extension.as_deref() {
         Some("svg") => false,
@@ -65,31 +178,37 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
                 .remedy("let its name end so"));
         }
     };
-    if arguments.range.is_some() && *show != What::Map {
-        return Err(Error::input("--range", "has no meaning here: it goes with --show map")
-            .remedy("leave it out, or change --show"));
-    }
+    arguments.check(is_year, show)?;
     let interrupt = Interrupt::install()?;
     let file = interrupt.file(output)?;
     let place = file.place().map(Path::to_path_buf);
-    let read = FilesRead::new([results]);
-    check_places(place.as_slice(), &read)?;
-    let result = read_json(results)?;
-    let request = PlotRequest {
-        kind: match show {
-            What::Map => PlotKind::Map,
-            What::Profile => PlotKind::Profile,
-            What::Plants => PlotKind::Plants,
-            What::Spectrum => PlotKind::Spectrum,
-        },
-        band: arguments.band.as_deref(),
-        captors: arguments.captors.as_deref(),
-        range: arguments.range,
+    let (kind, of_year) = show.kinds();
+    let (plot, files) = match (kind, of_year) {
+        (_, Some(kind)) => {
+            let plot = Plot::of_year(results, &arguments.of_year(kind))?;
+            (plot, YearTable::files(results))
+        }
+        (kind, None) => {
+            let file = match is_year {
+                true => arguments.of_month()?,
+                false => results.clone(),
+            };
+            let result = read_json(&file)?;
+            let request = PlotRequest {
+                kind: kind.unwrap_or(PlotKind::Map),
+                band: arguments.band.as_deref(),
+                captors: arguments.captors.as_deref(),
+                range: arguments.range,
+            };
+            let plot = Plot::new(&result, request).map_err(|error| match error.place() {
+                "results" => error.at(file.display()),
+                _ => error,
+            })?;
+            (plot, vec![file])
+        }
     };
-    let plot = Plot::new(&result, request).map_err(|error| match error.place() {
-        "results" => error.at(results.display()),
-        _ => error,
-    })?;
+    let read = FilesRead::new(&files);
+    check_places(place.as_slice(), &read)?;
     match png {
         true => {
             let picture = plot.picture(arguments.style.width())?;

@@ -41,7 +41,7 @@ use crate::{
 
 /// Headings of groups of options in the help.
 const ENDS: &str = "When the run ends";
-const LONG_RUNS: &str = "Long runs";
+pub(super) const LONG_RUNS: &str = "Long runs";
 
 #[derive(Args)]
 pub(super) struct Arguments {

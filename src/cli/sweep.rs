@@ -15,10 +15,11 @@ use super::{
     progress::{during, terminal_bar},
     summary::summary,
     tracing::TracingArguments,
+    year,
 };
 use crate::{
     error::{Error, Result},
-    formats::{output::FilesRead, result_file::write_json, sweep_file::Sweep},
+    formats::{output::FilesRead, result_file::write_json, sweep_file::Sweep, year_work::WorkFile},
     studies::{
         check::check_meshes,
         join::Shards,
@@ -65,14 +66,15 @@ fn jobs(text: &str) -> Checked<usize> {
 
 #[derive(Args)]
 pub(super) struct MergeArguments {
-    /// Folders that `phylux sweep --shard` has written, or files that `phylux run --shard` has
-    /// written
+    /// Folders that `phylux sweep --shard` has written, or files that `phylux run --shard` or
+    /// `phylux year --shard` has written
     #[arg(required = true)]
     shards: Vec<PathBuf>,
-    /// Folder for the whole sweep, made if it does not exist; or results file (JSON) of the run
+    /// Folder for the whole sweep or year, made if it does not exist; or results file (JSON) of the
+    /// run
     #[arg(short, long, value_name = "DIR|FILE")]
     output: PathBuf,
-    /// Scene file of a run, if it is not where it was when the shards were traced
+    /// Scene file of a run or year, if it is not where it was when the shards were traced
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
 }
@@ -98,6 +100,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
+    if arguments.shards.iter().any(|shard| WorkFile::is_shard(shard)) {
+        return year::merge(&arguments.shards, arguments.scene.as_deref(), &arguments.output);
+    }
     if arguments.shards.iter().any(|shard| shard.is_file()) {
         return run_join(arguments);
     }

@@ -7,7 +7,7 @@ use clap::Args;
 use super::rendered::{self, Source};
 use crate::{
     error::Result,
-    formats::hours_file::HoursFile,
+    formats::year_table::{Face, YearTable},
     scene::world::Scene,
     show::view::{check_view, write_view},
 };
@@ -26,7 +26,8 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let hours = arguments.year.as_deref().map(HoursFile::read).transpose()?;
+    let hours = arguments.year.as_deref();
+    let hours = hours.map(|folder| YearTable::read(folder, "hours", Face::Front)).transpose()?;
     let hours = hours.as_ref();
     let check = |scene: &Scene| {
         check_view(scene)?;

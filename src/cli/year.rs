@@ -1,6 +1,8 @@
 //! `phylux year`: finds the light of each hour of a period or a year, from the sky, the sun and
 //! lamps.
 
+mod asked;
+
 use std::{
     fmt::Write,
     fs,
@@ -8,35 +10,36 @@ use std::{
 };
 
 use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
 
 use super::{
-    interrupt::Interrupt,
-    outputs::check_places,
+    interrupt::{Interrupt, check_folder},
+    outputs::{check_places, place_of},
     progress::{during, show, terminal_bar},
-    run::{photons, threads},
+    run::{LONG_RUNS, photons, threads},
     summary::short,
 };
 use crate::{
-    error::{Error, Result},
+    error::{Error, ErrorKind, Result},
     formats::{
-        control_file::ControlFile,
         output::{FilesRead, Temporary, folder_of},
         scene_file::{LoadedScene, SkyDivision},
+        year_work::{TableSettings, WorkFile},
     },
     scene::captor::Channel,
-    studies::{
-        check::check_meshes,
-        year::{
-            HoursOf, Year, YearOptions, YearScenes, gigabytes,
-            tables::{YearTables, write},
-        },
+    studies::year::{
+        HoursOf, Kept, Needs, Year, YearOptions, YearShards, gigabytes, months_of,
+        tables::{YearTables, write},
+        trace_shard as trace_shard_of,
     },
     transport::{
         direct_sun::SunRays,
-        settings::{Guiding, Settings},
+        settings::Guiding,
+        shard::Shard,
         simulate::{Control, Progress},
     },
 };
+use asked::{Asked, Ready};
 
 /// The most months, and the most captors or groups, that are shown.
 const MONTHS: usize = 12;
@@ -46,8 +49,9 @@ const SHOWN: usize = 12;
 pub(super) struct Arguments {
     /// Scene file (JSON) with a weather file and a period or "year" as `time`
     scene: PathBuf,
-    /// Folder for the tables (hours, days, months, year and lamps); made if it does not exist
-    #[arg(short, long, value_name = "DIR")]
+    /// Folder for the tables (hours, days, months, year and lamps), made if it does not exist; or
+    /// file of a shard
+    #[arg(short, long, value_name = "DIR|FILE")]
     output: PathBuf,
     /// Control file (JSON): when lamps are on and when screens close. Without it all lamps are off
     #[arg(long, value_name = "FILE")]
@@ -70,28 +74,30 @@ pub(super) struct Arguments {
     splitting: Option<u64>,
     /// Captors and groups whose hours are written: groups, all, none, or a pattern of ids, such as
     /// "tomato*" [default: all, or groups if there are more than 1000]
-    #[arg(long, value_name = "WHICH", value_parser = hours)]
+    #[arg(long, value_name = "WHICH", value_parser = HoursOf::parse)]
     hours: Option<HoursOf>,
     /// Points of each captor from which the sun is looked for in every hour [default: 16, or fewer
     /// for more than 5000 captors]
     #[arg(long, value_name = "N", value_parser = sun_rays, allow_negative_numbers = true)]
     sun_rays: Option<u64>,
-    /// Write the table of hours as CSV, not as Parquet
+    /// Write the tables of hours, days, months and the whole period as CSV, not as Parquet
     #[arg(long)]
     csv: bool,
+    /// Also write the mean light of each month, and of the whole period, as results for `plot`,
+    /// `view` and `compare`
+    #[arg(long)]
+    results: bool,
+    /// Do the I-th of N shards of the work; `phylux merge` joins their files to the tables
+    #[arg(long, help_heading = LONG_RUNS, value_name = "I/N", value_parser = Shard::parse)]
+    shard: Option<Shard>,
+    /// Keep what is done in this file, and go on from there if the file exists: the same command,
+    /// after a kill or the end of a job's time, finds the same tables. The file is removed once
+    /// these are written
+    #[arg(long, help_heading = LONG_RUNS, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
     /// Threads; 0 takes all processors. The results do not depend on it
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     threads: Option<usize>,
-}
-
-fn hours(text: &str) -> std::result::Result<HoursOf, String> {
-    Ok(match text {
-        "" => return Err("is empty: say groups, all, none, or a pattern of ids".into()),
-        "all" => HoursOf::All,
-        "groups" => HoursOf::Groups,
-        "none" => HoursOf::None,
-        pattern => HoursOf::Like(pattern.into()),
-    })
 }
 
 fn sun_rays(text: &str) -> std::result::Result<u64, String> {
@@ -113,21 +119,84 @@ enum Patches {
     Reinhart,
 }
 
+impl Arguments {
+    fn asked(&self) -> Asked {
+        let hours = self.hours.clone().unwrap_or_default();
+        Asked {
+            scene: self.scene.clone(),
+            control: self.control.clone(),
+            division: match self.patches {
+                Patches::Tregenza => SkyDivision::Tregenza,
+                Patches::Reinhart => SkyDivision::Reinhart,
+            },
+            photons: self.photons,
+            seed: self.seed,
+            guiding: self.guiding,
+            sun_rays: self.sun_rays,
+            tables: TableSettings { hours: hours.text(), csv: self.csv, results: self.results },
+            hours,
+            threads: self.threads,
+        }
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
-    let folder = &arguments.output;
-    let made = make_folder(folder, &interrupt)?;
+    let asked = arguments.asked();
+    let checkpoint = arguments.checkpoint.as_deref();
+    match arguments.shard {
+        Some(shard) => trace_shard(&asked, &arguments.output, shard, checkpoint, &interrupt),
+        None => in_folder(&asked, &arguments.output, &interrupt, |tables, places| {
+            let mut ready = asked.load(places)?;
+            let kept = match checkpoint {
+                None => None,
+                Some(path) => Some(WorkFile::checkpoint(path, asked.head(&ready)?)?),
+            };
+            find(&asked, &mut ready, tables, places, (&[], kept.as_ref()), &interrupt)
+        }),
+    }
+}
+
+/// Joins the shards of a year.
+pub(super) fn merge(shards: &[PathBuf], scene: Option<&Path>, output: &Path) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let shards = YearShards::open(shards)?;
+    let asked = Asked::of_shards(&shards.head, scene);
+    for path in [Some(&asked.scene), asked.control.as_ref()].into_iter().flatten() {
+        if !path.is_file() {
+            let problem = "a file that the shards were traced with is not there";
+            return Err(Error::input(path.display(), problem)
+                .remedy("merge where they were traced, or name the scene with --scene"));
+        }
+    }
+    in_folder(&asked, output, &interrupt, |tables, places| {
+        let mut ready = asked.load(places)?;
+        let head = asked.head(&ready)?;
+        shards.files.iter().try_for_each(|file| file.check(&head))?;
+        find(&asked, &mut ready, tables, places, (&shards.files, None), &interrupt)
+    })
+}
+
+/// Prepares the tables in a folder, which is made if it does not exist, and does `work`.
+fn in_folder(
+    asked: &Asked,
+    folder: &Path,
+    interrupt: &Interrupt,
+    work: impl FnOnce(YearTables, &mut Vec<PathBuf>) -> Result<()>,
+) -> Result<()> {
+    check_folder(folder)?;
+    let made = make_folder(folder, interrupt)?;
     let mut places = Vec::new();
-    let tables = YearTables::create(folder, arguments.csv, |path| {
+    let tables = YearTables::create(folder, asked.tables.csv, |path| {
         let file = interrupt.file(path)?;
         places.extend(file.place().map(Path::to_path_buf));
         Ok(file)
     });
     // at an immediate end the files in the folder are removed first, and then the folder if it is
     // empty
-    let gone = |_: &Result<YearTables>| Some(Temporary::IfEmpty(folder.clone()));
+    let gone = |_: &Result<YearTables>| Some(Temporary::IfEmpty(folder.to_path_buf()));
     let tables = interrupt.make(|| Ok(tables), gone)?;
-    let done = tables.and_then(|tables| find(arguments, &interrupt, tables, &places));
+    let done = tables.and_then(|tables| work(tables, &mut places));
     if made && done.is_err() {
         // this removes the folder only if it is empty
         let _ = fs::remove_dir(folder);
@@ -152,37 +221,16 @@ fn make_folder(folder: &Path, interrupt: &Interrupt) -> Result<bool> {
     interrupt.make(make, |()| None).map(|()| true)
 }
 
-fn find(
-    arguments: &Arguments,
+/// Does some work on a year with a bar that tells of its phases. If there is a checkpoint, a signal
+/// ends the work in an orderly way.
+fn watched<T>(
+    asked: &Asked,
+    ready: &Ready,
+    scratch: &Path,
+    (done, now): (&[WorkFile], Option<&WorkFile>),
     interrupt: &Interrupt,
-    tables: YearTables,
-    places: &[PathBuf],
-) -> Result<()> {
-    let control = arguments.control.as_deref().map(ControlFile::load).transpose()?;
-    let division = match arguments.patches {
-        Patches::Tregenza => SkyDivision::Tregenza,
-        Patches::Reinhart => SkyDivision::Reinhart,
-    };
-    let of_control = control.as_ref().zip(arguments.control.as_deref());
-    let scenes =
-        during("reading the scene", || YearScenes::load(&arguments.scene, division, of_control))?;
-    let loaded = &scenes.scenes[0].loaded;
-    loaded.check_captors()?;
-    let files: Vec<PathBuf> = loaded.files.iter().chain(&arguments.control).cloned().collect();
-    let read = FilesRead::new(&files);
-    check_places(places, &read)?;
-    super::terminal::warn(&loaded.warnings);
-    super::terminal::warn(&scenes.warnings);
-    super::terminal::warn(&check_meshes(&loaded.scene)?);
-    let settings = Settings {
-        photons: arguments.photons.or(loaded.settings.photons),
-        seed: arguments.seed.unwrap_or(loaded.settings.seed),
-        guiding: arguments.guiding.unwrap_or(loaded.settings.guiding),
-        threads: arguments.threads.unwrap_or(loaded.settings.threads),
-        tolerance: None,
-        max_time: None,
-        ..loaded.settings.clone()
-    };
+    work: impl FnOnce(&YearOptions, &Control, &ProgressBar) -> Result<T>,
+) -> Result<T> {
     let bar = terminal_bar("{bar:30} {percent}% {human_pos} {msg}, {speed}, {eta} left");
     let phase = |phase: &str| {
         bar.set_message(phase.to_owned());
@@ -190,16 +238,70 @@ fn find(
         bar.reset();
     };
     let progress = |progress: Progress| show(&bar, progress);
-    let watched = Control { stop: interrupt.stop(), progress: &progress };
-    let path = arguments.control.as_deref().map(|path| path.display().to_string());
+    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let path = asked.control.as_deref().map(|path| path.display().to_string());
     let options = YearOptions {
-        control: control.as_ref().zip(path.as_deref()),
-        hours: arguments.hours.clone().unwrap_or_default(),
-        sun_rays: arguments.sun_rays,
-        scratch: arguments.output.clone(),
+        control: ready.control.as_ref().zip(path.as_deref()),
+        hours: asked.hours.clone(),
+        sun_rays: asked.sun_rays,
+        kept: Kept { done, now },
+        scratch: scratch.to_path_buf(),
         phase: &phase,
     };
-    let needs = Year::needs(&scenes, &options, &settings)?;
+    let kept = now.filter(|file| file.place().is_some()).map(|file| {
+        Error::interrupted("run", format!("what was done is in {}", file.path().display()))
+            .remedy("the same command goes on from there")
+    });
+    let found = match &kept {
+        None => work(&options, &control, &bar),
+        Some(late) => interrupt.listening(Some(late.clone()), || work(&options, &control, &bar)),
+    };
+    bar.finish_and_clear();
+    found.map_err(|error| match (error.kind() == ErrorKind::Interrupted, kept) {
+        (true, Some(kept)) => kept,
+        _ => error,
+    })
+}
+
+fn find(
+    asked: &Asked,
+    ready: &mut Ready,
+    mut tables: YearTables,
+    places: &mut Vec<PathBuf>,
+    kept: (&[WorkFile], Option<&WorkFile>),
+    interrupt: &Interrupt,
+) -> Result<()> {
+    let scratch = tables.folder().to_path_buf();
+    let shards: Vec<PathBuf> = kept.0.iter().map(|file| file.path().to_path_buf()).collect();
+    ready.read = FilesRead::new(ready.scenes.files.iter().chain(&shards));
+    places.extend(kept.1.and_then(WorkFile::place).map(Path::to_path_buf));
+    let loaded = &ready.scenes.scenes[0].loaded;
+    if let (Some(hourly), true) = (&loaded.hourly, asked.tables.results) {
+        tables = tables.with_results(months_of(&hourly.slots).iter(), |path| {
+            let file = interrupt.file(path)?;
+            places.extend(file.place().map(Path::to_path_buf));
+            Ok(file)
+        })?;
+    }
+    check_places(places, &ready.read)?;
+    let year = watched(asked, ready, &scratch, kept, interrupt, |options, control, _| {
+        say_needs(&Year::needs(&ready.scenes, options, &ready.settings)?);
+        Year::find(&ready.scenes, options, &ready.settings, control)
+    })?;
+    interrupt.writing();
+    watched(asked, ready, &scratch, ([].as_slice(), None), interrupt, |options, _, bar| {
+        (options.phase)("rows of tables");
+        write(&year, tables, &ready.read, &|photons, of| {
+            show(bar, Progress { photons, of: Some(of), worst: None });
+        })
+    })?;
+    kept.1.iter().for_each(|file| file.remove());
+    super::terminal::warn(&year.warnings);
+    let wrote = format!("\nwrote {}\n", scratch.display());
+    super::terminal::print(&(describe(loaded, &year)? + &wrote))
+}
+
+fn say_needs(needs: &Needs) {
     if needs.disk > 0 && !super::terminal::is_quiet() {
         let [memory, disk] = [needs.memory, needs.disk].map(gigabytes);
         let text = "GB on the disk while it is calculated";
@@ -207,24 +309,36 @@ fn find(
             "takes about {memory} GB of memory and {disk} {text}\n"
         ));
     }
-    let year = Year::find(&scenes, &options, &settings, &watched);
-    let year = match year {
-        Ok(year) => year,
-        Err(error) => {
-            bar.finish_and_clear();
-            return Err(error);
-        }
+}
+
+/// Does the work of a shard, and writes it into a file.
+fn trace_shard(
+    asked: &Asked,
+    output: &Path,
+    shard: Shard,
+    checkpoint: Option<&Path>,
+    interrupt: &Interrupt,
+) -> Result<()> {
+    let file = interrupt.file(output)?;
+    let mut places: Vec<PathBuf> = file.place().iter().map(|place| place.to_path_buf()).collect();
+    let ready = asked.load(&places)?;
+    let head = asked.head(&ready)?;
+    let scratch = file.place().map_or_else(std::env::temp_dir, folder_of);
+    let kept = match checkpoint {
+        None => WorkFile::temporary(&scratch, head)?,
+        Some(path) => WorkFile::checkpoint(path, head)?,
     };
+    places.extend(kept.place().map(Path::to_path_buf));
+    check_places(&places, &ready.read)?;
+    watched(asked, &ready, &scratch, (&[], Some(&kept)), interrupt, |options, control, _| {
+        trace_shard_of(&ready.scenes, options, &ready.settings, shard, control)
+    })?;
     interrupt.writing();
-    phase("hours in tables");
-    let done = write(&year, tables, &read, &|photons, of| {
-        show(&bar, Progress { photons, of: Some(of), worst: None });
-    });
-    bar.finish_and_clear();
-    done?;
-    super::terminal::warn(&year.warnings);
-    let wrote = format!("\nwrote {}\n", arguments.output.display());
-    super::terminal::print(&(describe(loaded, &year)? + &wrote))
+    during("writing", || file.write(&ready.read, |writer| kept.write_shard(shard, writer)))?;
+    kept.remove();
+    let name = &ready.scenes.scenes[0].loaded.scene.name;
+    let text = format!("shard {shard} of {name}; wrote {}\n", place_of(output));
+    super::terminal::print(&text)
 }
 
 fn describe(loaded: &LoadedScene, year: &Year) -> Result<String> {

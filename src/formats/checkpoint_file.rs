@@ -8,8 +8,7 @@
 //! the first moment on: it begins with a file that holds nothing but the head and the end.
 
 use std::{
-    fmt::Display,
-    fs::{self, File},
+    fs::File,
     io::{self, BufReader, BufWriter, Seek, Write},
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
@@ -22,9 +21,10 @@ use super::shard_file::{FORMAT, Line, VERSION, end, line};
 use crate::{
     error::{Error, Result},
     formats::{
+        held_file::HeldFile,
         json,
         output::{folder_of, place_of},
-        unfinished::{is_at, is_held, remove_leftovers, unfinished_file},
+        unfinished::unfinished_file,
     },
     scene::world::Scene,
     transport::{
@@ -74,8 +74,7 @@ pub struct Checkpoint {
 /// The file at the checkpoint's place, with the lock of this process.
 #[derive(Debug)]
 struct Held {
-    file: File,
-    place: PathBuf,
+    file: HeldFile,
     /// Whether it holds something that a run has done.
     kept: bool,
 }
@@ -124,60 +123,28 @@ impl Checkpoint {
     /// there is nothing yet. Errors: another process is at work on it; it cannot be written; the
     /// file is not a checkpoint, is damaged, or belongs to another run.
     pub fn open(&self) -> Result<Option<Resumed>> {
-        let unwritable = |why: &dyn Display| {
-            let problem = format!("cannot be written: {why}");
-            Error::input(self.path.display(), problem).remedy("write elsewhere")
-        };
-        let place = place_of(&self.path).map_err(|e| match e.kind() {
-            io::ErrorKind::NotFound => unwritable(&e.kind()),
-            _ => unwritable(&e),
-        })?;
-        if place.exists() && !place.is_file() {
-            return Err(unwritable(&"it is not a file"));
-        }
-        remove_leftovers(&folder_of(&place));
-        let (file, new) = loop {
-            match File::options().read(true).write(true).open(&place) {
-                // the file may go away or be replaced between the two steps
-                Ok(file) if is_held(&file, &place) => break (file, false),
-                Ok(file) if is_at(&file, &place) => {
-                    return Err(Error::run(
-                        self.path.display(),
-                        "another phylux is at work on this checkpoint",
-                    )
-                    .remedy("wait for its end, or name another file"));
-                }
-                Ok(_) => {}
-                Err(e) if e.kind() == io::ErrorKind::NotFound => {
-                    let begun = self.begin(&place).map_err(|e| unwritable(&e.kind()))?;
-                    if let Some(file) = begun {
-                        break (file, true);
-                    }
-                }
-                Err(e) => return Err(unwritable(&e.kind())),
-            }
-        };
+        let (held, new) = HeldFile::open(&self.path, &self.empty()?)?;
         // a file can be replaced only if another can be made beside it
-        unfinished_file(&folder_of(&place), None).map_err(|e| unwritable(&e.kind()))?;
-        let resumed = if new { None } else { self.read(&file)? };
-        *self.lock() = Some(Held { file, place, kept: resumed.is_some() });
+        unfinished_file(&folder_of(&held.place), None).map_err(|e| {
+            let problem = format!("cannot be written: {}", e.kind());
+            Error::input(self.path.display(), problem).remedy("write elsewhere")
+        })?;
+        let resumed = if new { None } else { self.read(&held.file)? };
+        *self.lock() = Some(Held { file: held, kept: resumed.is_some() });
         Ok(resumed)
     }
 
-    /// Makes a checkpoint at `place` that holds nothing yet; `None` if there is a file by now.
-    fn begin(&self, place: &Path) -> io::Result<Option<File>> {
-        let mut file = unfinished_file(&folder_of(place), None)?;
-        let mut hash = Sha256::new();
-        let mut head = serde_json::to_vec(&self.head)?;
-        head.push(b'\n');
-        hash.update(&head);
-        head.extend(end(hash)?);
-        file.write_all(&head)?;
-        match file.persist_noclobber(place) {
-            Ok(file) => Ok(Some(file)),
-            Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => Ok(None),
-            Err(e) => Err(e.error),
-        }
+    /// Returns the content of a checkpoint that holds nothing yet.
+    fn empty(&self) -> Result<Vec<u8>> {
+        let content = || -> io::Result<Vec<u8>> {
+            let mut hash = Sha256::new();
+            let mut head = serde_json::to_vec(&self.head)?;
+            head.push(b'\n');
+            hash.update(&head);
+            head.extend(end(hash)?);
+            Ok(head)
+        };
+        content().map_err(|e| Error::run(self.path.display(), e))
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Option<Held>> {
@@ -253,10 +220,10 @@ impl Checkpoint {
     pub fn write(&self, state: &RunState, arrivals: KeptArrivals) -> io::Result<()> {
         let mut held = self.lock();
         let held = held.as_mut().ok_or_else(|| io::Error::other("it is not open"))?;
-        let old = held.file.metadata().ok();
+        let old = held.file.file.metadata().ok();
         let mut writer = BufWriter::with_capacity(
             1 << 16,
-            unfinished_file(&folder_of(&held.place), old.as_ref())?,
+            unfinished_file(&folder_of(&held.file.place), old.as_ref())?,
         );
         let mut hash = Sha256::new();
         let mut line = |value: Vec<u8>| {
@@ -273,7 +240,7 @@ impl Checkpoint {
         writer.write_all(&end(hash)?)?;
         let file = writer.into_inner()?;
         file.as_file().sync_all()?;
-        held.file = file.persist(&held.place).map_err(|e| e.error)?;
+        held.file.file = file.persist(&held.file.place).map_err(|e| e.error)?;
         held.kept = true;
         Ok(())
     }
@@ -281,15 +248,8 @@ impl Checkpoint {
     /// Removes the checkpoint, once the results are written.
     pub fn remove(&self) {
         if let Some(held) = self.lock().take() {
-            remove_held(&held);
+            held.file.remove();
         }
-    }
-}
-
-/// Removes the file that this process holds, unless somebody has put another one in its place.
-fn remove_held(held: &Held) {
-    if is_at(&held.file, &held.place) {
-        let _ = fs::remove_file(&held.place);
     }
 }
 
@@ -297,7 +257,7 @@ impl Drop for Checkpoint {
     /// Removes a checkpoint that holds nothing.
     fn drop(&mut self) {
         if let Some(held) = self.lock().take().filter(|held| !held.kept) {
-            remove_held(&held);
+            held.file.remove();
         }
     }
 }
@@ -317,7 +277,7 @@ fn difference(there: &KeptSettings, here: &KeptSettings) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::{sync::LazyLock, time::Duration};
+    use std::{fs, sync::LazyLock, time::Duration};
 
     use proptest::prelude::*;
 

@@ -1,6 +1,8 @@
 //! Control files: when lamps are on, how much electric power they use, and when screens and shades
 //! change the scene.
 
+mod tracker;
+
 use std::path::Path;
 
 use indexmap::IndexMap;
@@ -16,6 +18,7 @@ use crate::{
     error::{Error, Result, number},
     scene::daylight::Date,
 };
+pub use tracker::TrackerControl;
 
 /// When the lamps of a scene are on, and when the scene changes, in a year calculated by the hour.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -31,6 +34,9 @@ pub struct ControlFile {
     /// (default: none).
     #[serde(default)]
     pub states: Vec<StateControl>,
+    /// One-axis trackers: objects that turn to the sun, such as solar panels (default: none).
+    #[serde(default)]
+    pub trackers: Vec<TrackerControl>,
 }
 
 /// A change of the scene at some times: while all conditions given here hold.
@@ -107,7 +113,7 @@ pub struct LampControl {
     /// Name of a light; a name that ends with `*` stands for all lights whose names begin with the
     /// part before it.
     pub lights: String,
-    /// Electric power of each light, W (default: unknown).
+    /// Electric power of each light, W (default: the scene's `watts` of the light, or unknown).
     #[schemars(range(min = 0))]
     pub watts: Option<f64>,
     /// From when to when the lamps may be on, h of the weather file's standard time; the span may
@@ -150,6 +156,20 @@ pub struct LampControl {
 }
 
 impl ControlFile {
+    /// Returns whether the scene is another one at times.
+    pub fn changes_scene(&self) -> bool {
+        !self.states.is_empty() || !self.trackers.is_empty()
+    }
+
+    /// Returns all tables by time that it names.
+    pub fn series(&self) -> impl Iterator<Item = &SeriesFile> {
+        let dims = self.lamps.iter().filter_map(|lamps| match &lamps.dim {
+            Some(DimFile::Series(series)) => Some(series),
+            _ => None,
+        });
+        self.states.iter().filter_map(|state| state.series.as_ref()).chain(dims)
+    }
+
     /// Reads the control file at `path`. Errors: the file is not valid JSON; a value is out of its
     /// range; `below` or `until_dli` is given without `of`, or `of` without either.
     pub fn load(path: &Path) -> Result<Self> {
@@ -159,6 +179,9 @@ impl ControlFile {
         let file: Self = json::read(&name, json::parse(&name, &bytes)?)?;
         for (i, lamps) in file.lamps.iter().enumerate() {
             lamps.check(&|key| json::place(&name, &format!("/lamps/{i}{key}")))?;
+        }
+        for (i, tracker) in file.trackers.iter().enumerate() {
+            tracker.check(&|key| json::place(&name, &format!("/trackers/{i}{key}")))?;
         }
         for (i, state) in file.states.iter().enumerate() {
             state.check(&|key| json::place(&name, &format!("/states/{i}{key}")))?;

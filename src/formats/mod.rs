@@ -6,7 +6,7 @@
 //! `photometry`, `scatter_table`, `spectrum_file`, `rad`, pictures of `mask`), sweeps
 //! (`sweep_file`), results
 //! (`result_file`), shards and checkpoints of a run (`shard_file`, `checkpoint_file`), tables
-//! of hours (`hours_file`), controls of lamps (`control_file`), readings and calibrations
+//! of hours (`year_table`), controls of lamps (`control_file`), readings and calibrations
 //! (`measured_csv`, `calibration_file`). `json`, `csv_table`, `csv_text`, [`iso8601`] and `xml`
 //! serve several of them.
 //!
@@ -21,7 +21,7 @@ pub(crate) mod control_file;
 pub(crate) mod csv_table;
 pub(crate) mod csv_text;
 pub(crate) mod environment_map;
-pub(crate) mod hours_file;
+pub(crate) mod held_file;
 pub(crate) mod input;
 pub(crate) mod instance_csv;
 pub mod iso8601;
@@ -45,9 +45,10 @@ pub(crate) mod unfinished;
 pub mod weather;
 pub(crate) mod written;
 pub(crate) mod xml;
+pub(crate) mod year_table;
+pub(crate) mod year_work;
 
 pub use control_file::{ControlFile, DimFile, LampControl, SeriesFile, StateControl, WhenKeys};
-pub use hours_file::HoursFile;
 pub use obj::{Mesh, MeshGroup};
 pub use output::{FilesRead, OutputFile};
 pub use result_file::{OutputFolder, parse_json, read_json, write_csv, write_json};
@@ -56,3 +57,4 @@ pub use scene_file::{
     SkyDivision, SpectrumAverage, TableNote, load, load_by_hour, load_from, load_with, spec,
 };
 pub use sweep_file::{Parameter, Run, Sweep};
+pub use year_table::{Face, YearTable};

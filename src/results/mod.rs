@@ -2,7 +2,7 @@
 //!
 //! Read `result` first: it makes results from sums, groups them, rescales lamps and warns.
 //! `flat` holds the same numbers as arrays, `saved` results that were read from a file.
-//! `compare` compares two results. `calibration` holds factors on the powers of lamps that were
+//! `compare` compares two results. `year_facts` tells of the tables of a year. `calibration` holds factors on the powers of lamps that were
 //! found from readings.
 //!
 //! Nothing in this module reads or writes files.
@@ -12,6 +12,7 @@ pub(crate) mod compare;
 pub(crate) mod flat;
 pub(crate) mod result;
 pub(crate) mod saved;
+pub(crate) mod year_facts;
 
 pub use calibration::{
     Calibration, EvenPowers, Lit, Model, ModelErrors, ReadingResult, SlopeIntercept, Varied,

@@ -19,6 +19,7 @@ pub mod validate;
 mod warnings;
 
 pub(crate) use found::band_results;
+pub(crate) use spread::Spread;
 
 use std::borrow::Cow;
 

@@ -1,21 +1,26 @@
 //! Plots of results: sensors as a map, light over height, the power that plants absorbed, spectra.
-//! They read a results file and no scene.
+//! They read a results file, or the folder of a year, and no scene.
 //!
 //! `chosen` picks the band and the captors, `map`, `profile`, `plants` and `spectrum` each make one
-//! kind of plot, and `drawing` writes it as SVG or as pixels.
+//! kind of plot, `year`, `months` and `carpet` those of a year, and `drawing` writes it as SVG or as pixels.
 
+mod carpet;
 mod chosen;
 mod drawing;
 mod heat_map;
 mod map;
+mod months;
 mod plants;
 mod profile;
 mod spectrum;
+mod year;
 
 use crate::{error::Result, results::result::RunResult};
 use chosen::Chosen;
 pub use chosen::{PlotKind, PlotRequest};
 pub use drawing::Plot;
+pub use months::{DailyLight, OfId};
+pub use year::{YearPlotKind, YearPlotRequest};
 
 impl Plot {
     /// Makes a plot of results. Errors: there is no such band or captor; the results have nothing

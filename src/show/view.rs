@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::{
     error::{Error, Result},
-    formats::hours_file::HoursFile,
+    formats::year_table::YearTable,
     math::{geometry::Extent, stats::Estimate},
     results::saved::CaptorValues,
     scene::{
@@ -71,7 +71,7 @@ pub fn check_view(scene: &Scene) -> Result<()> {
 /// Writes the page, with the hours of a year of this scene if they are given.
 pub fn write_view(
     rendered: &RenderedScene,
-    hours: Option<&HoursFile>,
+    hours: Option<&YearTable>,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
     for piece in PAGE.split_inclusive("-->") {
@@ -101,7 +101,7 @@ fn escaped(text: &str) -> String {
 /// Writes the facts as JSON, and long lists of numbers deflated (zlib) in base64.
 fn write_data(
     rendered: &RenderedScene,
-    hours: Option<&HoursFile>,
+    hours: Option<&YearTable>,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
     let hours = hours.map(|file| {

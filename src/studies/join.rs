@@ -16,6 +16,7 @@ use crate::{
     scene::world::Scene,
     transport::{
         settings::Settings,
+        shard::Shard,
         simulate::{Choice, Control, Joined, Progress},
     },
 };
@@ -52,7 +53,8 @@ impl Shards {
         readers[1..].iter().try_for_each(check_version)?;
         let (head, of, place) = (first.head.clone(), first.shard.of(), first.path().to_path_buf());
         readers.sort_by_key(|reader| reader.shard.index());
-        check_complete(&readers, of)?;
+        let all: Vec<(Shard, &Path)> = readers.iter().map(|r| (r.shard, r.path())).collect();
+        check_complete(&all, of)?;
         let choice = head.settings.choice();
         let (loaded, settings) = scene_of(&head, &place, scene)?;
         let files = shards.iter().chain(&loaded.files).cloned().collect();
@@ -124,15 +126,14 @@ fn check_same(first: &ShardReader, reader: &ShardReader) -> Result<()> {
 }
 
 /// Checks that the sorted shards are complete and that each is there once.
-fn check_complete(readers: &[ShardReader], of: usize) -> Result<()> {
-    for pair in readers.windows(2) {
-        if pair[0].shard == pair[1].shard {
-            let problem =
-                format!("is shard {}, and so is {}", pair[1].shard, pair[0].path().display());
-            return Err(Error::input(pair[1].path().display(), problem).remedy("name each once"));
+pub(super) fn check_complete(shards: &[(Shard, &Path)], of: usize) -> Result<()> {
+    for pair in shards.windows(2) {
+        if pair[0].0 == pair[1].0 {
+            let problem = format!("is shard {}, and so is {}", pair[1].0, pair[0].1.display());
+            return Err(Error::input(pair[1].1.display(), problem).remedy("name each once"));
         }
     }
-    let there: Vec<usize> = readers.iter().map(|reader| reader.shard.index()).collect();
+    let there: Vec<usize> = shards.iter().map(|(shard, _)| shard.index()).collect();
     let missing = (0..of)
         .filter(|index| there.binary_search(index).is_err())
         .map(|index| format!("{}/{of}", index + 1));

@@ -14,120 +14,67 @@
 
 mod conditions;
 mod control;
+mod head;
 mod hours;
+mod hours_of;
 mod interpolated;
+mod kept;
 mod matrix;
 mod needs;
+mod options;
 mod part;
 mod places;
 mod product;
 mod responses;
+mod results;
+mod shards;
 mod states;
+mod strengths;
 pub mod tables;
+mod trace;
+mod trackers;
 mod value;
+mod warnings;
 
 pub use hours::Lamp;
+pub use hours_of::HoursOf;
+pub use kept::Kept;
 pub use needs::{Needs, gigabytes};
+pub use options::YearOptions;
 pub use places::Places;
+pub use shards::YearShards;
 pub use states::{StateScene, YearScenes};
-pub use value::Value;
-
-use std::path::PathBuf;
+pub use trace::trace_shard;
+pub use value::{Value, Values};
 
 use conditions::Outside;
 use control::Controlled;
+use head::Head;
 use hours::{day, month, of_a_day, periods};
 use indexmap::IndexMap;
-use interpolated::MANY;
 use matrix::Matrix;
-use part::{Part, too_few_photons};
 use product::{Product, Wanted, daylight_at};
+use trace::{Begun, traced};
+use value::RATIO;
+use warnings::{few_photons, interpolated, other_areas, unseen_sun};
 
 use crate::{
-    error::{Error, Result},
-    formats::{control_file::ControlFile, scene_file::HourlyLights, weather::Slot},
-    math::{machine, pattern, stats, units::Quantity},
-    results::result::{BandResult, band_results},
-    scene::captor::Channel,
-    transport::{direct_sun::SunRays, paths::Unseen, settings::Settings, simulate::Control},
+    error::Result,
+    formats::{scene_file::HourlyLights, weather::Slot},
+    math::{
+        machine,
+        units::{Quantity, UnitNames},
+    },
+    results::{
+        result::{BandResult, band_results},
+        year_facts::YearFacts,
+    },
+    scene::world::Scene,
+    transport::{paths::Unseen, settings::Settings, shard::Shard, simulate::Control},
 };
-
-/// Fraction of the daylight above which sunlight that is not found hour by hour is worth a warning.
-const UNSEEN: f64 = 1e-3;
-
-/// The number of columns from which a ratio is found.
-const RATIO: usize = 3;
 
 /// The largest number of groups, or of captors if there are no groups, that the chart shows.
 const CHARTED: usize = 6;
-
-/// How a year is to be found.
-#[derive(Clone)]
-pub struct YearOptions<'a> {
-    /// A control file and its name.
-    pub control: Option<(&'a ControlFile, &'a str)>,
-    /// The captors and groups whose hours are wanted.
-    pub hours: HoursOf,
-    /// Number of points of each captor from which the sun is looked for in each hour; `None` takes
-    /// as many as the number of captors allows.
-    pub sun_rays: Option<u64>,
-    /// A folder on a disk that has room for what does not fit into memory.
-    pub scratch: PathBuf,
-    /// Is told what is done next: what the progress counts from here on.
-    pub phase: &'a (dyn Fn(&str) + Sync),
-}
-
-impl Default for YearOptions<'_> {
-    fn default() -> Self {
-        let scratch = std::env::temp_dir();
-        let hours = HoursOf::default();
-        Self { control: None, hours, sun_rays: None, scratch, phase: &|_| {} }
-    }
-}
-
-/// The captors and groups whose light is kept for each hour.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum HoursOf {
-    /// All of them; only groups if there are more than [`HoursOf::ALL`].
-    #[default]
-    Usual,
-    /// All of them.
-    All,
-    /// Groups.
-    Groups,
-    /// None.
-    None,
-    /// Those whose id or name fits this pattern, in which `*` stands for any characters.
-    Like(String),
-}
-
-impl HoursOf {
-    /// The largest number of captors and groups all of whose hours are kept unless that is asked
-    /// for.
-    pub const ALL: usize = 1000;
-
-    /// Returns for each id whether its hours are wanted. Error: a pattern that nothing fits.
-    fn chosen(&self, places: &Places) -> Result<Vec<bool>> {
-        let all = places.ids.len();
-        let from = |first: usize| (0..all).map(|id| id >= first).collect();
-        Ok(match self {
-            Self::All => from(0),
-            Self::Usual if all <= Self::ALL => from(0),
-            Self::Usual | Self::Groups => from(places.captors),
-            Self::None => from(all),
-            Self::Like(pattern) => {
-                let chosen: Vec<bool> =
-                    places.ids.iter().map(|id| pattern::fits(pattern, id)).collect();
-                if !chosen.contains(&true) {
-                    let problem = format!("no captor and no group like `{pattern}`");
-                    return Err(Error::input("--hours", problem)
-                        .remedy("`*` stands for any characters; or say groups, all or none"));
-                }
-                chosen
-            }
-        })
-    }
-}
 
 /// Daylight and lamps by the hour on captors and groups.
 pub struct Year {
@@ -151,6 +98,10 @@ pub struct Year {
     pub photons: u64,
     /// Seed of the random numbers.
     pub seed: u64,
+    /// Number of points of each captor from which the sun of an hour was looked for.
+    pub sun_rays: u64,
+    /// The quantity that photons carry.
+    pub quantity: Quantity,
     /// The days and the months, with their hours.
     pub days: IndexMap<String, Vec<usize>>,
     /// The months, with their hours.
@@ -167,6 +118,8 @@ pub struct Year {
     has_sun: Vec<bool>,
     /// Ids of the chart, the band that it shows, and daylight alone on each day.
     charted: Charted,
+    /// What results of months hold besides.
+    head: Head,
 }
 
 /// What the chart shows.
@@ -178,68 +131,19 @@ struct Charted {
     daylight: Vec<Vec<f64>>,
 }
 
-/// The values of captors and groups in an hour, a day, a month or the whole period.
-#[derive(Clone, Debug)]
-pub struct Values<'y> {
-    places: &'y Places,
-    values: Vec<[f32; 2]>,
-    /// For each id its place among the values.
-    place: Option<&'y [Option<usize>]>,
-}
-
-impl Values<'_> {
-    /// Returns the light of a channel of an id, by its index, in a band or sum: irradiance or an
-    /// integral of it, and for absorbed light the same per area. `None` if the id does not count
-    /// the channel, or its hours were not asked for.
-    pub fn light(&self, id: usize, channel: Channel, band: usize) -> Option<Value> {
-        let counts = self.places.has(id, channel);
-        let at = self.first(id)? + channel as usize * self.places.columns + band;
-        counts.then(|| Value::of_pair(self.values[at]))
-    }
-
-    /// Returns the ratio with this index of the light of a channel of an id. `None` if the id does not
-    /// count the channel, or nothing arrived that it could be divided by.
-    pub fn ratio(&self, id: usize, channel: Channel, ratio: usize) -> Option<Value> {
-        let first = self.places.columns - RATIO * (self.places.ratios.len() - ratio);
-        let of = |part| self.light(id, channel, first + part);
-        let (over, under, both) = (of(0)?, of(1)?, of(2)?);
-        let covariance = 0.5 * (both.variance - over.variance - under.variance);
-        let covariance = [over.variance, covariance, under.variance];
-        let (mean, error) = stats::ratio([over.mean, under.mean], Some(covariance))?;
-        Some(Value { mean, variance: error.unwrap_or(0.0).powi(2) })
-    }
-
-    /// Returns the fraction of the area of an id that has a straight path to the sun, on average
-    /// over the time in which the sun shines. `None` if it does not shine.
-    pub fn sunlit(&self, id: usize) -> Option<Value> {
-        let pair = self.values[self.first(id)? + self.places.light()];
-        (!pair[0].is_nan()).then(|| Value::of_pair(pair))
-    }
-
-    fn first(&self, id: usize) -> Option<usize> {
-        let place = self.place.map_or(Some(id), |places| places[id])?;
-        Some(place * self.places.row())
-    }
-}
-
 impl Year {
-    /// Traces a scene that was loaded by the hour, in each combination of its states. Errors: those of a run; a control file or a
-    /// pattern that names what the scene does not have.
+    /// Finds the light of a scene that was loaded by the hour, in each combination of its states,
+    /// as far as it is not kept. Errors: those of a run; a control file or a pattern that names what
+    /// the scene does not have.
     pub fn find(
         scenes: &YearScenes,
         options: &YearOptions,
         settings: &Settings,
         control: &Control,
     ) -> Result<Self> {
-        let Some(StateScene { loaded, .. }) = scenes.scenes.first() else {
-            return Err(Error::input("scene", "there is none").remedy("load one by the hour"));
-        };
-        let scene = &loaded.scene;
-        let hourly = loaded.hourly.as_ref().ok_or_else(|| {
-            Error::input(&scene.name, "was not loaded by the hour").remedy("load it so")
-        })?;
+        let begun = Begun::new(scenes, options)?;
+        let Begun { scene, hourly, places, rays } = begun;
         let slots = hourly.slots.clone();
-        let places = Places::new(scene);
         let mut bands = band_results(scene);
         bands.truncate(places.columns - RATIO * places.ratios.len());
         // a sum with a unit of its own is not in MJ
@@ -249,23 +153,15 @@ impl Year {
         };
         let integrated: Vec<bool> = bands.iter().map(par).collect();
         let wanted_hours = options.hours.chosen(&places)?;
-        let sunny = |s: usize| {
-            let hourly = scenes.scenes.iter().filter_map(|scene| scene.loaded.hourly.as_ref());
-            hourly.into_iter().any(|hourly| is_sunny(hourly, &hourly.slots[s]))
-        };
-        let has_sun: Vec<bool> = (0..slots.len()).map(sunny).collect();
-        let suns = has_sun.iter().filter(|has_sun| **has_sun).count();
-        let rays = match options.sun_rays {
-            Some(rays) => SunRays::new(rays),
-            None => SunRays::usual(scene.captors.len(), suns),
-        };
+        let has_sun: Vec<bool> = (0..slots.len()).map(|s| scenes.is_sunny(s)).collect();
         let outside = Outside::new(scene, hourly, &bands);
+        let kept = options.kept;
         let controlled = Controlled {
             places: &places,
             bands: &bands,
             integrated: &integrated,
             outside: &outside,
-            daylight: &|parts, at| daylight_at(parts, &places, at, rays, control),
+            daylight: &|parts, at| daylight_at(parts, &places, at, rays, kept, control),
         };
         let mut warnings = Vec::new();
         let lamps: Vec<&str> = lamp_names(scene, hourly);
@@ -273,25 +169,12 @@ impl Year {
         let folder = &options.scratch;
         Self::needs(scenes, options, settings)?.check(places.captors, folder)?;
         let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
-        let mut parts = Vec::new();
-        for (part, (scene, share)) in scenes.scenes.iter().zip(energies(scenes)).enumerate() {
-            let settings = Settings {
-                photons: Some((share * photons as f64).round() as u64),
-                // the parts are independent
-                seed: settings.seed ^ (part as u64) << 56,
-                ..settings.clone()
-            };
-            let of = match (part, scenes.scenes.len()) {
-                (_, 1) => String::new(),
-                (part, all) => format!(" (scene {} of {all})", part + 1),
-            };
-            (options.phase)(&format!("photons{of}"));
-            parts.push(Part::trace(scene, &places, &settings, folder, control)?);
-        }
+        let mut parts = traced(scenes, &places, options, settings, Shard::WHOLE, control)?;
         let pool = machine::pool(settings.threads)?;
-        (options.phase)("rays to the sun");
+        (options.phase)("rays to the sun for the lamps");
         let switched = pool.install(|| controlled.switch_lamps(&mut parts, entries))?;
         let parts = parts;
+        (options.phase)("rays to the sun");
 
         let (days, months) = (periods(&slots, day), periods(&slots, month));
         let first = if places.ids.len() > places.captors { places.captors } else { 0 };
@@ -318,14 +201,29 @@ impl Year {
                 _ => (Vec::new(), 0, 0),
             },
             rays,
+            kept,
             folder,
         };
-        let found = pool.install(|| Product::new(&parts, &places, &wanted, control).find())?;
+        let product = Product::new(&parts, &places, &wanted, control);
+        let found = pool.install(|| product.find())?;
+        let arrived = |captor: usize| {
+            parts.iter().fold([0; 2], |sum, part| {
+                let own = part.arrived[captor];
+                [sum[0] + own[0], sum[1] + own[1]]
+            })
+        };
+        let head = Head {
+            scene: scene.name.clone(),
+            batches: parts.iter().filter_map(|part| part.batches).min().unwrap_or(1),
+            arrived: (0..places.captors).map(arrived).collect(),
+            powers: product.powers(),
+        };
         charted.daylight = found.daylight;
         warnings.extend(few_photons(&parts, &switched));
         let unseen = Unseen::of_suns(scene, settings.seed).and_then(|unseen| unseen_sun(&unseen));
         warnings.extend(unseen);
         warnings.extend(interpolated(found.interpolated, places.ids.len()));
+        warnings.extend(other_areas(&parts));
         let Wanted { hours: hour_place, rows: row_of_slot, .. } = wanted;
         Ok(Self {
             unit: match scene.quantity {
@@ -336,6 +234,9 @@ impl Year {
             has_sun,
             photons,
             seed: settings.seed,
+            sun_rays: rays.count(),
+            quantity: scene.quantity,
+            head,
             lamps: switched.into_iter().map(|(_, lamp)| lamp).collect(),
             sums: found.periods,
             hours: found.hours,
@@ -398,6 +299,28 @@ impl Year {
         Ok(Values { places: &self.places, values, place: None })
     }
 
+    /// Returns how the light was found, and the units of the tables.
+    pub fn facts(&self) -> YearFacts {
+        YearFacts {
+            phylux: env!("CARGO_PKG_VERSION").into(),
+            scene: self.head.scene.clone(),
+            seed: self.seed,
+            photons: self.photons,
+            sun_rays: self.sun_rays,
+            from: self.slots.first().map_or(String::new(), hours::time),
+            hours: self.slots.len(),
+            unit: UnitNames { dli: Some(self.unit.into()), ..self.units() },
+            bands: self.bands.clone(),
+            warnings: self.warnings.clone(),
+        }
+    }
+
+    /// Returns the names of the units of results.
+    fn units(&self) -> UnitNames {
+        let has_dli = self.integrated.contains(&true) && self.unit == "mol/m2/d";
+        UnitNames { dli: has_dli.then(|| self.unit.into()), ..self.quantity.unit_names() }
+    }
+
     /// Returns the captors and groups whose hours were asked for, by index.
     pub fn with_hours(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.places.ids.len()).filter(|&id| self.hour_place[id].is_some())
@@ -421,34 +344,9 @@ impl Year {
     }
 }
 
-/// Returns the fractions of the photons for the combinations of states: by their energy, but at least
-/// 2 % for each. Lamps are taken to be as bright as daylight, since it is not yet known when they are
-/// on.
-fn energies(scenes: &YearScenes) -> Vec<f64> {
-    const LEAST: f64 = 0.02;
-    let of = |scene: &StateScene| {
-        let slots = scene.loaded.hourly.iter().flat_map(|hourly| &hourly.slots);
-        let (mut energy, mut time) = (0.0, 0.0);
-        for (slot, share) in slots.zip(&scene.shares) {
-            energy += share * slot.length * slot.global.max(0.0);
-            time += share * slot.length;
-        }
-        [energy, time]
-    };
-    let each: Vec<[f64; 2]> = scenes.scenes.iter().map(of).collect();
-    let total = |i: usize| each.iter().map(|sums| sums[i]).sum::<f64>();
-    let lamps = scenes.scenes.iter().all(|scene| {
-        let daylight = scene.loaded.hourly.as_ref().map_or(0, |hourly| hourly.lights.len());
-        scene.loaded.scene.lights.len() > daylight
-    });
-    let part = |sums: &[f64; 2], i: usize| if total(i) > 0.0 { sums[i] / total(i) } else { 0.0 };
-    let share = |sums| match lamps {
-        true => 0.5 * (part(sums, 0) + part(sums, 1)),
-        false => part(sums, 0),
-    };
-    let shares: Vec<f64> = each.iter().map(|sums| share(sums).max(LEAST)).collect();
-    let all: f64 = shares.iter().sum();
-    shares.iter().map(|share| share / all).collect()
+/// Returns the names of the months that have some of these hours, in order.
+pub fn months_of(slots: &[Slot]) -> Vec<String> {
+    periods(slots, month).into_keys().collect()
 }
 
 /// Numbers what is wanted, from 0.
@@ -457,54 +355,10 @@ fn numbered(wanted: impl Iterator<Item = bool>) -> Vec<Option<usize>> {
     wanted.map(|wanted| if wanted { next.next() } else { None }).collect()
 }
 
-/// Returns whether there is direct sunlight in a slot.
-fn is_sunny(hourly: &HourlyLights, slot: &Slot) -> bool {
-    !hourly.suns.is_empty() && slot.hour.is_some_and(|h| hourly.hours[h].direct_normal > 0.0)
-}
-
 /// Returns the names of the lights that are not daylight.
-fn lamp_names<'s>(scene: &'s crate::scene::world::Scene, hourly: &HourlyLights) -> Vec<&'s str> {
+fn lamp_names<'s>(scene: &'s Scene, hourly: &HourlyLights) -> Vec<&'s str> {
     let mut is_daylight = vec![false; scene.lights.len()];
     hourly.lights.iter().for_each(|light| is_daylight[light.light] = true);
     let lamps = scene.lights.iter().zip(is_daylight).filter(|(_, daylight)| !daylight);
     lamps.map(|(light, _)| light.name.as_str()).collect()
-}
-
-/// Returns warnings of captors on whose fronts too few photons of daylight, or of the lamps that are
-/// lit, arrived to estimate an error.
-fn few_photons(parts: &[Part], lamps: &[(usize, Lamp)]) -> Vec<String> {
-    let is_lit = |(_, lamp): &&(usize, Lamp)| lamp.on.iter().any(|on| *on > 0.0);
-    let lit: Vec<usize> = lamps.iter().filter(is_lit).map(|(lamp, _)| *lamp).collect();
-    let daylight = parts.iter().any(Part::has_daylight).then(|| {
-        let of = "daylight, but for what comes straight from the sun or by one flat mirror,";
-        too_few_photons(parts, of, None)
-    });
-    let of_lamps = (!lit.is_empty()).then(|| too_few_photons(parts, "the lamps", Some(&lit)));
-    [daylight, of_lamps].into_iter().flatten().flatten().collect()
-}
-
-/// Returns a warning if at more than a few captors and groups the light of hours is less sure
-/// because it is interpolated than because of chance.
-fn interpolated(many: usize, all: usize) -> Option<String> {
-    (many as f64 > MANY * all as f64).then(|| {
-        format!(
-            "hours are interpolated: at {many} of {all} captors and groups scattered sunlight changes so \
-             fast with the sun's position that this, and not chance, makes up most of the errors of hours; \
-             sums over the period are right, and an hour that matters is best run by itself"
-        )
-    })
-}
-
-/// Returns a warning of sunlight that is mirrored or refracted but not found hour by hour; `None` if
-/// there is hardly any.
-fn unseen_sun(unseen: &Unseen) -> Option<String> {
-    let share = unseen.share();
-    (share > UNSEEN).then(|| {
-        format!(
-            "about {:.2} % of the daylight on the captors is sunlight that is mirrored or refracted otherwise than \
-             by one flat pane or mirror (unseen): it is interpolated between hours, so that single hours may \
-             be wrong by more than their errors say where it is bright; sums over the period are right",
-            100.0 * share
-        )
-    })
 }

@@ -21,11 +21,13 @@ fn needs_chromium_hours_and_days_are_chosen_by_sliders() {
     let known: HashMap<(String, String), (f64, f64)> = table
         .lines()
         .skip(1)
-        .filter_map(|line| {
+        .filter(|line| line.starts_with("up,"))
+        .flat_map(|line| {
             let cells: Vec<&str> = line.split(',').collect();
             let number = |i: usize| cells[i].parse().expect("a number");
-            (cells[0] == "up")
-                .then(|| ((cells[1][..16].into(), cells[2].into()), (number(3), number(4))))
+            let time: String = cells[1][..16].into();
+            [("PAR", 2), ("far", 4)]
+                .map(|(band, i)| ((time.clone(), band.to_string()), (number(i), number(i + 1))))
         })
         .collect();
     assert_eq!(known.len(), 2 * 48);
@@ -94,12 +96,12 @@ fn hours_of_another_scene_are_refused() {
     let table = fs::read_to_string(scene.path("year/hours.csv")).expect("the hours");
     for (from, to, words) in [
         ("\nup,", "\nother,", &["another scene", "no `up`"][..]),
-        (",far,", ",near,", &["another scene", "PAR, near"]),
-        ("captor,time", "sensor,time", &["no table of hours"]),
+        ("far_", "near_", &["another scene", "PAR, near"]),
+        ("captor,time", "sensor,time", &["no such table of a year"]),
     ] {
         fs::write(scene.path("year/hours.csv"), table.replace(from, to)).expect("written");
         refused(&folder, &view, words);
     }
     fs::write(scene.path("year/hours.parquet"), "PAR1 and nothing else").expect("written");
-    refused(&folder, &view, &["hours.parquet", "no table of hours"]);
+    refused(&folder, &view, &["hours.parquet", "no such table of a year"]);
 }

@@ -35,7 +35,7 @@ fn leaf() -> World {
         .edited(|scene| scene["objects"][1]["present"] = json!(false))
 }
 
-fn find(scene: &TestScene, control: &Value, photons: u64) -> phylux::Result<Year> {
+pub fn find(scene: &TestScene, control: &Value, photons: u64) -> phylux::Result<Year> {
     let path = scene.path("control.json");
     std::fs::write(&path, control.to_string()).expect("control.json");
     let file = ControlFile::load(&path)?;

@@ -32,7 +32,7 @@ impl BandResult {
 
 impl RunResult {
     /// Adds the daily light integrals, if the results have a unit for them.
-    pub(super) fn add_dli(&mut self) {
+    pub(crate) fn add_dli(&mut self) {
         if self.unit.dli.is_none() {
             return;
         }

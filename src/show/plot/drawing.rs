@@ -1,6 +1,6 @@
 //! Draws a plot as SVG or as pixels.
 
-use super::heat_map::HeatMaps;
+use super::{carpet::Carpets, heat_map::HeatMaps};
 use crate::{
     error::{Error, Result},
     show::{
@@ -22,6 +22,7 @@ pub(super) enum Drawn {
     /// Charts, one below the other.
     Charts(Vec<Chart>),
     Maps(HeatMaps),
+    Carpets(Carpets),
 }
 
 impl Plot {
@@ -36,6 +37,7 @@ impl Plot {
                 })
             }
             Drawn::Maps(maps) => maps.svg(width),
+            Drawn::Carpets(carpets) => carpets.svg(width),
         };
         drawn.map_err(|failure| Error::run("plot", failure))
     }

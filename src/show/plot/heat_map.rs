@@ -21,7 +21,7 @@ const HIGHEST: i32 = px(420);
 /// Margins around the colours of a map: left, right, above, below, layout units.
 const ROOM: (i32, i32, i32, i32) = (px(52), px(12), px(30), px(42));
 /// Width of the colour bar with its numbers, layout units.
-const BAR: i32 = px(92);
+pub(super) const BAR: i32 = px(92);
 /// Number of colours between the ends of the bar: finer than the eye can distinguish.
 const STEPS: usize = 32;
 
@@ -83,36 +83,39 @@ impl HeatMaps {
             for (map, part) in self.maps.iter().zip(&parts) {
                 map.draw(part, &self.scale)?;
             }
-            self.draw_bar(&bar, down)
+            draw_bar(&bar, &self.scale, &self.legend, down)
         })
     }
+}
 
-    fn draw_bar(&self, area: &Area, height: i32) -> Result<(), Failure> {
-        for (i, line) in self.legend.iter().enumerate() {
-            let short: String = line.chars().take(16).collect();
-            area.draw(&Text::new(short, (px(4), px(10) + px(14) * i as i32), font(SMALL)))?;
-        }
-        let (top, bottom) = (px(60), height - ROOM.3);
-        let most = ((bottom - top) / px(28)).clamp(2, 8) as usize;
-        for y in (top..bottom).step_by(px(1) as usize) {
-            let value = self.at(1.0 - f64::from(y - top) / f64::from(bottom - top - 1));
-            // rows overlap, so that no seam is seen between them
-            let row = [(px(4), y), (px(18), (y + px(2)).min(bottom))];
-            area.draw(&Rectangle::new(row, colour(&self.scale, value).filled()))?;
-        }
-        let beside = font(SMALL).pos(Pos::new(HPos::Left, VPos::Center));
-        for value in self.scale.ticks(most) {
-            let y = bottom - (self.scale.place(value) * f64::from(bottom - top)).round() as i32;
-            let line = BLACK.stroke_width(px(1) as u32);
-            area.draw(&PathElement::new(vec![(px(18), y), (px(22), y)], line))?;
-            area.draw(&Text::new(label(value), (px(25), y), beside.clone()))?;
-        }
-        Ok(())
+/// Draws the colour bar in an area of this height, with the lines of a legend above it.
+pub(super) fn draw_bar(
+    area: &Area,
+    scale: &Scale,
+    legend: &[String],
+    height: i32,
+) -> Result<(), Failure> {
+    for (i, line) in legend.iter().enumerate() {
+        let short: String = line.chars().take(16).collect();
+        area.draw(&Text::new(short, (px(4), px(10) + px(14) * i as i32), font(SMALL)))?;
     }
-
-    fn at(&self, place: f64) -> f64 {
-        self.scale.low + place * (self.scale.high - self.scale.low)
+    let (top, bottom) = (px(60), height - ROOM.3);
+    let most = ((bottom - top) / px(28)).clamp(2, 8) as usize;
+    for y in (top..bottom).step_by(px(1) as usize) {
+        let place = 1.0 - f64::from(y - top) / f64::from(bottom - top - 1);
+        let value = scale.low + place * (scale.high - scale.low);
+        // rows overlap, so that no seam is seen between them
+        let row = [(px(4), y), (px(18), (y + px(2)).min(bottom))];
+        area.draw(&Rectangle::new(row, colour(scale, value).filled()))?;
     }
+    let beside = font(SMALL).pos(Pos::new(HPos::Left, VPos::Center));
+    for value in scale.ticks(most) {
+        let y = bottom - (scale.place(value) * f64::from(bottom - top)).round() as i32;
+        let line = BLACK.stroke_width(px(1) as u32);
+        area.draw(&PathElement::new(vec![(px(18), y), (px(22), y)], line))?;
+        area.draw(&Text::new(label(value), (px(25), y), beside.clone()))?;
+    }
+    Ok(())
 }
 
 impl HeatMap {
@@ -268,7 +271,7 @@ fn ends_of(triangles: &[[Corner; 3]]) -> [(f64, f64); 2] {
     ends(&points).map(|(low, high)| if high > low { (low, high) } else { (low - 0.5, low + 0.5) })
 }
 
-fn colour(scale: &Scale, value: f64) -> RGBColor {
+pub(super) fn colour(scale: &Scale, value: f64) -> RGBColor {
     let [r, g, b] = scale.colour(value).to_array().map(|c| (255.0 * c).round() as u8);
     RGBColor(r, g, b)
 }

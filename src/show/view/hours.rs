@@ -7,7 +7,7 @@ use indexmap::IndexSet;
 use serde_json::{Value, json};
 
 use super::levels::Levels;
-use crate::formats::hours_file::HoursFile;
+use crate::formats::year_table::YearTable;
 
 /// Limit on the number of values in a page, some 20 MB. If there are more, evenly spaced days are
 /// kept and the others left out.
@@ -31,11 +31,11 @@ pub struct Hours {
 impl Hours {
     /// Encodes the hours of a file for the captors and groups with these names, as far as the file
     /// has them.
-    pub fn new<'a>(file: &HoursFile, names: impl Iterator<Item = &'a str>) -> Self {
+    pub fn new<'a>(file: &YearTable, names: impl Iterator<Item = &'a str>) -> Self {
         Self::at_most(file, names, MOST)
     }
 
-    fn at_most<'a>(file: &HoursFile, names: impl Iterator<Item = &'a str>, most: usize) -> Self {
+    fn at_most<'a>(file: &YearTable, names: impl Iterator<Item = &'a str>, most: usize) -> Self {
         let known: HashMap<&str, usize> = file.ids.iter().map(String::as_str).zip(0..).collect();
         let rows: Vec<usize> = names.filter_map(|name| known.get(name).copied()).collect();
         let (bands, each) = (file.bands.len(), file.ids.len() * file.bands.len());
@@ -99,14 +99,14 @@ mod tests {
     #[test]
     fn hours_without_light_and_days_beyond_the_most_are_left_out() {
         let times = |hour| (1..=4).map(move |day| format!("2025-06-0{day}T{hour:02}:00+01:00"));
-        let file = HoursFile {
+        let file = YearTable {
             ids: vec!["a".into(), "b".into()],
             bands: vec!["PAR".into()],
             times: times(0).zip(times(12)).flat_map(|(night, noon)| [night, noon]).collect(),
             values: (0..4)
                 .flat_map(|d| [[0.0; 2], [0.0; 2], [d as f32 + 1.0, 0.5], [8.0, 0.0]])
                 .collect(),
-            ..HoursFile::default()
+            ..YearTable::default()
         };
         let hours = Hours::at_most(&file, ["b", "a"].into_iter(), 100);
         assert_eq!(hours.days.len(), 4);

@@ -11,6 +11,8 @@ pub enum Kind {
     Whole,
     /// Numbers.
     Number,
+    /// Numbers in single precision.
+    Single,
     /// Text.
     Text,
 }
@@ -29,6 +31,8 @@ pub enum Cell<'a> {
     Whole(u64),
     /// A number.
     Number(f64),
+    /// A number in single precision.
+    Single(f32),
     /// Text.
     Text(&'a str),
     /// The value of a parameter.
@@ -47,6 +51,7 @@ impl Cell<'_> {
         match self {
             Self::Whole(n) => n.to_string(),
             Self::Number(v) => v.to_string(),
+            Self::Single(v) => v.to_string(),
             Self::Text(text) => text.to_string(),
             Self::Value(Value::String(text)) => text.clone(),
             Self::Value(value) => value.to_string(),

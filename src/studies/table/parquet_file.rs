@@ -35,6 +35,7 @@ struct Column {
 enum Values {
     Whole(Vec<i64>),
     Number(Vec<f64>),
+    Single(Vec<f32>),
     Text(Vec<ByteArray>),
 }
 
@@ -78,6 +79,7 @@ fn begin<W: Write + Send>(
         let (physical, logical) = match kind {
             Kind::Whole => (Physical::INT64, Some(LogicalType::integer(64, false))),
             Kind::Number => (Physical::DOUBLE, None),
+            Kind::Single => (Physical::FLOAT, None),
             Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         };
         let field = Type::primitive_type_builder(name, physical);
@@ -95,6 +97,7 @@ impl Column {
         let values = match kind {
             Kind::Whole => Values::Whole(Vec::new()),
             Kind::Number => Values::Number(Vec::new()),
+            Kind::Single => Values::Single(Vec::new()),
             Kind::Text => Values::Text(Vec::new()),
         };
         Self { values, present: Vec::new() }
@@ -104,6 +107,7 @@ impl Column {
         let number = match cell {
             Cell::Whole(n) => Some(*n as f64),
             Cell::Number(v) => Some(*v),
+            Cell::Single(v) => Some((*v).into()),
             Cell::Value(value) => value.as_f64(),
             Cell::Text(_) | Cell::Nothing => None,
         };
@@ -117,6 +121,10 @@ impl Column {
             (Values::Whole(_), _) => false,
             (Values::Number(values), _) => {
                 values.extend(number);
+                number.is_some()
+            }
+            (Values::Single(values), _) => {
+                values.extend(number.map(|number| number as f32));
                 number.is_some()
             }
             (Values::Text(values), cell) => {
@@ -134,6 +142,9 @@ impl Column {
                 writer.write_batch(&std::mem::take(values), Some(&present), None)?;
             }
             (Values::Number(values), ColumnWriter::DoubleColumnWriter(writer)) => {
+                writer.write_batch(&std::mem::take(values), Some(&present), None)?;
+            }
+            (Values::Single(values), ColumnWriter::FloatColumnWriter(writer)) => {
                 writer.write_batch(&std::mem::take(values), Some(&present), None)?;
             }
             (Values::Text(values), ColumnWriter::ByteArrayColumnWriter(writer)) => {

@@ -144,7 +144,8 @@ impl Controlled<'_> {
                     }
                 }
                 let name = parts[0].scene.lights[parts[0].lamps[lamp]].name.clone();
-                let (watts, on, power) = (entry.lamps.watts, entry.on.clone(), entry.power.clone());
+                let watts = entry.lamps.watts.or(parts[0].scene.watts.get(&name).copied());
+                let (on, power) = (entry.on.clone(), entry.power.clone());
                 switched.push((lamp, Lamp { name, watts, on, power }));
             }
         }

@@ -1,12 +1,23 @@
 //! The light of a scene by the hour: what each of its lights brings, and how strong each is in each
 //! hour.
 
-use std::path::Path;
+use std::{
+    path::Path,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
-use super::{matrix::Matrix, places::Places, states::StateScene};
+use super::{
+    kept::{Kept, Row},
+    matrix::Matrix,
+    places::Places,
+    states::StateScene,
+};
 use crate::{
     error::{Error, Result},
-    formats::scene_file::{HourlyLight, HourlyLights},
+    formats::{
+        scene_file::{HourlyLight, HourlyLights},
+        year_work::{Unit, UnitKind},
+    },
     results::result::FEW_HISTORIES,
     scene::{
         captor::{CHANNELS, Channel},
@@ -14,7 +25,9 @@ use crate::{
         world::Scene,
     },
     transport::{
+        direct_sun::{SunRays, direct_sun},
         settings::Settings,
+        shard::Shard,
         simulate::{Control, simulate_light_by_light},
         tally::Totals,
     },
@@ -22,6 +35,8 @@ use crate::{
 
 /// A scene whose lights have been traced one by one.
 pub(super) struct Part<'a> {
+    /// Index of its combination of states.
+    index: usize,
     pub scene: &'a Scene,
     /// The lights that are daylight.
     pub hourly: &'a [HourlyLight],
@@ -44,21 +59,26 @@ pub(super) struct Part<'a> {
     pub is_daylight: Vec<bool>,
     /// The lights that are not.
     pub lamps: Vec<usize>,
+    /// The least number of batches of a light; `None` without lights.
+    pub batches: Option<u64>,
+    /// For each captor, the numbers of photons that arrived on its front and on its back.
+    pub arrived: Vec<[u64; 2]>,
     /// For each captor, the number of photons of daylight that arrived on its front.
-    arrived: Vec<u64>,
+    of_daylight: Vec<u64>,
     /// For each other light and captor, that number, at most 255.
     of_lamps: Vec<Vec<u8>>,
 }
 
 impl<'a> Part<'a> {
-    /// Traces the lights of a scene that was loaded by the hour. `folder` takes what does not fit
-    /// into memory. Errors: those of a run.
-    pub fn trace(
+    /// Prepares the scene of a combination of states, by its index, without tracing anything.
+    /// `folder` takes what does not fit into memory. Errors: it was not loaded by the hour; the
+    /// folder cannot be written.
+    pub fn new(
+        index: usize,
         StateScene { loaded, shares, .. }: &'a StateScene,
         places: &Places,
-        settings: &Settings,
+        seed: u64,
         folder: &Path,
-        control: &Control,
     ) -> Result<Self> {
         let scene = &loaded.scene;
         let hourly = loaded.hourly.as_ref().ok_or_else(|| {
@@ -77,46 +97,70 @@ impl<'a> Part<'a> {
                 weights[slot].push((light.light, factor * shares[slot]));
             }
         }
-        let responses = Matrix::new(scene.lights.len(), places.ids.len() * places.light(), folder)?;
         let (suns, lights) = moving_suns(hourly);
-        let mut part = Self {
+        Ok(Self {
+            index,
             scene,
             hourly: &hourly.lights,
-            responses,
+            responses: Matrix::new(scene.lights.len(), places.ids.len() * places.light(), folder)?,
             weights,
             suns,
             lights,
             shares,
             areas: Places::new(scene).areas,
-            seed: settings.seed,
+            seed,
             lamps: (0..scene.lights.len()).filter(|&light| !is_daylight[light]).collect(),
             is_daylight,
-            arrived: vec![0; scene.captors.len()],
+            batches: None,
+            arrived: vec![[0; 2]; scene.captors.len()],
+            of_daylight: vec![0; scene.captors.len()],
             of_lamps: vec![Vec::new(); scene.lights.len()],
-        };
-        let mut row = vec![[0.0; 2]; places.ids.len() * places.light()];
-        simulate_light_by_light(scene, settings, control, &mut |light, totals| {
-            part.take(light, totals, places, &mut row)
-        })?;
-        Ok(part)
+        })
     }
 
-    /// Takes in what a light brings.
-    fn take(
+    /// Traces those of the lights that `shard` holds and that are not kept. What a light brings is
+    /// taken in and kept. Errors: those of a run; a file cannot be read or written.
+    pub fn trace(
         &mut self,
-        light: usize,
-        totals: &Totals,
         places: &Places,
-        row: &mut [[f32; 2]],
+        settings: &Settings,
+        shard: Shard,
+        kept: Kept,
+        control: &Control,
     ) -> Result<()> {
-        let photons = |captor: usize| totals.photons(self.scene.captors[captor].first_channel);
-        let captors = 0..self.scene.captors.len();
-        if self.is_daylight[light] {
-            self.arrived.iter_mut().enumerate().for_each(|(c, sum)| *sum += photons(c));
-        } else {
-            self.of_lamps[light] = captors.map(|c| photons(c).min(255) as u8).collect();
+        let index = self.index;
+        let unit =
+            |light: usize| Unit { part: index as u32, kind: UnitKind::Light, index: light as u64 };
+        let (counts, values) =
+            (1 + 2 * self.scene.captors.len(), places.ids.len() * places.light());
+        let mut missing = Vec::new();
+        for light in 0..self.scene.lights.len() {
+            match kept.get(unit(light), counts, values)? {
+                Some(row) => self.take(light, &row)?,
+                None if shard.holds(light) => missing.push(light),
+                None => {}
+            }
         }
-        for (id, row) in row.chunks_exact_mut(places.light()).enumerate() {
+        let scene = self.scene;
+        let mut row = Row { counts: vec![0; counts], values: vec![[0.0; 2]; values] };
+        simulate_light_by_light(scene, settings, control, &missing, &mut |light, totals| {
+            self.fill(totals, places, &mut row);
+            kept.put(unit(light), &row.counts, &row.values)?;
+            self.take(light, &row)
+        })
+    }
+
+    /// Fills in what a light brings: the number of batches and, for each captor, the numbers of
+    /// photons on its front and back; the values of all ids.
+    fn fill(&self, totals: &Totals, places: &Places, row: &mut Row) {
+        let few = |count: u64| u32::try_from(count).unwrap_or(u32::MAX);
+        row.counts[0] = few(totals.batches);
+        for (captor, out) in self.scene.captors.iter().zip(row.counts[1..].chunks_exact_mut(2)) {
+            let back = captor.kind.has_back().then_some(captor.first_channel + 1);
+            out[0] = few(totals.photons(captor.first_channel));
+            out[1] = back.map_or(0, |channel| few(totals.photons(channel)));
+        }
+        for (id, row) in row.values.chunks_exact_mut(places.light()).enumerate() {
             for (channel, row) in CHANNELS.iter().zip(row.chunks_exact_mut(places.columns)) {
                 if !places.has(id, *channel) {
                     continue;
@@ -130,7 +174,55 @@ impl<'a> Part<'a> {
                 }
             }
         }
-        self.responses.write(light, 0, row)
+    }
+
+    /// Takes in what a light brings.
+    fn take(&mut self, light: usize, row: &Row) -> Result<()> {
+        let batches = u64::from(row.counts[0]);
+        self.batches = self.batches.min(Some(batches)).or(Some(batches));
+        let counts = row.counts[1..].as_chunks().0;
+        for (sums, own) in self.arrived.iter_mut().zip(counts) {
+            let [front, back]: [u32; 2] = *own;
+            *sums = [sums[0] + u64::from(front), sums[1] + u64::from(back)];
+        }
+        let fronts = counts.iter().map(|&[front, _]| front);
+        match self.is_daylight[light] {
+            true => {
+                let sums = self.of_daylight.iter_mut().zip(fronts);
+                sums.for_each(|(sum, front)| *sum += u64::from(front));
+            }
+            false => self.of_lamps[light] = fronts.map(|front| front.min(255) as u8).collect(),
+        }
+        self.responses.write(light, 0, &row.values)
+    }
+
+    /// Returns the light that comes straight from the sun to a captor in the hours of each sun, as
+    /// it was kept or by looking for it. Error: a file cannot be read or written.
+    pub fn direct(
+        &self,
+        captor: usize,
+        places: &Places,
+        rays: SunRays,
+        kept: Kept,
+        stop: &AtomicBool,
+    ) -> Result<Vec<[f32; 2]>> {
+        let unit = self.direct_unit(captor);
+        let values = self.lights.len() * places.row();
+        if let Some(row) = kept.get(unit, 0, values)? {
+            return Ok(row.values);
+        }
+        let (lights, channels) = (&self.lights, places.channels);
+        let rows = direct_sun(self.scene, captor, channels, lights, self.seed, rays, stop);
+        // after a stop the rows are not complete
+        if !stop.load(Ordering::Relaxed) {
+            kept.put(unit, &[], &rows)?;
+        }
+        Ok(rows)
+    }
+
+    /// Returns the unit of work that finds the light straight from the sun on a captor.
+    pub fn direct_unit(&self, captor: usize) -> Unit {
+        Unit { part: self.index as u32, kind: UnitKind::Captor, index: captor as u64 }
     }
 
     /// Returns whether daylight ever shines.
@@ -151,7 +243,7 @@ impl<'a> Part<'a> {
 /// of these `lamps`, to estimate an error; `None` if there are no such captors.
 pub(super) fn too_few_photons(parts: &[Part], of: &str, lamps: Option<&[usize]>) -> Option<String> {
     let in_part = |part: &Part, captor: usize| match lamps {
-        None => part.arrived[captor],
+        None => part.of_daylight[captor],
         Some(lamps) => lamps.iter().map(|&l| u64::from(part.of_lamps[part.lamps[l]][captor])).sum(),
     };
     let captors = &parts[0].scene.captors;

@@ -24,23 +24,23 @@ pub(super) struct Shape {
     pub kind: &'static str,
     pub center: Option<DVec3>,
     pub normal: Option<DVec3>,
-    /// Names of its groups, separated by semicolons.
-    pub groups: String,
+    /// Names of its groups.
+    pub groups: Vec<String>,
 }
 
 impl Shape {
     fn new(scene: &Scene, of: Of) -> Self {
         let Of::Captor(captor) = of else {
-            return Self { kind: "group", center: None, normal: None, groups: String::new() };
+            return Self { kind: "group", center: None, normal: None, groups: Vec::new() };
         };
         let captor = &scene.captors[captor];
-        let groups: Vec<&str> = captor.groups.iter().map(|&g| scene.groups[g].as_str()).collect();
+        let groups = captor.groups.iter().map(|&g| scene.groups[g].clone()).collect();
         let kind = match captor.kind {
             CaptorKind::Virtual { .. } => "virtual",
             CaptorKind::Surface => "surface",
         };
         let (center, normal) = (Some(captor.center), Some(captor.normal));
-        Self { kind, center, normal, groups: groups.join("; ") }
+        Self { kind, center, normal, groups }
     }
 }
 
@@ -126,6 +126,15 @@ impl Places {
         });
         let more = || self.ids.get(other.ids.len()).or(other.ids.get(self.ids.len()));
         others.next().map(|(_, (a, _))| a).or_else(more).map(String::as_str)
+    }
+
+    /// Returns for each group its captors, by their indices.
+    pub(super) fn members(&self) -> Vec<Vec<usize>> {
+        let mut members = vec![Vec::new(); self.id_of_group.len()];
+        for (captor, groups) in self.groups.iter().enumerate() {
+            groups.iter().for_each(|&group| members[group].push(captor));
+        }
+        members
     }
 
     /// Returns the number of values of an id without the sunlit share.

@@ -7,23 +7,24 @@ use std::{
     sync::atomic::{AtomicBool, AtomicU64, Ordering},
 };
 
-use ndarray::{ArrayView2, ArrayViewMut2, linalg::general_mat_mul};
 use rayon::prelude::*;
 
 use super::{
     hours::Period,
     interpolated::{FACTOR, HOURS, bends},
+    kept::Kept,
     matrix::Matrix,
     part::Part,
     places::{Of, Places},
     responses::Responses,
+    strengths::{Strengths, add_product},
     value::Value,
 };
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
     scene::captor::{CHANNELS, Channel},
     transport::{
-        direct_sun::{SunRays, direct_sun},
+        direct_sun::SunRays,
         simulate::{Control, Progress},
     },
 };
@@ -32,9 +33,6 @@ use crate::{
 pub(super) const BLOCK: usize = 16;
 /// Number of hours that are multiplied at once.
 const SLOTS: usize = 256;
-/// Lights that shine in at least one of this many hours are multiplied as a dense matrix.
-const DENSE: usize = 4;
-
 /// What is to be found.
 pub(super) struct Wanted<'a> {
     /// For each id, its place in the table of hours.
@@ -48,6 +46,7 @@ pub(super) struct Wanted<'a> {
     /// are given.
     pub daylight: (Vec<usize>, usize, usize),
     pub rays: SunRays,
+    pub kept: Kept<'a>,
     pub folder: &'a Path,
 }
 
@@ -61,61 +60,6 @@ pub(super) struct Found {
     pub interpolated: usize,
     /// For each id of [`Wanted::daylight`] and each of the periods, daylight alone.
     pub daylight: Vec<Vec<f64>>,
-}
-
-/// How strong the lights of a part are.
-struct Strengths {
-    /// Lights that shine in many hours, and their strengths, hour by hour.
-    dense: Vec<usize>,
-    hours: Vec<f64>,
-    /// For each slot the other lights that shine.
-    sparse: Vec<Vec<(usize, f64)>>,
-    /// For each period the strengths of all lights, and their squares.
-    periods: Vec<f64>,
-    squares: Vec<f64>,
-}
-
-impl Strengths {
-    fn new(part: &Part, wanted: &Wanted, slots: &[usize]) -> Self {
-        let lights = part.responses.rows();
-        let mut counts = vec![0; lights];
-        part.weights.iter().flatten().for_each(|&(light, _)| counts[light] += 1);
-        let dense: Vec<usize> =
-            (0..lights).filter(|&l| DENSE * counts[l] >= slots.len().max(1)).collect();
-        let mut place = vec![None; lights];
-        dense.iter().enumerate().for_each(|(i, &light)| place[light] = Some(i));
-        let mut hours = vec![0.0; slots.len() * dense.len()];
-        let mut sparse = vec![Vec::new(); part.weights.len()];
-        for (i, &slot) in slots.iter().enumerate() {
-            for &(light, weight) in &part.weights[slot] {
-                match place[light] {
-                    Some(place) => hours[i * dense.len() + place] += weight,
-                    None => sparse[slot].push((light, weight)),
-                }
-            }
-        }
-        let mut periods = vec![0.0; wanted.periods.len() * lights];
-        for (period, row) in wanted.periods.iter().zip(periods.chunks_mut(lights.max(1))) {
-            for &(slot, share) in &period.slots {
-                part.weights[slot].iter().for_each(|&(l, weight)| row[l] += share * weight);
-            }
-        }
-        let squares = periods.iter().map(|x| x * x).collect();
-        Self { dense, hours, sparse, periods, squares }
-    }
-}
-
-/// Adds the product of two matrices, of `m` x `k` and `k` x `n` numbers row by row, to `out`.
-fn add_product([m, k, n]: [usize; 3], a: &[f64], b: &[f64], out: &mut [f64]) {
-    if m * k * n == 0 {
-        return;
-    }
-    let views = (ArrayView2::from_shape((m, k), a), ArrayView2::from_shape((k, n), b));
-    let (Ok(a), Ok(b), Ok(mut out)) = (views.0, views.1, ArrayViewMut2::from_shape((m, n), out))
-    else {
-        unreachable!("matrices of other sizes");
-    };
-    general_mat_mul(1.0, &a, &b, 1.0, &mut out);
 }
 
 /// The product for one year.
@@ -158,7 +102,10 @@ impl<'a> Product<'a> {
         let sunny: Vec<usize> = (0..slots.len()).filter(sunny).collect();
         let step = sunny.len().div_ceil(HOURS).max(1);
         Self {
-            strengths: parts.iter().map(|part| Strengths::new(part, wanted, &slots)).collect(),
+            strengths: parts
+                .iter()
+                .map(|part| Strengths::new(part, &wanted.periods, &slots))
+                .collect(),
             looked_at: sunny.into_iter().step_by(step).collect(),
             parts,
             places,
@@ -167,6 +114,23 @@ impl<'a> Product<'a> {
             done: AtomicU64::new(0),
             control,
         }
+    }
+
+    /// Returns for each period the mean power of all lights, in bands and sums: W or umol/s.
+    pub fn powers(&self) -> Vec<Vec<f64>> {
+        let scene = self.parts[0].scene;
+        let of = |(p, period): (usize, &Period)| {
+            let weight: f64 = period.slots.iter().map(|(_, weight)| weight).sum();
+            let mut power = vec![0.0; scene.bands.len()];
+            for (part, strengths) in self.parts.iter().zip(&self.strengths) {
+                let lights = &part.scene.lights;
+                for (light, strength) in lights.iter().zip(&strengths.periods[p * lights.len()..]) {
+                    add(&mut power, strength / weight, &light.power);
+                }
+            }
+            scene.with_sums(&power)
+        };
+        self.wanted.periods.iter().enumerate().map(of).collect()
     }
 
     /// Finds all light. Error: `control` stopped the work, or the disk is full.
@@ -222,23 +186,21 @@ impl<'a> Product<'a> {
         let of_part = |part: &Part<'a>| {
             ids.clone().into_par_iter().map(|captor| self.direct(part, captor)).collect()
         };
-        let direct = self.parts.iter().map(of_part).collect();
+        let direct = self.parts.iter().map(of_part).collect::<Result<_>>()?;
         stopped(self.control.stop)?;
         Ok(direct)
     }
 
-    fn direct(&self, part: &Part, captor: usize) -> Vec<[f32; 2]> {
-        let (rays, seed) = (self.wanted.rays, part.seed);
-        let stop = self.control.stop;
-        let rows =
-            direct_sun(part.scene, captor, self.places.channels, &part.lights, seed, rays, stop);
+    fn direct(&self, part: &Part, captor: usize) -> Result<Vec<[f32; 2]>> {
+        let Wanted { rays, kept, .. } = *self.wanted;
+        let rows = part.direct(captor, self.places, rays, kept, self.control.stop)?;
         let suns: usize = self.parts.iter().map(|part| part.lights.len()).sum();
         let points = |suns: usize| suns as u64 * rays.count();
         let done = self.done.fetch_add(points(part.lights.len()), Ordering::Relaxed);
         let photons = done + points(part.lights.len());
         let of = Some(points(suns) * self.places.captors as u64);
         (self.control.progress)(Progress { photons, of, worst: None });
-        rows
+        Ok(rows)
     }
 
     /// Adds the sunlight of some captors to that of their groups, by their areas.
@@ -467,27 +429,28 @@ pub(super) fn daylight_at(
     places: &Places,
     (id, band): (usize, usize),
     rays: SunRays,
+    kept: Kept,
     control: &Control,
 ) -> Result<Vec<f64>> {
     let mut sums = vec![0.0; parts[0].weights.len()];
+    let captors: Vec<usize> = match places.of[id] {
+        Of::Captor(captor) => vec![captor],
+        Of::Group(group) => std::mem::take(&mut places.members()[group]),
+    };
+    let suns: usize = parts.iter().map(|part| part.lights.len()).sum();
+    let done = AtomicU64::new(0);
     for part in parts {
         let fronts = (0..part.responses.rows()).map(|l| part.front(places, l, id, band));
         let fronts: Vec<f64> = fronts.collect::<Result<_>>()?;
-        let group = |group: usize| {
-            let members = part.scene.captors.iter().enumerate();
-            members.filter(|(_, c)| c.groups.contains(&group)).map(|(c, _)| c).collect()
+        let direct = |&captor: &usize| {
+            let rows = part.direct(captor, places, rays, kept, control.stop);
+            let own = part.lights.len() as u64 * rays.count();
+            let photons = done.fetch_add(own, Ordering::Relaxed) + own;
+            let of = Some((suns * captors.len()) as u64 * rays.count());
+            (control.progress)(Progress { photons, of, worst: None });
+            rows
         };
-        let captors: Vec<usize> = match places.of[id] {
-            Of::Captor(captor) => vec![captor],
-            Of::Group(of) => group(of),
-        };
-        let rows: Vec<Vec<[f32; 2]>> = captors
-            .par_iter()
-            .map(|&c| {
-                let (stop, lights) = (control.stop, &part.lights);
-                direct_sun(part.scene, c, places.channels, lights, part.seed, rays, stop)
-            })
-            .collect();
+        let rows: Vec<Vec<[f32; 2]>> = captors.par_iter().map(direct).collect::<Result<_>>()?;
         stopped(control.stop)?;
         let area: f64 = captors.iter().map(|&c| part.scene.captors[c].area).sum();
         for (slot, sum) in sums.iter_mut().enumerate() {

@@ -1,9 +1,11 @@
-//! The output of a year by the hour: tables of hours, days, months, the whole period and lamps, and
-//! a chart.
+//! The output of a year by the hour: tables of hours, days, months, the whole period and lamps, a
+//! chart, and results of months.
 
 use std::{
+    borrow::Cow,
+    cell::Cell,
     io::{self, Write},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use super::{
@@ -14,24 +16,23 @@ use crate::{
     error::{Error, Result},
     formats::{
         output::{FilesRead, OutputFile},
+        result_file::{write_json, write_lines},
         written::{CompleteOwn, OwnFile, Written},
+        year_table::{Face, YearFolder},
     },
     scene::captor::Channel,
-    show::chart::{Chart, Series, Stroke, Width},
-    studies::table::{Cell, Kind, TableFile},
+    show::{
+        chart::Width,
+        plot::{DailyLight, OfId},
+    },
+    studies::table::{Cell as Entry, Kind, TableFile},
 };
 
-/// The files beside the table of hours: tables that are always CSV, and the chart.
-const OTHERS: [&str; 8] = [
-    "days.csv",
-    "months.csv",
-    "year.csv",
-    "lamps.csv",
-    CHART,
-    "captors.csv",
-    "states.csv",
-    "ratios.csv",
-];
+/// The tables of values, which are Parquet unless CSV is asked for.
+const TABLES: [&str; 4] = ["hours", "days", "months", "year"];
+/// The other files, of which tables are always CSV.
+const OTHERS: [&str; 6] =
+    ["lamps.csv", CHART, "captors.csv", "states.csv", "ratios.csv", YearFolder::FACTS];
 const CHART: &str = "dli.svg";
 /// The record of these files in their folder, and what to do about one that is not of it.
 const RECORD: &str = "year.written.json";
@@ -40,30 +41,67 @@ const REMEDY: &str = "move it away, or write into another folder";
 /// The files of a year, all of which are written or none.
 pub struct YearTables {
     written: Written,
-    /// The files and their names: the table of hours, then the others.
+    folder: PathBuf,
+    /// The files and their names: tables of values, the others, and results of months.
     files: Vec<(String, OutputFile)>,
-    /// Whether the table of hours is Parquet.
+    /// Whether the tables of values are Parquet.
     parquet: bool,
+    /// Whether there are results of months.
+    results: bool,
 }
 
 impl YearTables {
-    /// Prepares the files in an existing folder; `file` opens each. The table of hours is Parquet,
-    /// or CSV if that is asked for or this build does not support Parquet. Error: there is a file
-    /// that was not written by such tables, or has changed since.
+    /// Prepares the files in an existing folder; `file` opens each. The tables of values are
+    /// Parquet, or CSV if that is asked for or this build does not support Parquet. Error: there is
+    /// a file that was not written by such tables, or has changed since.
     pub fn create(
         folder: &Path,
         csv: bool,
-        mut file: impl FnMut(&Path) -> Result<OutputFile>,
+        file: impl FnMut(&Path) -> Result<OutputFile>,
     ) -> Result<Self> {
         let ending = if csv { "csv" } else { TableFile::<OwnFile>::ENDING };
-        let names = [&[format!("hours.{ending}")][..], &OTHERS.map(String::from)].concat();
-        let written = Written::read(folder, RECORD, REMEDY)?;
-        written.check(&names)?;
-        let files = names.into_iter().map(|name| {
-            let prepared = file(&folder.join(&name))?;
-            Ok((name, prepared))
-        });
-        Ok(Self { files: files.collect::<Result<_>>()?, written, parquet: ending == "parquet" })
+        let names = TABLES.iter().map(|name| format!("{name}.{ending}"));
+        let names = names.chain(OTHERS.map(String::from)).collect();
+        let mut tables = Self {
+            written: Written::read(folder, RECORD, REMEDY)?,
+            folder: folder.to_path_buf(),
+            files: Vec::new(),
+            parquet: ending == "parquet",
+            results: false,
+        };
+        tables.add(names, file)?;
+        Ok(tables)
+    }
+
+    /// Returns the folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Prepares results of each of these months, and of the whole period, besides. Error: as for
+    /// [`create`](Self::create).
+    pub fn with_results<'m>(
+        mut self,
+        months: impl Iterator<Item = &'m String>,
+        file: impl FnMut(&Path) -> Result<OutputFile>,
+    ) -> Result<Self> {
+        let months = months.map(String::as_str).chain(["all"]);
+        self.add(months.map(|month| format!("results-{month}.json")).collect(), file)?;
+        self.results = true;
+        Ok(self)
+    }
+
+    fn add(
+        &mut self,
+        names: Vec<String>,
+        mut file: impl FnMut(&Path) -> Result<OutputFile>,
+    ) -> Result<()> {
+        self.written.check(&names)?;
+        for name in names {
+            let prepared = file(&self.folder.join(&name))?;
+            self.files.push((name, prepared));
+        }
+        Ok(())
     }
 }
 
@@ -76,29 +114,34 @@ impl Year {
 }
 
 /// Writes all tables and the chart. None of them may replace a file that was `read`.
-/// `progress` is told how many hours are written, and of how many.
+/// `progress` is told how many rows are written, and of how many.
 pub fn write(
     year: &Year,
     tables: YearTables,
     read: &FilesRead,
     progress: &dyn Fn(u64, u64),
 ) -> Result<()> {
-    let YearTables { written, files, parquet } = tables;
+    let YearTables { written, files, parquet, results, .. } = tables;
     let mut files = files.into_iter();
     let mut next = || {
         let (name, file) = files.next().ok_or_else(|| Error::run("tables", "one is missing"))?;
         Ok(written.begin(&name, file.open(read)?))
     };
-    let mut complete =
-        vec![table(next()?, &columns(&["captor", "time", "band"]), parquet, |file| {
-            hours(year, file, progress)
-        })?];
-    let days = || year.days.keys().enumerate().map(|(d, name)| (name.as_str(), year.day(d)));
-    let months = || year.months.keys().enumerate().map(|(m, name)| (name.as_str(), year.month(m)));
-    let whole = || std::iter::once(("all", year.whole()));
-    complete.push(sums(year, next()?, "day", days())?);
-    complete.push(sums(year, next()?, "month", months())?);
-    complete.push(sums(year, next()?, "period", whole())?);
+    let counted = Counted::new(year, progress);
+    let all: Vec<usize> = (0..year.places.ids.len()).collect();
+    let with_hours: Vec<usize> = year.with_hours().collect();
+    let hours = year.slots.iter().enumerate();
+    let hours = hours.map(|(s, slot)| (Cow::Owned(time(slot)), year.hour(s)));
+    let hours = hours.filter(|_| !with_hours.is_empty());
+    let days = year.days.keys().enumerate().map(|(d, name)| (name.into(), year.day(d)));
+    let months = year.months.keys().enumerate().map(|(m, name)| (name.into(), year.month(m)));
+    let whole = std::iter::once((Cow::Borrowed("all"), year.whole()));
+    let mut complete = vec![
+        values(year, next()?, ("time", &with_hours), parquet, hours, &counted)?,
+        values(year, next()?, ("day", &all), parquet, days, &counted)?,
+        values(year, next()?, ("month", &all), parquet, months, &counted)?,
+        values(year, next()?, ("period", &all), parquet, whole, &counted)?,
+    ];
     let columns = [
         ("light", Kind::Text),
         ("month", Kind::Text),
@@ -113,6 +156,16 @@ pub fn write(
     let columns = [("state", Kind::Text), ("month", Kind::Text), ("hours", Kind::Number)];
     complete.push(table(next()?, &columns, false, |file| states(year, file))?);
     complete.push(table(next()?, &RATIOS, false, |file| ratios(year, file))?);
+    let mut file = next()?;
+    write_lines(&year.facts(), &mut file).map_err(unwritten)?;
+    complete.push(file.complete()?);
+    if results {
+        for month in (0..year.months.len()).map(Some).chain([None]) {
+            let mut file = next()?;
+            write_json(&year.result(month)?, &mut file).map_err(unwritten)?;
+            complete.push(file.complete()?);
+        }
+    }
     written.put(complete)
 }
 
@@ -120,22 +173,24 @@ fn unwritten(e: io::Error) -> Error {
     Error::run("tables", format!("cannot be written: {e}"))
 }
 
-/// The values of a row: those of the front have the names that they had before there were others.
-const VALUES: [&str; 8] = [
-    "value",
-    "standard_error",
-    "back",
-    "back_se",
-    "absorbed",
-    "absorbed_se",
-    "sunlit",
-    "sunlit_se",
-];
+/// Counts the rows of the tables of values.
+struct Counted<'p> {
+    done: Cell<u64>,
+    of: u64,
+    progress: &'p dyn Fn(u64, u64),
+}
 
-/// Returns the columns of a table, the first of which have these names and hold text.
-fn columns<'c>(texts: &[&'c str]) -> Vec<(&'c str, Kind)> {
-    let texts = texts.iter().map(|&name| (name, Kind::Text));
-    texts.chain(VALUES.map(|name| (name, Kind::Number))).collect()
+impl<'p> Counted<'p> {
+    fn new(year: &Year, progress: &'p dyn Fn(u64, u64)) -> Self {
+        let sums = year.days.len() + year.months.len() + 1;
+        let of = year.with_hours().count() * year.slots.len() + year.places.ids.len() * sums;
+        Self { done: Cell::new(0), of: of as u64, progress }
+    }
+
+    fn add(&self, rows: usize) {
+        self.done.set(self.done.get() + rows as u64);
+        (self.progress)(self.done.get(), self.of);
+    }
 }
 
 fn table<'a>(
@@ -149,154 +204,83 @@ fn table<'a>(
     table.end().map_err(unwritten)?.complete()
 }
 
-fn hours<W: Write + Send>(
-    year: &Year,
-    table: &mut TableFile<W>,
-    progress: &dyn Fn(u64, u64),
-) -> Result<()> {
-    let ids: Vec<usize> = year.with_hours().collect();
-    for (s, slot) in year.slots.iter().enumerate().filter(|_| !ids.is_empty()) {
-        rows(year, &ids, &time(slot), None, &year.hour(s)?, table)?;
-        progress(s as u64 + 1, year.slots.len() as u64);
-    }
-    Ok(())
-}
-
-/// Writes the table of sums over periods, the names of which stand in a column called `of`.
-fn sums<'y>(
+/// Writes a table of values: a row for each time, the names of which stand in a column called `of`,
+/// and each of these ids. Tables of sums have the bands that have one, and a column with their unit.
+fn values<'y>(
     year: &'y Year,
     file: OwnFile,
-    of: &str,
-    periods: impl Iterator<Item = (&'y str, Result<Values<'y>>)>,
+    (of, ids): (&str, &[usize]),
+    parquet: bool,
+    times: impl Iterator<Item = (Cow<'y, str>, Result<Values<'y>>)>,
+    counted: &Counted,
 ) -> Result<CompleteOwn> {
-    let ids: Vec<usize> = (0..year.places.ids.len()).collect();
-    table(file, &columns(&["captor", of, "band", "unit"]), false, |table| {
-        for (name, values) in periods {
-            rows(year, &ids, name, Some(year.unit), &values?, table)?;
+    let sums = of != "time";
+    let bands: Vec<usize> =
+        (0..year.bands.len()).filter(|&band| !sums || year.integrated[band]).collect();
+    let faces = [(Channel::Front, Face::Front), (Channel::Back, Face::Back)];
+    let faces = faces.into_iter().chain([(Channel::Absorbed, Face::Absorbed)]);
+    let faces: Vec<(Channel, Face)> = faces.take(year.places.channels).collect();
+    let name = |band: usize, face: Face| format!("{}_{}", year.bands[band].name, face.word());
+    let of_bands = bands.iter().flat_map(|&band| faces.iter().map(move |face| name(band, face.1)));
+    let with_error = |name: String| {
+        let error = format!("{name}_se");
+        [name, error]
+    };
+    let numbers: Vec<String> = of_bands.chain(["sunlit".into()]).flat_map(with_error).collect();
+    let texts = [Some("captor"), Some(of), sums.then_some("unit")].into_iter().flatten();
+    let numbers = numbers.iter().map(|name| (name.as_str(), Kind::Single));
+    let columns: Vec<(&str, Kind)> = texts.map(|name| (name, Kind::Text)).chain(numbers).collect();
+    table(file, &columns, parquet, |table| {
+        for (when, values) in times {
+            let values = values?;
+            let mut cells = Vec::with_capacity(columns.len());
+            for &id in ids {
+                cells.clear();
+                cells.extend([Entry::Text(&year.places.ids[id]), Entry::Text(&when)]);
+                cells.extend(sums.then_some(Entry::Text(year.unit)));
+                let light = bands.iter().flat_map(|&band| {
+                    let values = &values;
+                    faces.iter().map(move |face| values.light_pair(id, face.0, band))
+                });
+                for pair in light.chain([values.sunlit_pair(id)]) {
+                    let both = pair.map(|pair| pair.map(Entry::Single));
+                    cells.extend(both.unwrap_or([Entry::Nothing, Entry::Nothing]));
+                }
+                table.row(&cells).map_err(unwritten)?;
+            }
+            counted.add(ids.len());
         }
         Ok(())
     })
 }
 
-/// Adds one row for each of these captors and groups and each band. Daily light integrals have a
-/// row only for the bands that have one.
-fn rows<W: Write + Send>(
-    year: &Year,
-    ids: &[usize],
-    when: &str,
-    unit: Option<&str>,
-    values: &Values,
-    table: &mut TableFile<W>,
-) -> Result<()> {
-    let of_bands = year.bands.iter().zip(&year.integrated).enumerate();
-    let of_bands = of_bands.filter(|(_, (_, integrated))| unit.is_none() || **integrated);
-    let mut cells = Vec::new();
-    for &id in ids {
-        let sunlit = values.sunlit(id);
-        for (b, (band, _)) in of_bands.clone() {
-            cells.clear();
-            let texts = [&year.places.ids[id], when, &band.name];
-            cells.extend(texts.map(Cell::Text));
-            cells.extend(unit.map(Cell::Text));
-            let light = [Channel::Front, Channel::Back, Channel::Absorbed]
-                .map(|channel| values.light(id, channel, b));
-            for value in light.into_iter().chain([sunlit]) {
-                cells.push(Cell::number(value.map(|value| value.mean)));
-                cells.push(Cell::number(value.map(|value| value.variance.sqrt())));
-            }
-            table.row(&cells).map_err(unwritten)?;
-        }
-    }
-    Ok(())
-}
-
-/// Draws the daily light integral in the last band or sum that has one: the mean of each month with
-/// the range of its days, or each day if there is one month alone.
+/// Draws the daily light integral in the last band or sum that has one.
 fn chart(year: &Year) -> Result<String> {
-    let mut chart = Chart { linear_x: true, linear_y: true, ..Chart::default() };
+    let mut light = DailyLight::default();
     if let Some(band) = year.charted.band {
-        let name = &year.bands[band].name;
-        chart.title = format!("daily light integral, {name}");
-        chart.y = format!("{name}, {}", year.unit);
-        let ids = &year.charted.ids;
-        let light = |values: &Values, id: usize| {
-            values.light(id, Channel::Front, band).map_or(0.0, |v| v.mean)
-        };
-        let mut all = vec![Vec::new(); ids.len()];
+        light.band.clone_from(&year.bands[band].name);
+        light.unit = year.unit.into();
+        light.months = year.months.keys().cloned().collect();
+        light.days = year.days.keys().cloned().collect();
+        light.of =
+            year.charted.ids.iter().map(|&id| year.places.ids[id].clone()).map(OfId::new).collect();
+        for (of, daylight) in light.of.iter_mut().zip(&year.charted.daylight) {
+            of.daylight.clone_from(daylight);
+        }
+        let mean =
+            |values: &Values, id| values.light(id, Channel::Front, band).map_or(0.0, |v| v.mean);
         for day in 0..year.days.len() {
             let values = year.day(day)?;
-            for (all, &id) in all.iter_mut().zip(ids) {
-                all.push(light(&values, id));
-            }
+            let ids = year.charted.ids.iter().zip(&mut light.of);
+            ids.for_each(|(&id, of)| of.days.push(mean(&values, id)));
         }
-        let is_by_month = year.months.len() > 1;
-        for (colour, &id) in ids.iter().enumerate() {
-            let name = Some(year.places.ids[id].clone());
-            let daylight = year.charted.daylight.get(colour);
-            let mut add = |name, colour, stroke, points: Vec<(f64, f64)>| {
-                if !points.is_empty() {
-                    chart.series.push(Series { name, colour, stroke, points });
-                }
-            };
-            if !is_by_month {
-                let line = |values: &[f64]| values.iter().zip(1..).map(at).collect();
-                add(name, colour, Stroke::Line, line(&all[colour]));
-                add(None, colour, Stroke::Dashed, daylight.map_or(Vec::new(), |v| line(v)));
-                continue;
-            }
-            let width = 0.8 / ids.len() as f64;
-            let aside = width * (colour as f64 - 0.5 * (ids.len() as f64 - 1.0));
-            let (mut means, mut shares, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
-            let mut first = 0;
-            for (m, month) in year.months.keys().enumerate() {
-                let x = (m + 1) as f64 + aside;
-                let last = first
-                    + year.days.keys().skip(first).take_while(|d| d.starts_with(month)).count();
-                let days = &all[colour][first..last];
-                let mean = light(&year.month(m)?, id);
-                means.push((x, mean));
-                let sum: f64 = days.iter().sum();
-                if let Some(daylight) = daylight.filter(|_| sum > 0.0) {
-                    shares.push((x, mean * daylight[first..last].iter().sum::<f64>() / sum));
-                }
-                let of = |best: fn(f64, f64) -> f64| days.iter().copied().reduce(best);
-                ranges.extend([of(f64::min), of(f64::max)].into_iter().flatten().map(|y| (x, y)));
-                first = last;
-            }
-            let column = |pale| Stroke::Columns { width: 0.94 * width, pale };
-            add(name, colour, column(daylight.is_some()), means);
-            add(None, colour, column(false), shares);
-            // grey is seen on columns and beside them
-            add(None, Series::GREY, Stroke::Bars, ranges);
-        }
-        if is_by_month {
-            chart.x = "month, with the range of its days".into();
-            chart.x_names =
-                year.months.keys().zip(1..).map(|(m, i)| (f64::from(i), month_name(m))).collect();
-        } else {
-            let first = year.days.keys().next();
-            chart.x = first.map_or(String::new(), |day| format!("day, the first is {day}"));
-        }
-        if !year.charted.daylight.is_empty() {
-            chart.title += match is_by_month {
-                true => " (dark: daylight alone)",
-                false => " (dashed: daylight alone)",
-            };
+        for month in 0..year.months.len() {
+            let values = year.month(month)?;
+            let ids = year.charted.ids.iter().zip(&mut light.of);
+            ids.for_each(|(&id, of)| of.months.push(mean(&values, id)));
         }
     }
-    chart.svg(Width::Page).map_err(|e| Error::run(CHART, e))
-}
-
-fn at((value, x): (&f64, i32)) -> (f64, f64) {
-    (f64::from(x), *value)
-}
-
-/// Returns the name of a month at the axis, such as `Jun` for `2005-06`.
-fn month_name(month: &str) -> String {
-    let names =
-        ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
-    let number: Option<usize> = month.rsplit('-').next().and_then(|number| number.parse().ok());
-    number.and_then(|n| names.get(n.wrapping_sub(1))).map_or(month.into(), |name| name.to_string())
+    light.chart().svg(Width::Page).map_err(|e| Error::run(CHART, e))
 }
 
 /// Adds the hours and energy of each lamp for every month, then for the whole period.
@@ -317,7 +301,7 @@ fn states<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> 
         let months = year.months.iter().map(|(month, slots)| (month.as_str(), slots));
         for (when, slots) in months.chain([("all", &all)]) {
             let hours = slots.iter().map(|&s| shares[s] * year.slots[s].length).sum();
-            let cells = [Cell::Text(name), Cell::Text(when), Cell::Number(hours)];
+            let cells = [Entry::Text(name), Entry::Text(when), Entry::Number(hours)];
             table.row(&cells).map_err(unwritten)?;
         }
     }
@@ -347,11 +331,11 @@ fn ratios<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> 
         let values = values?;
         for (id, name) in year.places.ids.iter().enumerate() {
             for (r, ratio) in year.places.ratios.iter().enumerate() {
-                let mut cells = vec![Cell::Text(name), Cell::Text(when), Cell::Text(ratio)];
+                let mut cells = vec![Entry::Text(name), Entry::Text(when), Entry::Text(ratio)];
                 for channel in [Channel::Front, Channel::Back, Channel::Absorbed] {
                     let found = values.ratio(id, channel, r);
-                    cells.push(Cell::number(found.map(|found| found.mean)));
-                    cells.push(Cell::number(found.map(|found| found.variance.sqrt())));
+                    cells.push(Entry::number(found.map(|found| found.mean)));
+                    cells.push(Entry::number(found.map(|found| found.variance.sqrt())));
                 }
                 table.row(&cells).map_err(unwritten)?;
             }
@@ -377,17 +361,18 @@ const CAPTORS: [(&str, Kind); 10] = [
 fn captors<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
     let places = &year.places;
     for (id, (name, shape)) in places.ids.iter().zip(&places.shapes).enumerate() {
-        let mut cells = vec![Cell::Text(name), Cell::Text(shape.kind)];
+        let mut cells = vec![Entry::Text(name), Entry::Text(shape.kind)];
         match shape.center.zip(shape.normal) {
             Some((center, normal)) => {
                 cells.extend(
-                    center.to_array().into_iter().chain(normal.to_array()).map(Cell::Number),
+                    center.to_array().into_iter().chain(normal.to_array()).map(Entry::Number),
                 );
             }
-            None => cells.resize(8, Cell::Nothing),
+            None => cells.resize(8, Entry::Nothing),
         }
-        cells.push(Cell::Number(places.areas[id][Channel::Front as usize]));
-        cells.push(Cell::Text(&shape.groups));
+        cells.push(Entry::Number(places.areas[id][Channel::Front as usize]));
+        let groups = shape.groups.join("; ");
+        cells.push(Entry::Text(&groups));
         table.row(&cells).map_err(unwritten)?;
     }
     Ok(())
@@ -403,6 +388,6 @@ fn lamp_row<W: Write + Send>(
     let hours = year.hours_on(lamp, slots.clone());
     let energy = year.energy(lamp, slots);
     let cells =
-        [Cell::Text(&lamp.name), Cell::Text(when), Cell::Number(hours), Cell::number(energy)];
+        [Entry::Text(&lamp.name), Entry::Text(when), Entry::Number(hours), Entry::number(energy)];
     table.row(&cells).map_err(unwritten)
 }

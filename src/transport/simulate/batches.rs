@@ -53,14 +53,14 @@ impl Run<'_> {
     /// Runs some batches of some rounds, and hands them to `take` in order. Threads take task after
     /// task, whichever batch it belongs to. The sums of the tasks are added in the order of the
     /// tasks, so that rounding does not depend on threads. Between tasks, and when the run is
-    /// stopped, `take` is also asked to save what is done, if anything is to be saved. Each round
-    /// has the batches of its own `schedule` that are among `batches`.
+    /// stopped, `take` is also asked to save what is done, if anything is to be saved. Each of the
+    /// `rounds`, which are sorted, has the batches of its own `schedule` that are among `batches`.
     #[allow(clippy::too_many_arguments)]
     pub(super) fn batches(
         &self,
         schedule: &(dyn Fn(u64) -> Schedule + Sync),
         from: Place,
-        rounds: Range<u64>,
+        rounds: impl Iterator<Item = u64> + Send,
         batches: Range<u64>,
         of: Option<u64>,
         take: &mut (dyn FnMut(Turn) + Send),
@@ -68,7 +68,8 @@ impl Run<'_> {
     ) -> Result<()> {
         let mut batch = self.tally();
         self.begun().iter().for_each(|sums| batch.add_sums(sums));
-        let place = from.max((rounds.start, batches.start, 0));
+        let mut rounds = rounds.peekable();
+        let place = from.max((rounds.peek().copied().unwrap_or(0), batches.start, 0));
         let done = move |&(round, task, batch): &TaskKey| (round, batch, task) < place;
         let of_round = |round| {
             let schedule = schedule(round);

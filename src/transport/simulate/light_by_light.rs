@@ -25,18 +25,22 @@ const EACH: u64 = 4;
 /// light. An error ends the run.
 pub type Take<'t> = dyn FnMut(usize, &Totals) -> Result<()> + Send + 't;
 
-/// Traces the photons of one light after the other, in their order, and hands the sums of each to
-/// `take`. Left out is the light that comes from a sun to a captor straight, through thin panes or
+/// Traces the photons of these lights, one light after the other, in their order, and hands the sums
+/// of each to `take`. The photons of a light do not depend on which others are traced. Left out is the light that comes from a sun to a captor straight, through thin panes or
 /// by way of one flat pane or mirror, which [`direct_sun`](crate::transport::direct_sun) finds
 /// better. Errors: those of a run, and of `take`.
 pub fn simulate_light_by_light(
     scene: &Scene,
     settings: &Settings,
     control: &Control,
+    lights: &[usize],
     take: &mut Take,
 ) -> Result<()> {
     let settings =
         Settings { estimator: Estimator::Photons, by_light: false, k: Some(0), ..settings.clone() };
+    if lights.is_empty() {
+        return Ok(());
+    }
     catch_panic("run", || {
         let Plan { settings, guidance, .. } = &Plan::make(scene, &settings, control)?;
         // copies of a photon do not know whether it came straight, so there are no weight windows
@@ -46,16 +50,12 @@ pub fn simulate_light_by_light(
         let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
         // this checks that there are enough photons
         run.schedule(photons)?;
-        run.light_by_light(photons, take)
+        run.light_by_light(photons, lights, take)
     })
 }
 
 impl Run<'_> {
-    fn light_by_light(self, photons: u64, take: &mut Take) -> Result<()> {
-        let lights = self.scene.lights.len();
-        if lights == 0 {
-            return Ok(());
-        }
+    fn light_by_light(self, photons: u64, lights: &[usize], take: &mut Take) -> Result<()> {
         let least = LEAST.min(photons / self.scene.sources() as u64);
         let shares = Strata::photons_of_lights(&self.scene.lights, photons, least);
         let run = Self { work: Work::Lights, ..self };
@@ -67,9 +67,10 @@ impl Run<'_> {
             Schedule::new(shares[light], batch, super::TASK.max(batch))
         };
         let mut failed = None;
-        let (mut light, mut totals) = (0, run.totals());
+        let (mut next, mut totals) = (0, run.totals());
         let mut add = |turn: Turn| {
             let Turn::Add(batch, sums) = turn else { return };
+            let light = lights[next];
             let schedule = schedule(light as u64);
             totals.add_batch(run.scene, &sums, schedule.batch(batch));
             if batch + 1 < schedule.batches || failed.is_some() {
@@ -79,12 +80,13 @@ impl Run<'_> {
                 failed = Some(error);
                 run.broken.store(true, Ordering::Relaxed);
             }
-            light += 1;
+            next += 1;
             totals = run.totals();
         };
-        let of = Some(shares.iter().sum());
+        let of = Some(lights.iter().map(|&light| shares[light]).sum());
+        let rounds = lights.iter().map(|&light| light as u64);
         let all = 0..u64::MAX;
-        let done = run.batches(&schedule, (0, 0, 0), 0..lights as u64, all, of, &mut add, None);
+        let done = run.batches(&schedule, (0, 0, 0), rounds, all, of, &mut add, None);
         failed.map_or(done, |error: Error| Err(error))
     }
 }

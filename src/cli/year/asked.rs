@@ -1,0 +1,106 @@
+//! Which year is to be found, and how: from options, or from shards.
+
+use std::path::{Path, PathBuf};
+
+use crate::{
+    cli::{outputs::check_places, progress::during, terminal},
+    error::Result,
+    formats::{
+        control_file::ControlFile,
+        output::FilesRead,
+        scene_file::SkyDivision,
+        year_work::{TableSettings, WorkHead, WorkSettings},
+    },
+    studies::{
+        check::check_meshes,
+        year::{HoursOf, YearScenes},
+    },
+    transport::settings::{Guiding, Settings},
+};
+
+/// What is asked for: which year is to be found, and how.
+pub struct Asked {
+    pub scene: PathBuf,
+    pub control: Option<PathBuf>,
+    pub division: SkyDivision,
+    pub photons: Option<u64>,
+    pub seed: Option<u64>,
+    pub guiding: Option<Guiding>,
+    pub hours: HoursOf,
+    pub sun_rays: Option<u64>,
+    pub tables: TableSettings,
+    pub threads: Option<usize>,
+}
+
+impl Asked {
+    /// What was asked for when shards were traced.
+    pub fn of_shards(head: &WorkHead, scene: Option<&Path>) -> Self {
+        let hours = head.tables.hours.as_deref().and_then(|text| HoursOf::parse(text).ok());
+        Self {
+            scene: scene.map_or_else(|| PathBuf::from(&head.scene), Path::to_path_buf),
+            control: head.control.as_ref().map(PathBuf::from),
+            division: match head.settings.patches {
+                145 => SkyDivision::Tregenza,
+                _ => SkyDivision::Reinhart,
+            },
+            photons: Some(head.settings.photons),
+            seed: Some(head.settings.seed),
+            guiding: Some(head.settings.guiding),
+            hours: hours.unwrap_or_default(),
+            sun_rays: head.settings.sun_rays,
+            tables: head.tables.clone(),
+            threads: None,
+        }
+    }
+
+    /// Reads and checks the scene and the control file. No output may stand at `places` that
+    /// would replace a file which was read.
+    pub fn load(&self, places: &[PathBuf]) -> Result<Ready> {
+        let control = self.control.as_deref().map(ControlFile::load).transpose()?;
+        let of_control = control.as_ref().zip(self.control.as_deref());
+        let scenes = during("reading the scene", || {
+            YearScenes::load(&self.scene, self.division, of_control)
+        })?;
+        let loaded = &scenes.scenes[0].loaded;
+        loaded.check_captors()?;
+        let read = FilesRead::new(&scenes.files);
+        check_places(places, &read)?;
+        terminal::warn(&loaded.warnings);
+        terminal::warn(&scenes.warnings);
+        terminal::warn(&check_meshes(&loaded.scene)?);
+        let settings = Settings {
+            photons: self.photons.or(loaded.settings.photons),
+            seed: self.seed.unwrap_or(loaded.settings.seed),
+            guiding: self.guiding.unwrap_or(loaded.settings.guiding),
+            threads: self.threads.unwrap_or(loaded.settings.threads),
+            tolerance: None,
+            max_time: None,
+            ..loaded.settings.clone()
+        };
+        Ok(Ready { scenes, control, settings, read })
+    }
+
+    /// Returns what work files say of this year.
+    pub fn head(&self, ready: &Ready) -> Result<WorkHead> {
+        let settings = WorkSettings {
+            patches: match self.division {
+                SkyDivision::Tregenza => 145,
+                SkyDivision::Reinhart => 577,
+            },
+            photons: ready.settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS),
+            seed: ready.settings.seed,
+            guiding: ready.settings.guiding,
+            sun_rays: self.sun_rays,
+        };
+        let (inputs, tables) = (ready.scenes.digest()?, self.tables.clone());
+        Ok(WorkHead::new(&self.scene, self.control.as_deref(), inputs, settings, tables))
+    }
+}
+
+/// What was read.
+pub struct Ready {
+    pub scenes: YearScenes,
+    pub control: Option<ControlFile>,
+    pub settings: Settings,
+    pub read: FilesRead,
+}

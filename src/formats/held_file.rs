@@ -1,0 +1,85 @@
+//! Files that one process at a time works on, such as checkpoints: it holds a lock of the system on
+//! the file from the first moment on.
+
+use std::{
+    fmt::Display,
+    fs::{self, File},
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use crate::{
+    error::{Error, Result},
+    formats::{
+        output::{folder_of, place_of},
+        unfinished::{is_at, is_held, remove_leftovers, unfinished_file},
+    },
+};
+
+/// A file with the lock of this process.
+#[derive(Debug)]
+pub struct HeldFile {
+    /// The file, open to read and to write.
+    pub file: File,
+    /// Its path without links.
+    pub place: PathBuf,
+}
+
+impl HeldFile {
+    /// Opens the file at `path`, or begins one that holds `content`. Returns it and whether it is
+    /// new. Errors: another process is at work on it; it cannot be written.
+    pub fn open(path: &Path, content: &[u8]) -> Result<(Self, bool)> {
+        let unwritable = |why: &dyn Display| {
+            let problem = format!("cannot be written: {why}");
+            Error::input(path.display(), problem).remedy("write elsewhere")
+        };
+        let place = place_of(path).map_err(|e| match e.kind() {
+            io::ErrorKind::NotFound => unwritable(&e.kind()),
+            _ => unwritable(&e),
+        })?;
+        if place.exists() && !place.is_file() {
+            return Err(unwritable(&"it is not a file"));
+        }
+        remove_leftovers(&folder_of(&place));
+        let (file, new) = loop {
+            match File::options().read(true).write(true).open(&place) {
+                // the file may go away or be replaced between the two steps
+                Ok(file) if is_held(&file, &place) => break (file, false),
+                Ok(file) if is_at(&file, &place) => {
+                    return Err(Error::run(
+                        path.display(),
+                        "another phylux is at work on this checkpoint",
+                    )
+                    .remedy("wait for its end, or name another file"));
+                }
+                Ok(_) => {}
+                Err(e) if e.kind() == io::ErrorKind::NotFound => {
+                    let begun = begin(&place, content).map_err(|e| unwritable(&e.kind()))?;
+                    if let Some(file) = begun {
+                        break (file, true);
+                    }
+                }
+                Err(e) => return Err(unwritable(&e.kind())),
+            }
+        };
+        Ok((Self { file, place }, new))
+    }
+
+    /// Removes the file, unless somebody has put another one in its place.
+    pub fn remove(&self) {
+        if is_at(&self.file, &self.place) {
+            let _ = fs::remove_file(&self.place);
+        }
+    }
+}
+
+/// Makes a file at `place` with this content; `None` if there is a file by now.
+fn begin(place: &Path, content: &[u8]) -> io::Result<Option<File>> {
+    let mut file = unfinished_file(&folder_of(place), None)?;
+    file.write_all(content)?;
+    match file.persist_noclobber(place) {
+        Ok(file) => Ok(Some(file)),
+        Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => Ok(None),
+        Err(e) => Err(e.error),
+    }
+}

@@ -1,0 +1,145 @@
+//! The work of a year: the lights of all combinations of states, and the rays to the sun, as far as
+//! they are not kept.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use super::{
+    options::YearOptions,
+    part::Part,
+    places::Places,
+    states::{StateScene, YearScenes},
+};
+use crate::{
+    error::{Error, NOTHING_WRITTEN, Result},
+    formats::scene_file::HourlyLights,
+    math::machine,
+    scene::world::Scene,
+    transport::{
+        direct_sun::SunRays,
+        settings::Settings,
+        shard::Shard,
+        simulate::{Control, Progress},
+    },
+};
+
+/// Does the work of a shard, as far as it is not kept, and keeps it. Errors: those of a run; the
+/// file cannot be written.
+pub fn trace_shard(
+    scenes: &YearScenes,
+    options: &YearOptions,
+    settings: &Settings,
+    shard: Shard,
+    control: &Control,
+) -> Result<()> {
+    let Begun { places, rays, .. } = Begun::new(scenes, options)?;
+    // the sums of hours and days are not made here
+    let parts = traced(scenes, &places, options, settings, shard, control)?;
+    (options.phase)("rays to the sun");
+    let captors: Vec<usize> = (0..places.captors).filter(|&c| shard.holds(c)).collect();
+    let suns: usize = parts.iter().map(|part| part.lights.len()).sum();
+    let done = AtomicU64::new(0);
+    let find = |part: &Part, captor: usize| -> Result<()> {
+        part.direct(captor, &places, rays, options.kept, control.stop)?;
+        let own = part.lights.len() as u64 * rays.count();
+        let photons = done.fetch_add(own, Ordering::Relaxed) + own;
+        let of = Some((suns * captors.len()) as u64 * rays.count());
+        (control.progress)(Progress { photons, of, worst: None });
+        Ok(())
+    };
+    let pool = machine::pool(settings.threads)?;
+    for part in &parts {
+        pool.install(|| captors.par_iter().try_for_each(|&captor| find(part, captor)))?;
+    }
+    match control.stop.load(Ordering::Relaxed) {
+        true => Err(Error::interrupted("run", NOTHING_WRITTEN)),
+        false => Ok(()),
+    }
+}
+
+/// What is known of a year before anything is traced.
+pub(super) struct Begun<'s> {
+    pub scene: &'s Scene,
+    pub hourly: &'s HourlyLights,
+    pub places: Places,
+    pub rays: SunRays,
+}
+
+impl<'s> Begun<'s> {
+    pub fn new(scenes: &'s YearScenes, options: &YearOptions) -> Result<Self> {
+        let Some(StateScene { loaded, .. }) = scenes.scenes.first() else {
+            return Err(Error::input("scene", "there is none").remedy("load one by the hour"));
+        };
+        let scene = &loaded.scene;
+        let hourly = loaded.hourly.as_ref().ok_or_else(|| {
+            Error::input(&scene.name, "was not loaded by the hour").remedy("load it so")
+        })?;
+        let suns = (0..hourly.slots.len()).filter(|&s| scenes.is_sunny(s)).count();
+        let rays = match options.sun_rays {
+            Some(rays) => SunRays::new(rays),
+            None => SunRays::usual(scene.captors.len(), suns),
+        };
+        Ok(Self { scene, hourly, places: Places::new(scene), rays })
+    }
+}
+
+/// Traces the lights of all combinations of states that `shard` holds and that are not kept.
+pub(super) fn traced<'s>(
+    scenes: &'s YearScenes,
+    places: &Places,
+    options: &YearOptions,
+    settings: &Settings,
+    shard: Shard,
+    control: &Control,
+) -> Result<Vec<Part<'s>>> {
+    let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+    let mut parts = Vec::new();
+    for (index, (scene, share)) in scenes.scenes.iter().zip(energies(scenes)).enumerate() {
+        let settings = Settings {
+            photons: Some((share * photons as f64).round() as u64),
+            // the parts are independent
+            seed: settings.seed ^ (index as u64) << 56,
+            ..settings.clone()
+        };
+        let of = match (index, scenes.scenes.len()) {
+            (_, 1) => String::new(),
+            (index, all) => format!(" (scene {} of {all})", index + 1),
+        };
+        (options.phase)(&format!("photons{of}"));
+        let mut part = Part::new(index, scene, places, settings.seed, &options.scratch)?;
+        part.trace(places, &settings, shard, options.kept, control)?;
+        parts.push(part);
+    }
+    Ok(parts)
+}
+
+/// Returns the fractions of the photons for the combinations of states: by their energy, but at least
+/// 2 % for each. Lamps are taken to be as bright as daylight, since it is not yet known when they are
+/// on.
+fn energies(scenes: &YearScenes) -> Vec<f64> {
+    const LEAST: f64 = 0.02;
+    let of = |scene: &StateScene| {
+        let slots = scene.loaded.hourly.iter().flat_map(|hourly| &hourly.slots);
+        let (mut energy, mut time) = (0.0, 0.0);
+        for (slot, share) in slots.zip(&scene.shares) {
+            energy += share * slot.length * slot.global.max(0.0);
+            time += share * slot.length;
+        }
+        [energy, time]
+    };
+    let each: Vec<[f64; 2]> = scenes.scenes.iter().map(of).collect();
+    let total = |i: usize| each.iter().map(|sums| sums[i]).sum::<f64>();
+    let lamps = scenes.scenes.iter().all(|scene| {
+        let daylight = scene.loaded.hourly.as_ref().map_or(0, |hourly| hourly.lights.len());
+        scene.loaded.scene.lights.len() > daylight
+    });
+    let part = |sums: &[f64; 2], i: usize| if total(i) > 0.0 { sums[i] / total(i) } else { 0.0 };
+    let share = |sums| match lamps {
+        true => 0.5 * (part(sums, 0) + part(sums, 1)),
+        false => part(sums, 0),
+    };
+    let shares: Vec<f64> = each.iter().map(|sums| share(sums).max(LEAST)).collect();
+    let all: f64 = shares.iter().sum();
+    shares.iter().map(|share| share / all).collect()
+}
