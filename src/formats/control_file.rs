@@ -18,7 +18,7 @@ use crate::{
     error::{Error, Result, number},
     scene::daylight::Date,
 };
-pub use tracker::TrackerControl;
+pub use tracker::{TrackerControl, Turn};
 
 /// When the lamps of a scene are on, and when the scene changes, in a year calculated by the hour.
 #[derive(Debug, Deserialize, JsonSchema)]

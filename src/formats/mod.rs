@@ -48,7 +48,9 @@ pub(crate) mod xml;
 pub(crate) mod year_table;
 pub(crate) mod year_work;
 
-pub use control_file::{ControlFile, DimFile, LampControl, SeriesFile, StateControl, WhenKeys};
+pub use control_file::{
+    ControlFile, DimFile, LampControl, SeriesFile, StateControl, TrackerControl, Turn, WhenKeys,
+};
 pub use obj::{Mesh, MeshGroup};
 pub use output::{FilesRead, OutputFile};
 pub use result_file::{OutputFolder, parse_json, read_json, write_csv, write_json};
@@ -58,3 +60,4 @@ pub use scene_file::{
 };
 pub use sweep_file::{Parameter, Run, Sweep};
 pub use year_table::{Face, YearTable};
+pub use year_work::{TableSettings, Unit, UnitKind, WorkFile, WorkHead, WorkSettings};

@@ -26,3 +26,4 @@ pub use result::{
     RunSettings, Share, Shares, SumUnit, ToleranceResult, Uniformity, Warning, WorstResult,
 };
 pub use saved::ResultsFile;
+pub use year_facts::YearFacts;

@@ -19,7 +19,7 @@ pub(crate) mod view;
 pub(crate) mod vtk;
 pub(crate) mod xml;
 
-pub use chart::{Chart, Series, Stroke};
+pub use chart::{Chart, Series, Stroke, Width};
 pub use export::{Colours, ExportFormat, check_export, write_export};
 pub use glb::Shown;
 pub use picture::{Legend, Picture, Scale};

@@ -23,5 +23,5 @@ pub use sweep::{
     Forecast, Outcome, State, Step, SweepControl, SweepPlan, SweepProgress, load_base, merge, sweep,
 };
 pub use year::{
-    HoursOf, Lamp, Needs, Places, StateScene, Value, Values, Year, YearOptions, YearScenes,
+    HoursOf, Kept, Lamp, Needs, Places, StateScene, Value, Values, Year, YearOptions, YearScenes,
 };

@@ -48,13 +48,17 @@ impl Year {
             starved: false,
             chosen: None,
             mixed: None,
+            calibrated: false,
             settings: None,
             warnings: self.warnings.clone(),
             unit: self.units(),
             period_h: Some(hours),
             bands: self.bands.clone(),
             ratios: Vec::new(),
-            energy: Energy { power: self.head.powers[power].clone(), ..Energy::default() },
+            energy: Energy {
+                power: self.head.powers[power][..self.bands.len()].to_vec(),
+                ..Energy::default()
+            },
             electricity: None,
             unseen: None,
             cut_off: None,
