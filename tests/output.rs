@@ -573,7 +573,10 @@ fn an_interrupt_while_writing_leaves_no_folder() {
             assert_eq!(listing(&scene.path("each")).len(), 5000, "{}", stderr(&output));
             fs::remove_dir_all(scene.path("each")).expect("removed");
         } else {
-            assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
+            // on a slow machine a line of progress may stand before it
+            let said = stderr(&output);
+            let errors = said.lines().filter(|line| line.starts_with("error: "));
+            assert_eq!(errors.count(), 1, "{said}");
         }
         let _ = fs::remove_file(scene.path("results.json"));
     }

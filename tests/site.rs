@@ -143,7 +143,11 @@ fn the_readme_leads_to_files_of_the_package() {
     let readme = fs::read_to_string(root.join("README.md")).expect("the README");
     let mut followed = 0;
     for target in links(&readme) {
-        let file = target.split('#').next().unwrap_or_default();
+        let file = match target.split('#').next() {
+            // a section of the README itself
+            None | Some("") => "README.md",
+            Some(file) => file,
+        };
         assert!(root.join(file).is_file(), "README.md: {target} leads nowhere");
         let included = patterns.iter().any(|pattern| includes(pattern, file));
         assert!(included, "README.md: {target} is not in the package (`include` in Cargo.toml)");

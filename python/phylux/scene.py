@@ -311,10 +311,8 @@ class Scene:
         with tempfile.TemporaryDirectory(dir=near) as folder:
             scene = Path(folder, "scene.json")
             self.save(scene)
-            if isinstance(control, Mapping):
-                path = Path(folder, "control.json")
-                path.write_text(json.dumps(_plain(control)), encoding="utf-8")
-                control = path
+            if control is not None:
+                control = self._control(control, Path(folder))
             given = {"control": control, "patches": patches, "photons": photons, "seed": seed}
             given |= {"guiding": guiding, "csv": csv, "hours": hours, "results": results, "sun_rays": sun_rays}
             given |= {"checkpoint": checkpoint, "threads": threads}
@@ -558,6 +556,23 @@ class Scene:
             (folder / names[f"table:{key}"]).write_bytes(table)
         target.write_text(text, encoding="utf-8")
         return names
+
+    def _control(self, control: Mapping[str, Any] | str | os.PathLike[str], folder: Path) -> Path:
+        """Writes a control file into the folder where the scene was saved, and returns its path.
+
+        Its tables are relative to it (or to the working directory), the files of its changes to the scene's file.
+        """
+        given = isinstance(control, Mapping)
+        keys, place = (_plain(control), Path()) if given else (_read(Path(control)), Path(control).parent)
+        states = keys.get("states")
+        changes = [state.get("changes") if isinstance(state, dict) else None for state in states] if isinstance(states, list) else []
+        moved = _moved(keys, {}, place.absolute(), folder)
+        for state, own in zip(moved.get("states") or [], changes):
+            if own is not None:
+                state["changes"] = _moved(own, {}, self._path.parent.absolute(), folder)
+        path = folder / "control.json"
+        path.write_text(json.dumps(moved), encoding="utf-8")
+        return path
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:

