@@ -409,6 +409,7 @@ class Scene:
         seed: int | None = None,
         seeds: int | None = None,
         k: Sequence[int] | None = None,
+        width: float | None = None,
         threads: int | None = None,
     ) -> Chart:
         """Charts the error of every estimator against its cost; docs/accuracy.md explains the charts.
@@ -420,11 +421,13 @@ class Scene:
             seed: seed of the first run of each budget.
             seeds: number of runs for each budget.
             k: values of k for the k-nearest estimates.
+            width: width of the charts, inches: 7, which is the default, or 3.5.
             threads: number of threads; 0 uses all processors.
         """
         import tempfile
 
         given: dict[str, Any] = {"truth": truth, "photons": photons, "seed": seed, "seeds": seeds, "threads": threads}
+        given["width"] = None if width is None else f"{width:g}"
         given["k"] = None if k is None else ",".join(map(str, k))
         with tempfile.TemporaryDirectory() as folder:
             scene = Path(folder, "scene.json")

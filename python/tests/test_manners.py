@@ -196,12 +196,12 @@ def test_every_option_of_the_command_is_an_argument():
     """Exceptions are options that name files to write, and options about messages during the run."""
     alone = {
         "run": {"help", "quiet", "output", "csv", "per_captor", "stats", "shard"},
-        "year": {"help", "quiet"},
+        "year": {"help", "quiet", "shard"},
     }
     for name, left_out in alone.items():
         options, arguments = options_of(name), set(inspect.signature(getattr(px.Scene, name)).parameters)
         assert left_out <= options, name
-        assert arguments - {"self", "progress", "options"} == options - left_out, name
+        assert arguments - {"self", "progress", "options", "shards", "executor"} == options - left_out, name
     told = px.Scene.render.__doc__
     unknown = [name for name in options_of("render") - {"help", "quiet", "output"} if f"``{name}" not in told]
     assert not unknown

@@ -217,7 +217,7 @@ def test_a_map_has_contours_and_says_ppfd():
     scene.captor("grid", discs=px.grid([0, 1, 2], [0, 1], z=0.5, radius=0.2))
     rows = scene.run(photons=100_000)
     ax = rows.plot("map")
-    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("x, m", "y, m", "z = 0.5 m")
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title(loc="left")) == ("x, m", "y, m", "z = 0.5 m")
     assert ax.figure.axes[-1].get_ylabel() == "PPFD, PAR, umol/m2/s"
     # colours and lines, where every line lies between the sensors
     colours, lines = ax.collections[:2]

@@ -242,7 +242,7 @@ mod tests {
             ),
             (
                 format!(",{H}\n7,0,0,1,1,0,0,1"),
-                "dir/a.csv:2: column 1 has values, but no name; call it",
+                "dir/a.csv:2: column 1 has values, but no name; name it",
             ),
             (
                 format!("{H}\n0,0,1,1,0,0,1\n0,zero,1,1,0,0,1"),

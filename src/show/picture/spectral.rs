@@ -191,7 +191,7 @@ mod tests {
         // a value of 1 relative to white becomes 2.54 / 3.16 = 0.8038; the limit is white, and a
         // greater value is never darker
         assert!((at(0.5) - encode(0.8038)).abs() < 1e-4, "{}", at(0.5));
-        assert!(at(10.0) > 0.999 && at(f32::INFINITY) == 1.0);
+        assert!(at(10.0) > 0.999 && (at(f32::INFINITY) - 1.0).abs() < 1e-6);
         let values: Vec<f32> = (0..200).map(|i| at(i as f32 / 100.0)).collect();
         assert!(values.is_sorted() && values[150] < values[199], "{values:?}");
         // deeper shadows and brighter middle tones than those of the light itself
