@@ -58,7 +58,7 @@ impl Scene {
 }
 
 impl SceneBuilder {
-    /// Begins with what a description says, such as settings of parts that have no method here.
+    /// Begins with what a description says, such as parts for which there is no method here.
     pub fn of(spec: SceneSpec) -> Self {
         Self { spec, ..Self::default() }
     }
@@ -155,13 +155,14 @@ impl SceneBuilder {
         self
     }
 
-    /// Makes the scene a cell that repeats for ever between these ends along x and y.
+    /// Makes the scene a cell that repeats for ever between these ends along x and y, in the scene's
+    /// unit.
     pub fn periodic(mut self, x: [f64; 2], y: [f64; 2]) -> Self {
         self.spec.periodic = Some(PeriodicSpec { x: Some(x), y: Some(y), slope: [0.0; 2] });
         self
     }
 
-    /// Sums what surface captors absorb in layers of this height.
+    /// Sums what surface captors absorb in layers of this height, above 0, in the scene's unit.
     pub fn layers(mut self, dz: f64) -> Self {
         self.spec.layers = Some(LayersSpec { dz });
         self
