@@ -5,14 +5,8 @@
 The "instrument" is a run of the same room with lamps of other powers, read to 3 %: so the right answer is known.
 """
 
-import csv
-import json
-import subprocess
-import sys
-import tempfile
-from pathlib import Path
-
 import numpy as np
+import pandas as pd
 
 import phylux as px
 
@@ -42,19 +36,9 @@ def main(photons=2e6):
     # the instrument: the same lamps at other powers, another seed, and an error of 3 % in each reading
     seen = s.run(photons=photons, k=0, seed=2, by_light=True).mix(TRUE)
     readings = seen.irradiance[:, 0, 0] * np.random.default_rng(3).normal(1, 0.03, len(seen.ids))
-    with tempfile.TemporaryDirectory() as folder:
-        at = Path(folder)
-        s.save(at / "room.json")
-        r.save(at / "all.json")
-        with open(at / "measured.csv", "w", newline="") as file:
-            rows = [(captor, value, 0.03 * value) for captor, value in zip(r.ids, readings)]
-            csv.writer(file).writerows([("captor", "value", "sd"), *rows])
-        # the command that the package brings
-        command = str(Path(sys.executable).parent / "phylux")
-        subprocess.run([command, "calibrate", "room.json", "measured.csv", "--results", "all.json", "--model", "lamps",
-                        "-o", "calibrated.json"], cwd=at, check=True)
-        found = json.loads((at / "calibration.json").read_text())
-    factors, errors = ([found[key][lamp][0] for lamp in TRUE] for key in ("factors", "factors_se"))
+    readings = pd.DataFrame({"captor": r.ids, "value": readings, "sd": 0.03 * readings})
+    found = s.calibrate(readings, result=r, model="lamps")
+    factors, errors = ([of[lamp][0] for lamp in TRUE] for of in (found.factors, found.factors_se))
 
     with px.plots.style(3.5):
         fig, ax = plt.subplots(layout="constrained")
