@@ -313,7 +313,7 @@ class Scene:
             self.save(scene)
             if control is not None:
                 control = self._control(control, Path(folder))
-            given = {"control": control, "patches": patches, "photons": photons, "seed": seed}
+            given: dict[str, Any] = {"control": control, "patches": patches, "photons": photons, "seed": seed}
             given |= {"guiding": guiding, "csv": csv, "hours": hours, "results": results, "sun_rays": sun_rays}
             given |= {"checkpoint": checkpoint, "threads": threads}
             if executor is None:
@@ -565,8 +565,10 @@ class Scene:
 
         Its tables are relative to it (or to the working directory), the files of its changes to the scene's file.
         """
-        given = isinstance(control, Mapping)
-        keys, place = (_plain(control), Path()) if given else (_read(Path(control)), Path(control).parent)
+        if isinstance(control, Mapping):
+            keys, place = _plain(control), Path()
+        else:
+            keys, place = _read(Path(control)), Path(control).parent
         states = keys.get("states")
         changes = [state.get("changes") if isinstance(state, dict) else None for state in states] if isinstance(states, list) else []
         moved = _moved(keys, {}, place.absolute(), folder)
