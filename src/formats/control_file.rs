@@ -81,7 +81,7 @@ pub struct SeriesFile {
 
 /// How far lamps are dimmed.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "must be a number from 0 to 1, or a table: {\"file\", \"column\"}")]
 pub enum DimFile {
     /// Always to this fraction of their power, 0 to 1.
     Fraction(f64),

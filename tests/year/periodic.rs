@@ -143,9 +143,10 @@ fn wrong_trackers_have_their_sentence() {
     for (tracker, words) in [
         (json!({ "turn": "/objects/0/name" }), "/trackers/0/turn: `/objects/0/name` is no angle"),
         (json!({ "turn": [] }), "/trackers/0/turn: names nothing that turns"),
+        (json!({ "turn": 5 }), "/trackers/0/turn: must be a place such as"),
         (
             json!({ "turn": "/objects/7/transform/rotate_deg/1" }),
-            "/trackers/0/turn: the scene has no `/objects/7/transform/rotate_deg/1`",
+            "/trackers/0/turn: `/objects/7/transform/rotate_deg/1` is not an angle of the scene",
         ),
         (
             json!({ "turn": "/objects/0/transform/rotate_deg/2" }),

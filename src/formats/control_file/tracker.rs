@@ -29,7 +29,10 @@ pub struct TrackerControl {
 
 /// One place, or several.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "must be a place such as \"/objects/4/transform/rotate_deg/1\", or a list of them"
+)]
 pub enum Turn {
     /// One place.
     One(String),

@@ -100,7 +100,7 @@ const MAX_FACTOR: f64 = 1e30;
 
 /// A factor on the power of a light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "must be a number, or a list with one for each band")]
 pub enum Factor {
     /// The same factor in all bands.
     All(f64),

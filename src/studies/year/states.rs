@@ -256,7 +256,6 @@ impl Changes<'_> {
             let wrong: Wrong =
                 &|key, problem| Error::input(self.place(&format!("/trackers/{i}{key}")), problem);
             let turn = tracker.turn.all();
-            turn.iter().try_for_each(|pointer| self.check_pointer(pointer, &place))?;
             let angles = angles(tracker, self.document, hourly, wrong)?;
             let mut all = angles.clone();
             all.sort_by(f64::total_cmp);
