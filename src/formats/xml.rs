@@ -144,7 +144,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Element> {
             Err(element.error(path, problem).remedy("the file is cut off: fetch it again"))
         }
         (None, Some(root)) => Ok(root),
-        (None, None) => Err(Error::input(path.display(), "is XML without any element")
+        (None, None) => Err(Error::input(path.display(), "has no element of XML")
             .remedy("fetch the file again, or export it anew")),
     }
 }
@@ -179,7 +179,7 @@ mod tests {
         for (text, start) in [
             ("<a>\n<b>\n</a>", "a.xml:"),
             ("<a>\n<b>", "a.xml:2: `<b>` does not end"),
-            ("<!-- a -->", "a.xml: is XML without any element"),
+            ("<!-- a -->", "a.xml: has no element of XML"),
             (&*"<a>".repeat(100), "a.xml:1: is no XML: more than 64"),
         ] {
             let error = parse(text.as_bytes(), Path::new("a.xml")).unwrap_err().to_string();

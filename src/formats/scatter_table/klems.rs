@@ -7,19 +7,17 @@
 //! from the right, counter-clockwise as seen from the inside, which is the back of the sheet; 90
 //! degrees is up (as Radiance reads and writes these files; G. Ward, bsdf_m.c).
 
-use std::{f32::consts::PI, path::Path};
-
-use quick_xml::{Reader, escape::resolve_predefined_entity, events::Event};
+use std::{f32::consts::PI, mem, path::Path};
 
 use super::file::{MOST, ScatterTable, Side, Wanted};
 use crate::{
     error::{Error, Result, some},
-    formats::input::quoted,
+    formats::{
+        input::quoted,
+        xml::{self, Element},
+    },
     scene::material::{Basis, BsdfFaces, FaceValues, PairValues},
 };
-
-/// The deepest nesting of elements.
-const DEEPEST: usize = 64;
 
 /// Rings of patches: the angle where each ends, degrees, and its number of patches.
 type Rings = Vec<(f64, usize)>;
@@ -84,9 +82,11 @@ struct Block {
 /// the block `Visible`, otherwise the only block. Where matrices of one face are missing, reflection
 /// is that of the other face, and transmission that of the other face the other way around.
 pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<ScatterTable> {
-    let mut content = read(bytes, path)?;
+    let mut reading = Reading::default();
+    reading.element(xml::parse(bytes, path)?);
+    let mut content = reading.content;
     let error = |problem: String| Error::input(path.display(), problem);
-    match content.structure.trim() {
+    match content.structure.as_str() {
         "" | "Columns" => {}
         other => {
             return Err(error(format!("its data are in {}, not in columns", quoted(other)))
@@ -174,68 +174,47 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
     Ok(ScatterTable { faces, warnings, tolerated: TOLERATED })
 }
 
-/// Reads the XML of a file of WINDOW.
-fn read(bytes: &[u8], path: &Path) -> Result<Content> {
-    let not_xml = |problem: String| {
-        Error::input(path.display(), format!("is no XML file: {problem}"))
-            .remedy("a table of WINDOW is a file of XML; a CSV file has another ending")
-    };
-    let text = std::str::from_utf8(bytes).map_err(|_| not_xml("it is not UTF-8 text".into()))?;
-    let mut reader = Reader::from_str(text.trim_start_matches('\u{feff}'));
-    let mut content = Content::default();
-    let mut open: Vec<String> = Vec::new();
-    let mut words = String::new();
-    let (mut basis, mut ring) = ((String::new(), Rings::new()), (f64::NAN, 0));
-    let mut block = Block::default();
-    loop {
-        let event = reader.read_event().map_err(|e| not_xml(e.to_string()))?;
-        match event {
-            Event::Start(start) => {
-                if open.len() == DEEPEST {
-                    return Err(not_xml(format!("more than {DEEPEST} elements within elements")));
-                }
-                open.push(start.local_name().as_ref().to_string());
-                words.clear();
+/// A ring of which nothing is said, which no basis may have.
+const NO_RING: (f64, usize) = (f64::NAN, 0);
+
+/// Reads the elements of a file of WINDOW.
+#[derive(Default)]
+struct Reading {
+    content: Content,
+    basis: (String, Rings),
+    ring: Option<(f64, usize)>,
+    block: Block,
+}
+
+impl Reading {
+    /// Reads the elements in an element, then the element itself.
+    fn element(&mut self, element: Element) {
+        let Element { name, text, children, .. } = element;
+        children.into_iter().for_each(|child| self.element(child));
+        let Self { content, basis, ring, block } = self;
+        match name.as_str() {
+            "IncidentDataStructure" => content.structure = text,
+            "AngleBasisName" => basis.0 = text,
+            "UpperTheta" => ring.get_or_insert(NO_RING).0 = text.parse().unwrap_or(f64::NAN),
+            "nPhis" => ring.get_or_insert(NO_RING).1 = text.parse().unwrap_or(0),
+            "AngleBasisBlock" => basis.1.push(ring.take().unwrap_or(NO_RING)),
+            "AngleBasis" => content.bases.push(mem::take(basis)),
+            "LayerNumber" => block.layer = text,
+            "Wavelength" => block.wavelength = text,
+            "WavelengthDataDirection" => block.direction = text,
+            "ColumnAngleBasis" => block.incident = text,
+            "RowAngleBasis" => block.leaving = text,
+            "ScatteringDataType" => block.kind = text,
+            "ScatteringData" => block.values = text,
+            "WavelengthDataBlock" => {
+                // a wavelength may have several blocks
+                let (wavelength, layer) = (block.wavelength.clone(), block.layer.clone());
+                let next = Block { wavelength, layer, ..Block::default() };
+                content.blocks.push(mem::replace(block, next));
             }
-            Event::Text(part) => words += &*part,
-            Event::GeneralRef(name) => {
-                words += resolve_predefined_entity(&name).unwrap_or_default();
-            }
-            Event::End(_) => {
-                let name = open.pop().unwrap_or_default();
-                let trimmed = words.trim();
-                match name.as_str() {
-                    "IncidentDataStructure" => content.structure = trimmed.into(),
-                    "AngleBasisName" => basis.0 = trimmed.into(),
-                    "UpperTheta" => ring.0 = trimmed.parse().unwrap_or(f64::NAN),
-                    "nPhis" => ring.1 = trimmed.parse().unwrap_or(0),
-                    "AngleBasisBlock" => basis.1.push(std::mem::replace(&mut ring, (f64::NAN, 0))),
-                    "AngleBasis" => content.bases.push(std::mem::take(&mut basis)),
-                    "LayerNumber" => block.layer = trimmed.into(),
-                    "Wavelength" => block.wavelength = trimmed.into(),
-                    "WavelengthDataDirection" => block.direction = trimmed.into(),
-                    "ColumnAngleBasis" => block.incident = trimmed.into(),
-                    "RowAngleBasis" => block.leaving = trimmed.into(),
-                    "ScatteringDataType" => block.kind = trimmed.into(),
-                    "ScatteringData" => block.values = trimmed.into(),
-                    "WavelengthDataBlock" => {
-                        // a wavelength may have several blocks
-                        let (wavelength, layer) = (block.wavelength.clone(), block.layer.clone());
-                        let next = Block { wavelength, layer, ..Block::default() };
-                        content.blocks.push(std::mem::replace(&mut block, next));
-                    }
-                    "WavelengthData" => block = Block::default(),
-                    _ => {}
-                }
-                words.clear();
-            }
-            Event::Eof => break,
+            "WavelengthData" => *block = Block::default(),
             _ => {}
         }
-    }
-    match open.last() {
-        Some(name) => Err(not_xml(format!("<{name}> does not end"))),
-        None => Ok(content),
     }
 }
 
@@ -259,7 +238,7 @@ impl Content {
             self.blocks.retain(whole);
         }
         let mut kept: Vec<Block> = Vec::new();
-        for block in std::mem::take(&mut self.blocks) {
+        for block in mem::take(&mut self.blocks) {
             match kept.iter().any(|known| known.is(&block.wavelength, &block.direction)) {
                 true => notes.push(format!(
                     "a second block of {} for {} is not used",

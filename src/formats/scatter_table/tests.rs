@@ -359,8 +359,8 @@ fn errors_say_where_and_what() {
     }
     let good = xml("Transmission Front");
     for (text, start) in [
-        ("theta_i,phi_i\n".into(), "a.xml: no matrix"),
-        (good.replace("</Layer>", ""), "a.xml: is no XML file: "),
+        ("theta_i,phi_i\n".into(), "a.xml: has no element of XML"),
+        (good.replace("</Layer>", ""), "a.xml:7: is no XML: "),
         (good.replace("Columns", "TensorTree4"), "a.xml: its data are in `TensorTree4`, not in"),
         (
             good.replace("0.09", ""),
@@ -387,7 +387,7 @@ fn errors_say_where_and_what() {
             good.replace("<nPhis>2", "<nPhis>0"),
             "a.xml: Transmission Front: the angle basis `mine & yours` is no",
         ),
-        ("<a>".repeat(100), "a.xml: is no XML file: more than 64 elements"),
+        ("<a>".repeat(100), "a.xml:1: is no XML: more than 64 elements"),
     ] {
         let error = read(&text, "a.xml", &["red"]).unwrap_err().to_string();
         assert!(error.starts_with(start), "{error}\n{start}");
