@@ -60,4 +60,3 @@ pub use scene_file::{
 };
 pub use sweep_file::{Parameter, Run, Sweep};
 pub use year_table::{Face, YearTable};
-pub use year_work::{TableSettings, Unit, UnitKind, WorkFile, WorkHead, WorkSettings};

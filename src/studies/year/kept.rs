@@ -10,9 +10,9 @@ use crate::{
 #[derive(Clone, Copy, Default)]
 pub struct Kept<'a> {
     /// Files with work that is done.
-    pub done: &'a [WorkFile],
+    pub(crate) done: &'a [WorkFile],
     /// The file that takes what is done now.
-    pub now: Option<&'a WorkFile>,
+    pub(crate) now: Option<&'a WorkFile>,
 }
 
 impl Kept<'_> {
