@@ -1276,7 +1276,7 @@ pub enum EmissionSpec {
 }
 
 /// Light `area`.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AreaSpec {
     /// Unique name (default light0, light1, ...).

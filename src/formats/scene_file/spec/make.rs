@@ -190,34 +190,12 @@ impl AreaSpec {
     /// A polygon of these corners, counter-clockwise seen from its front, that emits `power` from
     /// its front.
     pub fn polygon(vertices: Vec<[f64; 3]>, power: impl Into<PowerSpec>) -> Self {
-        Self { vertices: Some(vertices), ..Self::dark(power.into()) }
+        Self { vertices: Some(vertices), power: Some(power.into()), ..Self::default() }
     }
 
     /// A mesh that was handed over under this name, that emits `power` from its fronts.
     pub fn mesh(name: &str, power: impl Into<PowerSpec>) -> Self {
-        Self { obj: Some(in_memory(name)), ..Self::dark(power.into()) }
-    }
-
-    /// A light that has no shape yet.
-    fn dark(power: PowerSpec) -> Self {
-        Self {
-            name: None,
-            vertices: None,
-            obj: None,
-            transform: None,
-            instances: None,
-            power: Some(power),
-            radiance: None,
-            two_sided: false,
-            material: None,
-            photometry: None,
-            aim: None,
-            zero_plane: None,
-            set: None,
-            lm_per_w: None,
-            lm_per_umol: None,
-            watts: None,
-        }
+        Self { obj: Some(in_memory(name)), power: Some(power.into()), ..Self::default() }
     }
 }
 
