@@ -6,7 +6,7 @@ use super::{
     Picture, Scale,
     scale::{colour_at, label},
 };
-use crate::error::Result;
+use crate::{error::Result, show::xml::allowed};
 
 /// The text and the scale of a colour bar.
 #[derive(Clone, Debug)]
@@ -45,7 +45,8 @@ impl Picture {
              font-family=\"sans-serif\" font-size=\"{em}\" fill=\"#1a1a1a\">"
         );
         let mut text = |x: f64, y: f64, text: &str| {
-            let text = quick_xml::escape::escape(text);
+            let text = allowed(text);
+            let text = quick_xml::escape::escape(&*text);
             let _ = write!(svg, "<text x=\"{x}\" y=\"{y}\">{text}</text>");
         };
         for (i, title) in legend.title.iter().enumerate() {
@@ -69,5 +70,25 @@ impl Picture {
             (left..right).for_each(|x| beside.set(x, top + y, colour));
         }
         Ok(self.beside(&beside))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::show::picture::PAPER;
+
+    /// A band may have any name, also one that no file of XML can hold.
+    #[test]
+    fn any_name_stands_above_a_bar() {
+        let plain = Picture::new(100, std::iter::repeat_n(PAPER, 100 * 300));
+        let bar = |title: &str| {
+            let scale = Scale::new(0.0, 2.0, false).expect("a scale");
+            plain.with_bar(&Legend { title: vec![title.into()], scale }).expect("a bar")
+        };
+        let (empty, named) = (bar("   "), bar("<&\u{1}"));
+        assert_eq!((empty.width, empty.height), (named.width, 300));
+        let dark = |picture: &Picture| picture.rgb().iter().filter(|c| **c < 128).count();
+        assert!(dark(&named) > dark(&empty) + 30, "{} {}", dark(&named), dark(&empty));
     }
 }
