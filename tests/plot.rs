@@ -42,7 +42,11 @@ fn results() -> TestScene {
         "unit": {"length": "m", "flux": "umol/s", "irradiance": "umol/m2/s", "radiance": "umol/m2/s/sr"},
         "bands": [{"name": "PAR", "from_nm": 400, "to_nm": 700}, {"name": "far red", "from_nm": 700, "to_nm": 750}],
         "energy": {"power": [1, 1], "emitted": [1, 1], "absorbed": [1, 1], "escaped": [0, 0], "lost": [0, 0], "absorbed_by": {}},
-        "captors": captors, "groups": []
+        "captors": captors, "groups": [],
+        "layers": [
+            {"from": 0, "to": 0.2, "area": 1, "absorbed": [2, 1], "absorbed_se": [0.1, null]},
+            {"from": 0.2, "to": 0.4, "area": 2, "absorbed": [12, 1], "absorbed_se": [0.1, null]}
+        ]
     });
     TestScene::new("{}", &[("r.json", &result.to_string())])
 }
@@ -193,6 +197,44 @@ fn plants_and_ranks_absorb_what_their_leaves_do() {
     // side of 3.6
     let bars = svg.split("<polyline").filter(|line| line.contains("stroke-width=\"6\"")).count();
     assert!(bars >= 5, "{bars}");
+}
+
+/// Layers absorb 2 and 6 umol/s per m2 of leaf: the step of the upper one is three times as far from
+/// 0, and the whole picture is as high as they are.
+#[test]
+fn layers_are_steps_over_height() {
+    let scene = results();
+    let (texts, svg) = plotted(&scene, &["--show", "layers"]);
+    has(
+        &texts,
+        &["absorbed by layers, PAR", "absorbed per area of leaf, umol/m2/s", "height z, m"],
+    );
+    let lines: Vec<Vec<[f64; 2]>> = svg
+        .split("<polyline")
+        .skip(1)
+        .map(|line| {
+            let points = line.split("points=\"").nth(1).and_then(|l| l.split('"').next()).unwrap();
+            let pair = |p: &str| p.split_once(',').map(|(x, y)| [x, y].map(|n| n.parse().unwrap()));
+            points.split_whitespace().filter_map(pair).collect()
+        })
+        .collect();
+    let steps = lines.iter().find(|line| line.len() == 4).expect("steps");
+    let [low, high] = [steps[0], steps[2]];
+    assert!(steps[0][0] == steps[1][0] && steps[2][0] == steps[3][0], "{steps:?}");
+    assert!(steps[0][1] > steps[1][1] && steps[1][1] == steps[2][1] && steps[2][1] > steps[3][1]);
+    // where 0 is, from the error bars of .1 and .05 about 2 and 6
+    let per_unit = (high[0] - low[0]) / 4.0;
+    let bars: Vec<f64> = lines.iter().filter(|l| l.len() == 2).map(|l| l[1][0] - l[0][0]).collect();
+    let has_bar = |length: f64| bars.iter().any(|bar| (bar - length * per_unit).abs() < 12.0);
+    assert!(has_bar(0.2) && has_bar(0.1), "{bars:?} {per_unit}");
+    let bare = scene.path("r.json");
+    let text = fs::read_to_string(&bare).unwrap().replace("\"layers\"", "\"other\"");
+    fs::write(&bare, text).unwrap();
+    refused(
+        &scene.path(""),
+        &["plot", "r.json", "--show", "layers"],
+        &["r.json", "no layers", "dz"],
+    );
 }
 
 /// A spectrum is drawn as steps between the wavelengths of the bands. Far red has half the

@@ -66,6 +66,8 @@ enum What {
     Profile,
     /// What each plant absorbed, and each rank of its leaves, with errors
     Plants,
+    /// What leaves absorbed in each layer, per area of leaf, over height, in scenes with `layers`
+    Layers,
     /// Irradiance per nanometre of groups of captors, or of those that --captors names
     Spectrum,
     /// Of a year: daily light integrals, the mean of each month with the range of its days
@@ -94,6 +96,7 @@ impl What {
             Self::Map => (Some(PlotKind::Map), None),
             Self::Profile => (Some(PlotKind::Profile), None),
             Self::Plants => (Some(PlotKind::Plants), None),
+            Self::Layers => (Some(PlotKind::Layers), None),
             Self::Spectrum => (Some(PlotKind::Spectrum), None),
             Self::Months => (None, Some(YearPlotKind::Months)),
             Self::Carpet => (None, Some(YearPlotKind::Carpet)),

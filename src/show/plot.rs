@@ -1,13 +1,15 @@
-//! Plots of results: sensors as a map, light over height, the power that plants absorbed, spectra.
+//! Plots of results: sensors as a map, light over height, the power that plants and layers absorbed,
+//! spectra.
 //! They read a results file, or the folder of a year, and no scene.
 //!
-//! `chosen` picks the band and the captors, `map`, `profile`, `plants` and `spectrum` each make one
+//! `chosen` picks the band and the captors, `map`, `profile`, `plants`, `layers` and `spectrum` each make one
 //! kind of plot, `year`, `months` and `carpet` those of a year, and `drawing` writes it as SVG or as pixels.
 
 mod carpet;
 mod chosen;
 mod drawing;
 mod heat_map;
+mod layers;
 mod map;
 mod months;
 mod plants;
@@ -31,6 +33,7 @@ impl Plot {
             PlotKind::Map => map::map(&chosen, request.range),
             PlotKind::Profile => profile::profile(&chosen),
             PlotKind::Plants => plants::plants(&chosen),
+            PlotKind::Layers => layers::layers(&chosen),
             PlotKind::Spectrum => spectrum::spectrum(&chosen),
         }
     }

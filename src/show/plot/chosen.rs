@@ -14,6 +14,8 @@ pub enum PlotKind {
     Profile,
     /// Power that every plant and every rank of its leaves absorbed.
     Plants,
+    /// Power that leaves absorbed in each layer, per area of leaf, over height.
+    Layers,
     /// Irradiance per nanometre on groups or captors.
     Spectrum,
 }
