@@ -43,7 +43,7 @@ fn arrivals(scene: &Scene) -> Vec<Arrival> {
 fn point_on(scene: &Scene, captor: &Captor, rng: &mut Stream) -> (usize, Vec3) {
     let mut rest = rng.uniform_fine() * captor.area;
     let here = |triangle: &usize| {
-        rest -= f64::from(scene.triangles()[*triangle].area());
+        rest -= f64::from(scene.triangles().at(*triangle).area());
         rest < 0.0
     };
     let triangle = captor.triangles.clone().find(here).unwrap_or(captor.triangles.start);
@@ -51,7 +51,7 @@ fn point_on(scene: &Scene, captor: &Captor, rng: &mut Stream) -> (usize, Vec3) {
     if u + v > 1.0 {
         (u, v) = (1.0 - u, 1.0 - v);
     }
-    (triangle, scene.triangles()[triangle].point(u, v))
+    (triangle, scene.triangles().at(triangle).point(u, v))
 }
 
 fn map_of(arrivals: Vec<Arrival>) -> PhotonMap {

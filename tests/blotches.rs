@@ -64,7 +64,7 @@ fn flat(viewpoint: &Viewpoint) -> Vec<usize> {
         let hit = viewpoint.closest(&ray)?;
         // not behind a pane
         let seen = viewpoint.opaque(&ray)?.triangle == hit.triangle;
-        let surface = scene.surface(hit.triangle);
+        let surface = &scene.surface(hit.triangle);
         seen.then_some((surface.material, surface.normal))
     };
     let pieces: Vec<_> = (0..WIDTH * HEIGHT).map(piece).collect();

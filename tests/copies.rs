@@ -1,10 +1,12 @@
 //! Copies of objects: tables of them, and what they count.
 
+use phylux::{RunResult, results::CaptorResult};
 use serde_json::{Value, json};
 
 use crate::{
     bad_input::bad_scene,
     common::{TestScene, run_file},
+    world::{Mesh, World, check_ledger, room},
 };
 
 const PLANT: &str = "v 0 0 0\nv 0.2 0 0\nv 0.2 0.2 0.1\nv 0 0.2 0.1\n\
@@ -96,4 +98,183 @@ fn tables_that_cannot_be_read_are_named() {
     bad_scene(&scene(json!([])), &files(""), &["/objects/0/instances", "empty"]);
     let word = field(&json!([{}]), &json!("plant")).to_string();
     bad_scene(&word, &files(""), &["/objects/0/captor", "\"instance\""]);
+}
+
+/// Copies that are turned about all axes, small, large and mirrored, as rows of matrices.
+const MATRICES: &str = "m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\n\
+    1,0,0,0.5,0,1,0,0.5,0,0,1,0.2\n\
+    0,-1.5,0,1.6,1.5,0,0,0.6,0,0,1.5,0.1\n\
+    0.36,0.48,-0.8,0.6,-0.8,0.6,0,1.4,0.48,0.64,0.6,0.7\n\
+    -0.5,0,0,1.5,0,0.5,0,1.5,0,0,0.5,0.4\n";
+
+/// Returns a plant of upright and lying leaves and a ball on its stem.
+fn plant() -> Mesh {
+    let leaf = |z: f64, x: f64| Mesh::rectangle([0.0, -0.1, z], [x, 0.0, 0.1], [0.0, 0.2, 0.0]);
+    let ball = Mesh::sphere([0.0, 0.0, 0.4], 0.08, 6);
+    leaf(0.1, 0.3).and(leaf(0.25, -0.3)).and(ball)
+}
+
+/// Returns a room with copies of that plant, whose triangles are shared or not.
+fn stand(share: bool, captor: Value, world: World) -> World {
+    let floor = Mesh::rectangle([0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
+    let leaf = json!({ "type": "leaf", "reflectance": [0.1, 0.45], "transmittance": [0.05, 0.45] });
+    world
+        .bands(2)
+        .material("leaf", leaf)
+        .lambert("soil", 0.3)
+        .with_file("field.csv", MATRICES)
+        .captor("sensor", &Mesh::square([1.0, 1.0, 0.35], [0.0, 0.0, 1.0], 0.4))
+        .counted("soil", "soil", &floor)
+        .counted("plant", "leaf", &plant())
+        .edited(move |scene| {
+            let plant = scene["objects"].as_array_mut().unwrap().last_mut().unwrap();
+            plant["instances"] = json!({ "csv": "field.csv" });
+            plant["share"] = json!(share);
+            plant["captor"] = captor;
+        })
+}
+
+fn lamps(world: World) -> World {
+    world
+        .lambert("wall", 0.6)
+        .surface("room", "wall", &room([-0.5, -0.5, -0.1], [2.5, 2.5, 2.0]))
+        .lamp("lamp", &Mesh::square([0.8, 0.9, 1.9], [0.0, 0.0, -1.0], 0.5), 100.0)
+}
+
+fn sky(world: World) -> World {
+    world
+        .with("periodic", json!({ "x": [0, 2], "y": [0, 2] }))
+        .light(json!({ "type": "sky", "model": "uniform", "irradiance": 1 }))
+        .with("sun_at", json!({ "elevation_deg": 40, "azimuth_deg": 20 }))
+        .light(json!({ "type": "sun", "irradiance": 1 }))
+}
+
+/// Returns all values of a captor with their standard errors.
+fn values(captor: &CaptorResult) -> Vec<(f64, f64)> {
+    let faces = [Some(&captor.front), captor.back.as_ref()];
+    let of_faces = faces.into_iter().flatten().flat_map(|face| {
+        face.flux.iter().zip(&face.flux_se).map(|(value, error)| (*value, error.unwrap_or(0.0)))
+    });
+    let absorbed = captor.absorbed.iter().flatten().zip(captor.absorbed_se.iter().flatten());
+    of_faces.chain(absorbed.map(|(value, error)| (*value, error.unwrap_or(0.0)))).collect()
+}
+
+/// Compares two runs of the same field: captors, areas, and values in units of their errors. The
+/// limits on the mean square and on the largest have odds of 1e-4 together for 30 values and more.
+fn agree(what: &str, shared: &RunResult, own: &RunResult) {
+    let mut z = Vec::new();
+    for (found, expected) in shared.captors.iter().zip(&own.captors) {
+        assert_eq!(found.id, expected.id);
+        assert_eq!(found.groups, expected.groups);
+        let [area, other] = [found, expected].map(|captor| captor.area);
+        assert!((area / other - 1.0).abs() < 1e-9, "{what}, {}: {area} {other}", found.id);
+        let near = |axis: usize| (found.center[axis] - expected.center[axis]).abs() < 1e-9;
+        assert!((0..3).all(near), "{what}: {:?} {:?}", found.center, expected.center);
+        for ((a, ea), (b, eb)) in values(found).into_iter().zip(values(expected)) {
+            let error = ea.hypot(eb) + 1e-6 * b.abs();
+            if error > 0.0 {
+                z.push((a - b) / error);
+            }
+        }
+    }
+    assert_eq!(shared.captors.len(), own.captors.len());
+    let square = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
+    let largest = z.iter().fold(0.0f64, |largest, z| largest.max(z.abs()));
+    assert!(z.len() >= 30 && square < 2.3 && largest < 5.2, "{what}: {square} {largest} {z:?}");
+}
+
+/// Copies that share their triangles count what copies with triangles of their own count: under
+/// lamps and under sun and sky without edges, by photons, by guided photons and by paths; however
+/// they are turned, mirrored and scaled.
+#[test]
+fn shared_copies_count_as_others() {
+    for (light, name) in [(lamps as fn(World) -> World, "lamps"), (sky, "sky")] {
+        for captor in [json!(true), json!("instance"), json!("triangle")] {
+            let world = |share| light(stand(share, captor.clone(), World::new()));
+            let (shared, own) = (world(true), world(false));
+            let what = format!("{name}, {captor}");
+            let photons = shared.run(200_000, 1);
+            check_ledger(&photons);
+            agree(&what, &photons, &own.run(200_000, 2));
+            agree(&what, &shared.run_paths(2_000, 1), &own.run_paths(2_000, 2));
+        }
+    }
+    for guiding in ["aim", "full"] {
+        let world = |share| {
+            let settings = json!({ "guiding": guiding, "k": 0 });
+            lamps(stand(share, json!(true), World::new())).with("settings", settings)
+        };
+        agree(guiding, &world(true).run(100_000, 3), &world(false).run(100_000, 4));
+    }
+}
+
+/// No light comes into balls, however they are placed: their triangles close in the coordinates of
+/// the object, and rays leave them by more than what placing them rounds.
+#[test]
+fn shared_balls_are_tight() {
+    let world = |share: bool| {
+        let far = [30.0, -20.0, 10.0];
+        let ball = Mesh::sphere([0.0; 3], 0.5, 12);
+        let at = |i: usize| far[i] + [0.7, 1.2, 0.3][i];
+        let inside = Mesh::sphere([at(0), at(1), at(2)], 0.45, 4);
+        World::new()
+            .lambert("white", 0.99)
+            .surface("room", "white", &room(far, far.map(|x| x + 2.0)))
+            .surface("ball", "white", &ball)
+            .captor("inside", &inside)
+            .lamp("lamp", &Mesh::square([31.6, -19.0, 11.99], [0.0, 0.0, -1.0], 0.5), 1.0)
+            .edited(move |scene| {
+                let ball = &mut scene["objects"][1];
+                let turned = |x: f64, y: f64, z: f64, deg: f64| {
+                    json!({ "translate": [far[0] + x, far[1] + y, far[2] + z], "scale": 1.0 + 0.001 * deg,
+                            "rotate_deg": [deg, 2.0 * deg, 3.0 * deg] })
+                };
+                ball["instances"] = json!([turned(0.7, 1.2, 0.3, 11.0), turned(1.4, 1.0, 1.0, 50.0)]);
+                ball["share"] = json!(share);
+            })
+    };
+    let result = world(true).run(100_000, 1);
+    check_ledger(&result);
+    // light goes round, and hardly any is left when a photon is given up
+    assert!(result.energy.lost[0] < 0.02 * result.energy.power[0], "{:?}", result.energy.lost);
+    assert_eq!(result.captors[0].front.flux[0], 0.0);
+}
+
+/// Layers know the areas of shared copies, and where they absorb.
+#[test]
+fn layers_know_shared_copies() {
+    let world =
+        |share| sky(stand(share, json!(true), World::new())).with("layers", json!({ "dz": 0.1 }));
+    let (shared, own) = (world(true).run(100_000, 1), world(false).run(100_000, 2));
+    let [shared, own] = [&shared, &own].map(|run| run.layers.as_ref().expect("layers"));
+    assert_eq!(shared.len(), own.len());
+    for (found, expected) in shared.iter().zip(own) {
+        assert!((found.area - expected.area).abs() < 1e-9, "{} {}", found.area, expected.area);
+        let error =
+            found.absorbed_se[0].unwrap_or(0.0).hypot(expected.absorbed_se[0].unwrap_or(0.0));
+        let difference = found.absorbed[0] - expected.absorbed[0];
+        assert!(difference.abs() <= 5.0 * error + 1e-6, "{difference} {error}");
+    }
+}
+
+/// What may not share its triangles says why, if it is asked to.
+#[test]
+fn what_cannot_be_shared_says_why() {
+    let with = |table: &'static str, material: Value| {
+        let mut scene = field(&json!({ "csv": "field.csv" }), &json!(true));
+        scene["materials"]["leaf"] = material;
+        scene["objects"][0]["share"] = json!(true);
+        (scene.to_string(), [("plant.obj", PLANT), ("field.csv", table)])
+    };
+    let grey = || json!({ "type": "lambert", "reflectance": 0.4 });
+    let matrix = "m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\n2,0,0,1,0,1,0,0,0,0,1,0\n";
+    let (scene, files) = with(matrix, grey());
+    bad_scene(&scene, &files, &["/objects/0/share", "stretched", "leave `share` out"]);
+    let (scene, files) = with("x,y,z\n0,0,0\n", json!({ "type": "mirror", "reflectance": 0.9 }));
+    bad_scene(&scene, &files, &["/objects/0/share", "mirror"]);
+    let mut many = field(&json!({ "csv": "field.csv" }), &json!(true));
+    many["objects"][0]["share"] = json!(true);
+    let rows = "0,0,0\n".repeat(1_000_001);
+    let table = format!("x,y,z\n{rows}");
+    bad_scene(&many.to_string(), &[("plant.obj", PLANT), ("field.csv", &table)], &["captors"]);
 }

@@ -51,7 +51,7 @@ fn rays_that_graze_a_closed_mesh_meet_its_front() {
     let mut unit = || random.uniform_fine() as f32;
     let (mut met, mut backs) = (0, 0);
     for i in 0..800_000 {
-        let t = &triangles[i % triangles.len()];
+        let t = triangles.at(i % triangles.len());
         let target = t.a.lerp(t.b, unit());
         let (z, phi) = (2.0 * unit() - 1.0, TAU as f32 * unit());
         let r = (1.0 - z * z).sqrt();
@@ -60,7 +60,7 @@ fn rays_that_graze_a_closed_mesh_meet_its_front() {
         let ray = Ray { origin, direction: (target - origin).normalize() };
         let Some(hit) = scene.closest(&ray) else { continue };
         met += 1;
-        backs += usize::from(triangles[hit.triangle].cross().dot(ray.direction) >= 0.0);
+        backs += usize::from(triangles.at(hit.triangle).cross().dot(ray.direction) >= 0.0);
     }
     assert!(met > 600_000 && backs <= 4, "{backs} backs of {met}");
 }

@@ -2,7 +2,7 @@
 //! the captor and gradient of the light, and other kernels on the same photons. Its findings are in
 //! docs/notes/nearest.md.
 
-use std::{collections::BTreeMap, f64::consts::PI};
+use std::{borrow::Cow, collections::BTreeMap, f64::consts::PI};
 
 use glam::{DVec3, Vec3};
 use phylux::{
@@ -113,7 +113,8 @@ impl Run {
         let scene = phylux::load(&files.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
         let captor = &scene.scene.captors[0];
         let center = (captor.center - scene.scene.center).as_vec3();
-        let near = scene.scene.triangles_of(captor).iter().map(|t| t.nearest_point(center));
+        let triangles = scene.scene.triangles_of(captor);
+        let near = triangles.iter().map(|t| t.nearest_point(center));
         let distance = |p: &Vec3| p.distance_squared(center);
         let query = near.min_by(|p, q| distance(p).total_cmp(&distance(q))).expect("a triangle");
         Self { query, scene }
@@ -126,7 +127,7 @@ impl Run {
         (done.unwrap_or_else(|e| panic!("{e}")), settings)
     }
 
-    fn triangles(&self) -> &[Triangle] {
+    fn triangles(&self) -> Cow<'_, [Triangle]> {
         self.scene.scene.triangles_of(&self.scene.scene.captors[0])
     }
 

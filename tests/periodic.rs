@@ -465,6 +465,69 @@ fn shares_on_a_slope_add_up() {
     assert!((canopy.transmitted[0] - 1.0).abs() < 1e-9, "{:?}", canopy.transmitted);
 }
 
+/// The sun shines on all of a level leaf that covers three tenths of the cell, on seven tenths of the
+/// ground, and, as a group, on what both have together, wherever it stands; a pane does not matter.
+/// By photons and by paths; 12 values, limits of 5 standard errors.
+#[test]
+fn the_sunlit_share_is_known() {
+    let leaf = Mesh::rectangle([0.0, 0.0, 0.4], [0.3, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    for (zenith, azimuth) in [(0.0, 0.0), (35.0, 90.0), (60.0, 70.0)] {
+        let world = field(0.2)
+            .with("sunlit", json!(true))
+            .with("sun_at", sun_at(zenith, azimuth))
+            .material("pane", json!({ "type": "transparent", "ior": 1.5, "thin": true }))
+            .surface("pane", "pane", &sheet(0.8))
+            .counted("leaf", "black", &leaf)
+            .light(sun(zenith))
+            .edited(|scene| scene["groups"] = json!({ "both": ["leaf/*", "ground/*"] }));
+        for (how, result) in both(&world, 20_000, 1_000) {
+            for (group, area, exact) in
+                [("leaf", 0.3, 1.0), ("ground", 1.0, 0.7), ("both", 1.3, 1.0 / 1.3)]
+            {
+                let found = result.groups.iter().find(|g| g.id == group).expect("a group");
+                let (share, error) = (found.sunlit.expect("a share"), found.sunlit_se.unwrap());
+                assert!((found.area - area).abs() < 1e-9);
+                // the leaf is lit everywhere; of the ground few points in 64 decide
+                let limit = 5.0 * error + if exact == 1.0 { 1e-9 } else { 0.01 };
+                assert!(
+                    (share - exact).abs() <= limit,
+                    "{zenith}, {group}, {how}: {share} {error}"
+                );
+            }
+        }
+    }
+}
+
+/// A sunlit share belongs to one sun.
+#[test]
+fn a_sunlit_share_needs_one_sun() {
+    let scene = field(0.2).with("sunlit", json!(true)).light(sky()).write();
+    let error = phylux::load(&scene.path("scene.json")).unwrap_err().to_string();
+    assert!(error.contains("sunlit: 0 suns, must be 1") && error.contains("one moment"), "{error}");
+}
+
+/// Leaves of the open truth: the share of their area that the sun at 60 degrees shines on is
+/// .953567 / 3.00022 (a closed form of one realisation, `canopy.md`).
+#[test]
+fn needs_shared_sunlit_share_of_level_leaves() {
+    let obj = crate::common::shared().join("truth/canopy/obj/horizontal-lai3.obj");
+    let text = std::fs::read_to_string(&obj).unwrap_or_else(|e| panic!("{}: {e}", obj.display()));
+    let world = field(0.1)
+        .with("sunlit", json!(true))
+        .with("sun_at", sun_at(60.0, 0.0))
+        .with_file("leaves.obj", &text)
+        .light(sun(60.0))
+        .edited(|scene| {
+            let leaves = json!({ "name": "leaves", "obj": "leaves.obj", "material": "black", "captor": true });
+            scene["objects"].as_array_mut().unwrap().push(leaves);
+        });
+    let result = world.run(10_000, 1);
+    let leaves = result.groups.iter().find(|g| g.id == "leaves").expect("leaves");
+    let (share, error) = (leaves.sunlit.expect("a share"), leaves.sunlit_se.unwrap());
+    assert!((leaves.area - 3.00022).abs() < 1e-4, "{}", leaves.area);
+    assert!((share - 0.31784).abs() < 5.0 * error && error < 0.005, "{share} +- {error}");
+}
+
 #[test]
 fn wrong_cells_are_named() {
     let cell = |cell: Value| {

@@ -61,7 +61,7 @@ fn irradiance_reaches_into_corners() {
         let elsewhere = [[0.001, 0.5], [0.5, 0.001], [0.499, 0.5], [0.3, 0.3]];
         let irradiance = |triangle: usize, [u, v]: [f32; 2]| {
             let found =
-                light.irradiance(triangle, true, light.scene.triangles()[triangle].point(u, v));
+                light.irradiance(triangle, true, light.scene.triangles().at(triangle).point(u, v));
             assert!((found[0] - 1.0).abs() < 5.0 * error, "{found:?} at {triangle} {u} {v}");
             assert_eq!(light.irradiance(triangle, false, Vec3::ZERO), [0.0]);
             found[0]
@@ -98,11 +98,11 @@ fn a_sheet_is_lit_from_its_own_side() {
     lit(&world, 8_000, |light| {
         let [leaf, black] = [0.0, -0.001].map(|z: f32| {
             let at =
-                |t: &phylux::math::Triangle| (t.a.z + light.scene.center.z as f32 - z).abs() < 1e-5;
+                |t: phylux::math::Triangle| (t.a.z + light.scene.center.z as f32 - z).abs() < 1e-5;
             light.scene.triangles().iter().position(at).expect("a triangle")
         });
-        let middle = light.scene.triangles()[leaf].point(0.4, 0.3);
-        let under = light.scene.triangles()[black].point(0.4, 0.3);
+        let middle = light.scene.triangles().at(leaf).point(0.4, 0.3);
+        let under = light.scene.triangles().at(black).point(0.4, 0.3);
         let error = 1.0 / f64::sqrt(K as f64 - 2.0);
         let above = light.irradiance(leaf, true, middle)[0];
         assert!((above - 1.0).abs() < 5.0 * error, "{above}");

@@ -47,6 +47,7 @@ class Values:
         absorbed_ratios, absorbed_ratios_se: (n, ratios), the same of the light that surfaces absorbed.
         absorbed_by_face, absorbed_by_face_se: (n, 2, bands), what surfaces absorbed of the light on each face; None except
             in scenes with ``absorbed_by_face``.
+        sunlit, sunlit_se: (n,), share of the area on which the sun shines; None except in scenes with ``sunlit``.
         dli, dli_se: (n, 2, bands), daily light integral, mol/m2/d; None except in scenes in umol/s over a period.
     """
 
@@ -68,6 +69,8 @@ class Values:
     absorbed_ratios_se: Floats | None = None
     absorbed_by_face: Floats | None = None
     absorbed_by_face_se: Floats | None = None
+    sunlit: Floats | None = None
+    sunlit_se: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -344,6 +347,10 @@ class Result:
             kinds = ("absorbed_by_face",) * 2
             found, errors = values.absorbed_by_face, values.absorbed_by_face_se
             table = _with_rows(table, key, values.ids, self.bands, kinds, found, errors)
+        if values.sunlit is not None:
+            assert values.sunlit_se is not None
+            found, errors = values.sunlit[:, None, None], values.sunlit_se[:, None, None]
+            table = _with_rows(table, key, values.ids, [None], ("sunlit",), found, errors, faces=(None,))
         return table
 
     @cached_property
@@ -463,10 +470,12 @@ class Result:
             names |= {"absorbed_ratios": ("captor", "ratio"), "absorbed_ratios_se": ("captor", "ratio")}
         if self.values.absorbed_by_face is not None:
             names |= {name: ("captor", "face", "band") for name in ("absorbed_by_face", "absorbed_by_face_se")}
+        if self.values.sunlit is not None:
+            names |= {"sunlit": ("captor",), "sunlit_se": ("captor",)}
         data = {}
         for name, dims in names.items():
             attributes = {}
-            if name != "photons" and "ratio" not in name:
+            if name != "photons" and "ratio" not in name and "sunlit" not in name:
                 quantity = name.removesuffix("_se")
                 attributes["units"] = unit[quantity if quantity in unit else "flux"]
             if name.endswith("_se"):
@@ -665,6 +674,8 @@ class Result:
         bands = len(self.bands)
         shapes: dict[str, tuple[int, ...]] = {
             "area": (-1,),
+            "sunlit": (-1,),
+            "sunlit_se": (-1,),
             "photons": (-1, 2),
             "absorbed": (-1, bands),
             "absorbed_se": (-1, bands),
@@ -688,15 +699,22 @@ def _arrived(values: Values) -> list[tuple[str, Any, Any]]:
 
 
 def _with_rows(
-    table: Any, key: str, ids: list[str], bands: list[str], kinds: tuple[str, ...], found: Floats, errors: Floats
+    table: Any,
+    key: str,
+    ids: list[str],
+    bands: Sequence[str | None],
+    kinds: tuple[str, ...],
+    found: Floats,
+    errors: Floats,
+    faces: tuple[str | None, ...] = (*FACES, None),
 ) -> Any:
-    """Returns the table with a row for each value of captors, faces and bands; the third face has no name."""
+    """Returns the table with a row for each value of captors, faces and bands; what is None has no name."""
     import pandas as pd
 
     rows, face, band = np.nonzero(~np.isnan(found))
     names = {
         key: np.array(ids, dtype=object)[rows],
-        "face": np.array([*FACES, None], dtype=object)[face],
+        "face": np.array(faces, dtype=object)[face],
         "band": np.array(bands, dtype=object)[band],
         "quantity": np.array(kinds, dtype=object)[face],
     }

@@ -87,6 +87,7 @@ struct Row<'a> {
     absorbed: Option<(&'a [f64], &'a [Option<f64>])>,
     absorbed_ratios: Option<&'a Ratios>,
     by_face: Option<&'a AbsorbedByFace>,
+    sunlit: Option<[f64; 2]>,
 }
 
 impl<'a> Row<'a> {
@@ -97,6 +98,7 @@ impl<'a> Row<'a> {
             absorbed: captor.absorbed.as_deref().zip(captor.absorbed_se.as_deref()),
             absorbed_ratios: captor.absorbed_ratios.as_ref(),
             by_face: captor.absorbed_by_face.as_ref(),
+            sunlit: captor.sunlit.zip(captor.sunlit_se).map(|(share, error)| [share, error]),
         }
     }
 
@@ -107,6 +109,7 @@ impl<'a> Row<'a> {
             absorbed: group.absorbed.as_deref().zip(group.absorbed_se.as_deref()),
             absorbed_ratios: group.absorbed_ratios.as_ref(),
             by_face: group.absorbed_by_face.as_ref(),
+            sunlit: group.sunlit.zip(group.sunlit_se).map(|(share, error)| [share, error]),
         }
     }
 
@@ -310,6 +313,8 @@ impl Found {
         let mut ratio = [(); 2].map(|()| Numbers::new(2 * count, ratios));
         let mut absorbed_ratio = [(); 2].map(|()| Numbers::new(count, ratios));
         let (mut by_face, mut by_face_se, mut has_faces) = (faces(), faces(), false);
+        let mut sunlit = [(); 2].map(|()| Numbers::new(count, 1));
+        let mut has_sunlit = false;
         let mut absorbed = Numbers::new(count, bands);
         let mut absorbed_se = Numbers::new(count, bands);
         let mut area = Numbers::new(count, 1);
@@ -352,6 +357,10 @@ impl Found {
                 by_face_se.put_known(2 * i, front_se);
                 by_face_se.put_known(2 * i + 1, back_se);
             }
+            if let Some(found) = row.sunlit {
+                has_sunlit = true;
+                sunlit.iter_mut().zip(found).for_each(|(array, value)| array.put(i, &[value]));
+            }
             row.absorbed_ratios.iter().for_each(|found| put_ratios(&mut absorbed_ratio, i, found));
         }
         let arrays = Arrays::new(py);
@@ -374,6 +383,11 @@ impl Found {
             let [values, errors] = absorbed_ratio;
             arrays.add("absorbed_ratios", values)?;
             arrays.add("absorbed_ratios_se", errors)?;
+        }
+        if has_sunlit {
+            let [share, error] = sunlit;
+            arrays.add("sunlit", share)?;
+            arrays.add("sunlit_se", error)?;
         }
         if has_faces {
             arrays.add("absorbed_by_face", by_face)?;

@@ -347,6 +347,30 @@ def test_electricity_and_absorbed_by_face(tmp_path):
     np.testing.assert_array_equal(table.value, found.frame.value)
 
 
+def test_sunlit_shares(tmp_path):
+    pd = pytest.importorskip("pandas")
+    scene = px.Scene("leaf in the sun", sunlit=True, sun_at={"elevation_deg": 90})
+    scene.material("leaf", type="lambert", reflectance=0.1)
+    shade = [[0, 0, 1], [0.5, 0, 1], [0.5, 1, 1], [0, 1, 1]]
+    floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    for name, corners in (("shade", shade), ("floor", floor)):
+        scene.add(name, (np.array(corners, float), [[0, 1, 2], [0, 2, 3]]), material="leaf", captor=True)
+    scene.light("sun", type="sun", irradiance=800)
+    found = scene.run(photons=2_000)
+    np.testing.assert_allclose(found.values.sunlit, [1, 0.5], atol=0.1)
+    assert (found.values.sunlit_se < 0.1).all()
+    assert found.xarray().sunlit.dims == ("captor",)
+    found.save_csv(tmp_path / "r.csv")
+    table = pd.read_csv(tmp_path / "r.csv", dtype={"band": str})
+    table = table[table.captor.isin(found.ids)]
+    assert table.quantity.tolist() == found.frame.quantity.astype(str).tolist()
+    np.testing.assert_array_equal(table.value, found.frame.value)
+    night = px.Scene("night", sunlit=True)
+    night.light("lamp", type="point", position=[0, 0, 1], power=1)
+    with pytest.raises(px.InputError, match="0 suns, must be 1"):
+        night.run(photons=100)
+
+
 def test_even_light():
     scene = px.Scene("row")
     for i in range(3):

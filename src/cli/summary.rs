@@ -274,6 +274,9 @@ fn groups(text: &mut String, result: &RunResult) {
             let name = format!("{:<33}", format!("    absorbed in all, {}", result.unit.flux));
             row(text, &name, &absorbed[..bands], &errors[..bands]);
         }
+        if let (Some(share), Some(error)) = (group.sunlit, group.sunlit_se) {
+            row(text, &format!("{:<33}", "    sunlit, of the area"), &[share], &[Some(error)]);
+        }
         if let Some(faces) = &group.absorbed_by_face {
             let AbsorbedByFace { front, front_se, back, back_se } = faces;
             for (face, values, errors) in [("front", front, front_se), ("back", back, back_se)] {

@@ -291,8 +291,17 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
             write_row(&mut table, key, value, error, &place_of(captor))
         })?;
     }
+    for captor in &result.captors {
+        if let Some(share) = captor.sunlit {
+            let key = [&captor.id, "", "", "sunlit"];
+            write_row(&mut table, key, share, captor.sunlit_se, &place_of(captor))?;
+        }
+    }
     for group in &result.groups {
         let place = ["", "", "", &group.area.to_string(), ""].map(String::from);
+        if let Some(share) = group.sunlit.filter(|_| group.captors > 1) {
+            write_row(&mut table, [&group.id, "", "", "sunlit"], share, group.sunlit_se, &place)?;
+        }
         let back = group.back.as_ref().map(|back| ("back", back));
         for (face, values) in std::iter::once(("front", &group.front)).chain(back) {
             let Some(even) = &values.uniformity else { continue };

@@ -1,6 +1,8 @@
 //! Rays, triangles, frames and transforms. Lengths are in metres. Vectors in single precision are
 //! relative to the centre of the scene, vectors in double precision to the user's origin.
 
+use std::borrow::Borrow;
+
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
 #[cfg(test)]
@@ -38,6 +40,9 @@ pub struct Triangle {
 /// computation takes 7 (Pharr, Jakob and Humphreys, Physically Based Rendering, 4th ed., 6.8).
 pub const ROUNDING: f32 = 1.0 / (1 << 20) as f32;
 
+/// The share of a triangle's reach that stands for the error of its normal in its offset.
+pub const NORMAL: f32 = 1.0 / (1 << 16) as f32;
+
 /// Distance within which two shapes near a point count as being in one place, m: what rounding of
 /// their coordinates and of the numbers in files may put between them.
 pub fn closeness(point: Vec3) -> f32 {
@@ -55,7 +60,6 @@ impl Triangle {
     /// larger offset than a small one at the same height. The small share of its reach stands for
     /// the error of the normal.
     pub fn offset(&self) -> f32 {
-        const NORMAL: f32 = 1.0 / (1 << 16) as f32;
         let reach = self.reach();
         ROUNDING * (reach.dot(self.normal().abs()) + NORMAL * reach.length())
     }
@@ -301,8 +305,18 @@ impl Extent {
     }
 
     /// Returns the smallest box around `triangles`.
-    pub fn of_triangles<'a>(triangles: impl IntoIterator<Item = &'a Triangle>) -> Self {
-        Self::of(triangles.into_iter().flat_map(|t| [t.a, t.b, t.c]))
+    pub fn of_triangles(triangles: impl IntoIterator<Item: Borrow<Triangle>>) -> Self {
+        let corners = |t: &Triangle| [t.a, t.b, t.c];
+        Self::of(triangles.into_iter().flat_map(|triangle| corners(triangle.borrow())))
+    }
+
+    /// Returns the eight corners.
+    pub fn corners(&self) -> [Vec3; 8] {
+        std::array::from_fn(|corner| {
+            let side =
+                |axis: usize| if corner >> axis & 1 == 0 { self.min } else { self.max }[axis];
+            Vec3::new(side(0), side(1), side(2))
+        })
     }
 
     /// Returns the smallest box around both boxes.

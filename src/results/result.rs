@@ -306,6 +306,12 @@ pub struct CaptorResult {
     /// Power absorbed of each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<Absorbed>>,
+    /// Fraction of the area on which the sun shines, where the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sunlit: Option<f64>,
+    /// Standard error of the value above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sunlit_se: Option<f64>,
     /// What it absorbed of the light on each face, where the scene asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbed_by_face: Option<AbsorbedByFace>,
@@ -340,6 +346,12 @@ pub struct GroupResult {
     /// Power absorbed of each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<Absorbed>>,
+    /// Fraction of the area on which the sun shines, where the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sunlit: Option<f64>,
+    /// Standard error of the value above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sunlit_se: Option<f64>,
     /// What the surfaces absorbed of the light on each face, where the scene asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbed_by_face: Option<AbsorbedByFace>,

@@ -19,11 +19,12 @@ mod wide;
 #[cfg(test)]
 mod tests;
 
-use crate::math::geometry::{Ray, Triangle};
-use query::{Closest, Crossings, Meet, Occluded};
+use crate::math::geometry::{Extent, Ray, Triangle};
+use query::{Closest, ClosestWithin, Crossings, Meet, Occluded, OccludedWithin};
 use walk::ROOT_NODES;
 
 pub use layout::{Bvh, Hit};
+pub(in crate::scene) use query::Enter;
 pub use query::Kernel;
 
 impl Bvh {
@@ -43,6 +44,34 @@ impl Bvh {
     /// children than other nodes.
     pub fn build_for_few(triangles: &[Triangle]) -> Self {
         build::build(triangles, 0..triangles.len() as u32, 1)
+    }
+
+    /// Builds a tree of boxes, at least one, around what has trees of its own.
+    pub fn build_of_boxes(boxes: &[Extent]) -> Self {
+        build::build_of_boxes(boxes)
+    }
+
+    /// Returns, for a tree of boxes, the nearest hit with 0 < t < `t_max` in what the boxes hold,
+    /// with the index of its box.
+    pub(in crate::scene) fn closest_within(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        enter: Enter,
+    ) -> Option<(u32, Hit)> {
+        query::ask(ClosestWithin { boxes: self, ray, t_max, enter })
+    }
+
+    /// Returns, for a tree of boxes, whether any triangle in what the boxes hold that the ray hits
+    /// with 0 < t < `t_max` `stops` it; its first argument is the index of the box.
+    pub(in crate::scene) fn occluded_within(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        enter: Enter,
+        mut stops: impl FnMut(u32, Hit) -> bool,
+    ) -> bool {
+        query::ask(OccludedWithin { boxes: self, ray, t_max, enter, stops: &mut stops })
     }
 
     /// Returns the nearest hit with 0 < t < `t_max` (which may be infinite); of several at the same

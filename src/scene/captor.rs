@@ -4,7 +4,10 @@ use std::{fmt, ops::Range};
 
 use glam::DVec3;
 
-use crate::error::{Problem, check_range};
+use crate::{
+    error::{Problem, check_range},
+    math::geometry::Transform,
+};
 
 /// What kind of surface a captor is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,6 +179,14 @@ pub struct Moments {
 }
 
 impl Moments {
+    /// Returns the moments of the same triangles where a transform places them that only turns,
+    /// mirrors, scales and moves.
+    pub fn placed(&self, transform: &Transform) -> Self {
+        let scale = transform.turned(DVec3::X).length();
+        let normal = transform.turned(self.normal).normalize_or_zero();
+        Self { area: scale.powi(2) * self.area, center: transform.point(self.center), normal }
+    }
+
     /// Computes the moments of `triangles`, given in metres.
     pub fn of(triangles: &[[DVec3; 3]]) -> Self {
         let (mut area, mut center, mut vector) = (0.0, DVec3::ZERO, DVec3::ZERO);

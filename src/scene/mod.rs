@@ -1,7 +1,8 @@
 //! The scene as it stands before a photon flies: the surfaces and what they do with light
 //! (`material`), the lights (`light`, and sun and sky in [`daylight`]), the captors
 //! (`captor`), the camera (`camera`), and the validated [`world::Scene`], which arranges all of
-//! them for the tracing of rays (`bvh`), where it repeats in a `lattice`. `patches` and `tiles` divide surfaces into pieces:
+//! them for the tracing of rays (`bvh`), where it repeats in a `lattice`, and where copies share
+//! their triangles as `instances`. `patches` and `tiles` divide surfaces into pieces:
 //! for photon maps on surfaces, and for display. `stand` holds what is summed of plants as a whole.
 //!
 //! Read `material` and `light` for the physics, then `world`. Code that follows light further than
@@ -11,6 +12,7 @@ pub(crate) mod bvh;
 pub(crate) mod camera;
 pub(crate) mod captor;
 pub mod daylight;
+pub(crate) mod instances;
 pub(crate) mod lattice;
 pub(crate) mod light;
 pub(crate) mod material;
@@ -35,5 +37,5 @@ pub use material::{
 pub use patches::Patches;
 pub use world::{
     Band, BandRatio, BandSum, CaptorPart, CopyPart, Crossing, LightPart, NamedMaterial, Scene,
-    SceneParts, Surface, SurfaceHit, SurfacePart,
+    SceneParts, SharedCopy, SharedPart, Standing, Surface, SurfaceHit, SurfacePart, Triangles,
 };

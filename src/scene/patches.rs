@@ -4,6 +4,8 @@
 //! leaf to leaf. Over one face of a smooth piece it changes only as shadows and distances make it,
 //! so photon estimates on a face use the photons of its own piece alone.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use crate::scene::world::Scene;
@@ -16,7 +18,28 @@ const SMOOTH: f32 = 0.866;
 /// piece: something stands there.
 #[derive(Clone, Debug)]
 pub struct Patches {
+    own: Pieces,
+    /// The pieces of copies that share their triangles.
+    shared: Vec<SharedPieces>,
+}
+
+/// The smooth pieces of a mesh.
+#[derive(Clone, Debug)]
+struct Pieces {
     of_triangle: Vec<u32>,
+    areas: Vec<f64>,
+}
+
+/// The smooth pieces of copies of a mesh.
+#[derive(Clone, Debug)]
+struct SharedPieces {
+    /// Those of each copy, with the areas of the first.
+    pieces: Pieces,
+    /// Index of the first triangle of the first copy.
+    first: usize,
+    /// Number of the first piece of the first copy.
+    first_piece: usize,
+    /// The area of each copy over that of the first.
     areas: Vec<f64>,
 }
 
@@ -26,62 +49,104 @@ type Edge = [[u32; 3]; 2];
 impl Patches {
     /// Finds the smooth pieces of the surfaces of `scene`.
     pub fn new(scene: &Scene) -> Self {
-        const NONE: u32 = u32::MAX;
-        let joined = joined(scene);
-        let normal = |triangle: usize| scene.surface(triangle).normal;
-        let mut patches =
-            Self { of_triangle: vec![NONE; scene.triangles().len()], areas: Vec::new() };
-        for first in 0..scene.triangles().len() {
-            if patches.of_triangle[first] != NONE {
-                continue;
-            }
-            let (patch, mut area) = (patches.areas.len() as u32, 0.0);
-            let mut waiting = vec![first as u32];
-            while let Some(triangle) = waiting.pop() {
-                let at = triangle as usize;
-                let leans = at != first && normal(at).dot(normal(first)) < SMOOTH;
-                if patches.of_triangle[at] != NONE || leans {
-                    continue;
-                }
-                patches.of_triangle[at] = patch;
-                area += f64::from(scene.triangles()[at].area());
-                let from = joined.partition_point(|pair| pair[0] < triangle);
-                let to = joined.partition_point(|pair| pair[0] <= triangle);
-                waiting.extend(joined[from..to].iter().map(|pair| pair[1]));
-            }
-            patches.areas.push(area);
+        let own = Pieces::new(scene, 0..scene.unshared());
+        let mut next = own.areas.len();
+        let mut shared: Vec<SharedPieces> = Vec::new();
+        for copies in scene.alike() {
+            let first = copies.triangles.start;
+            let pieces = Pieces::new(scene, copies.triangles);
+            let (first_piece, count) = (next, pieces.areas.len() * copies.areas.len());
+            next += count;
+            shared.push(SharedPieces { pieces, first, first_piece, areas: copies.areas });
         }
-        patches
+        Self { own, shared }
     }
 
     /// Returns the number of pieces.
     pub fn count(&self) -> usize {
-        self.areas.len()
+        let own = self.own.areas.len();
+        let end =
+            |last: &SharedPieces| last.first_piece + last.pieces.areas.len() * last.areas.len();
+        self.shared.last().map_or(own, end)
+    }
+
+    /// Returns the number of pieces of surfaces that are no shared copies; they come first.
+    pub fn unshared(&self) -> usize {
+        self.own.areas.len()
     }
 
     /// Returns the index of the piece that a triangle belongs to.
     #[inline]
     pub fn of(&self, triangle: usize) -> usize {
-        self.of_triangle[triangle] as usize
+        match self.own.of_triangle.get(triangle) {
+            Some(piece) => *piece as usize,
+            None => self.of_copy(triangle),
+        }
+    }
+
+    fn of_copy(&self, triangle: usize) -> usize {
+        let after = self.shared.partition_point(|shared| shared.first <= triangle);
+        let SharedPieces { pieces, first, first_piece, .. } = &self.shared[after - 1];
+        let (index, each) = (triangle - first, pieces.of_triangle.len());
+        let piece = pieces.of_triangle[index % each] as usize;
+        first_piece + index / each * pieces.areas.len() + piece
     }
 
     /// Returns the area of one side of a piece, m2.
     pub fn area(&self, patch: usize) -> f64 {
-        self.areas[patch]
+        if let Some(area) = self.own.areas.get(patch) {
+            return *area;
+        }
+        let after = self.shared.partition_point(|shared| shared.first_piece <= patch);
+        let SharedPieces { pieces, first_piece, areas, .. } = &self.shared[after - 1];
+        let (index, each) = (patch - first_piece, pieces.areas.len());
+        pieces.areas[index % each] * areas[index / each]
     }
 
     /// Returns the number under which photons that arrive at this face of a triangle are stored:
     /// one for each face of each piece.
     #[inline]
     pub fn bin(&self, triangle: usize, front: bool) -> u32 {
-        2 * self.of_triangle[triangle] + u32::from(!front)
+        2 * self.of(triangle) as u32 + u32::from(!front)
     }
 }
 
-/// Returns the pairs of triangles that join smoothly, each pair both ways round, sorted.
-fn joined(scene: &Scene) -> Vec<[u32; 2]> {
-    let mut edges: Vec<(Edge, bool, u32)> = Vec::with_capacity(3 * scene.triangles().len());
-    for (i, t) in scene.triangles().iter().enumerate() {
+impl Pieces {
+    /// Finds the smooth pieces of a range of the triangles of a scene.
+    fn new(scene: &Scene, range: Range<usize>) -> Self {
+        const NONE: u32 = u32::MAX;
+        let joined = joined(scene, range.clone());
+        let normal = |index: usize| scene.surface(range.start + index).normal;
+        let mut pieces = Self { of_triangle: vec![NONE; range.len()], areas: Vec::new() };
+        for first in 0..range.len() {
+            if pieces.of_triangle[first] != NONE {
+                continue;
+            }
+            let (piece, mut area) = (pieces.areas.len() as u32, 0.0);
+            let mut waiting = vec![first as u32];
+            while let Some(index) = waiting.pop() {
+                let at = index as usize;
+                let leans = at != first && normal(at).dot(normal(first)) < SMOOTH;
+                if pieces.of_triangle[at] != NONE || leans {
+                    continue;
+                }
+                pieces.of_triangle[at] = piece;
+                area += f64::from(scene.triangles().at(range.start + at).area());
+                let from = joined.partition_point(|pair| pair[0] < index);
+                let to = joined.partition_point(|pair| pair[0] <= index);
+                waiting.extend(joined[from..to].iter().map(|pair| pair[1]));
+            }
+            pieces.areas.push(area);
+        }
+        pieces
+    }
+}
+
+/// Returns the pairs of triangles of a range that join smoothly, by their places in it, each pair
+/// both ways round, sorted.
+fn joined(scene: &Scene, range: Range<usize>) -> Vec<[u32; 2]> {
+    let mut edges: Vec<(Edge, bool, u32)> = Vec::with_capacity(3 * range.len());
+    for (i, t) in range.clone().map(|index| scene.triangles().at(index)).enumerate() {
         for (p, q) in [(t.a, t.b), (t.b, t.c), (t.c, t.a)] {
             let (p, q) = (bits(p), bits(q));
             edges.push(([p.min(q), p.max(q)], p < q, i as u32));
@@ -93,7 +158,7 @@ fn joined(scene: &Scene) -> Vec<[u32; 2]> {
         // if both triangles run along the edge the same way, the front of one joins the back of the
         // other
         let &[(_, one_way, one), (_, other_way, other)] = edge else { continue };
-        let normals = [one, other].map(|i| scene.surface(i as usize).normal);
+        let normals = [one, other].map(|i| scene.surface(range.start + i as usize).normal);
         if one_way != other_way && normals[0].dot(normals[1]) >= SMOOTH {
             joined.extend([[one, other], [other, one]]);
         }

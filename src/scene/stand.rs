@@ -65,15 +65,15 @@ pub struct LayerBins {
 }
 
 impl LayerBins {
-    /// Makes layers of the height `dz`, m, for triangles with corners in the user's coordinates;
-    /// `center` is the height of the point that rays are relative to. Error: more than 10,000
+    /// Makes layers of the height `dz`, m, for triangles with corners in the user's coordinates, each
+    /// with the number of copies of it at the same heights; `center` is the height of the point that rays are relative to. Error: more than 10,000
     /// layers.
-    pub fn new<'t>(
+    pub fn new(
         dz: f64,
         center: f64,
-        triangles: impl Iterator<Item = &'t [DVec3; 3]> + Clone,
+        triangles: impl Iterator<Item = ([DVec3; 3], usize)> + Clone,
     ) -> Result<Self, Problem> {
-        let corners = || triangles.clone().flatten().map(|corner| corner.z);
+        let corners = || triangles.clone().flat_map(|(corners, _)| corners.map(|corner| corner.z));
         let low = (corners().fold(f64::INFINITY, f64::min) / dz).floor();
         let high = (corners().fold(f64::NEG_INFINITY, f64::max) / dz).floor();
         let mut layers = Self { dz, first: 0, areas: Vec::new(), center };
@@ -86,10 +86,11 @@ impl LayerBins {
         }
         layers.first = low as i64;
         layers.areas = vec![0.0; (high - low) as usize + 1];
-        for triangle in triangles {
+        for (triangle, copies) in triangles {
             let mut below = 0.0;
             let heights = triangle.map(|corner| corner.z);
             let area = 0.5 * (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).length();
+            let area = copies as f64 * area;
             let bottom = heights.into_iter().fold(f64::INFINITY, f64::min);
             let top = heights.into_iter().fold(f64::NEG_INFINITY, f64::max);
             let from = ((bottom / dz).floor() - low) as usize;
@@ -139,7 +140,7 @@ mod tests {
     fn areas_are_cut_at_layers() {
         let upright = [DVec3::ZERO, DVec3::X, DVec3::new(0.0, 0.0, 3.0)];
         let level = [DVec3::Z, DVec3::Z + DVec3::X, DVec3::Z + DVec3::Y];
-        let layers = LayerBins::new(1.0, 0.0, [upright, level].iter()).unwrap();
+        let layers = LayerBins::new(1.0, 0.0, [(upright, 1), (level, 1)].into_iter()).unwrap();
         let exact = [1.5 * 5.0 / 9.0, 1.5 * 3.0 / 9.0 + 0.5, 1.5 / 9.0, 0.0];
         assert_eq!(layers.areas.len(), 4);
         for (area, exact) in layers.areas.iter().zip(exact) {
@@ -147,6 +148,6 @@ mod tests {
         }
         assert_eq!(layers.of(Vec3::new(0.0, 0.0, 1.5)), 1);
         assert_eq!(layers.of(Vec3::new(0.0, 0.0, 9.0)), 3);
-        assert!(LayerBins::new(1e-6, 0.0, [upright].iter()).is_err());
+        assert!(LayerBins::new(1e-6, 0.0, [(upright, 1)].into_iter()).is_err());
     }
 }

@@ -67,7 +67,7 @@ impl Tiles {
     /// edges are short.
     pub fn new(scene: &Scene) -> Self {
         // glass is transparent in the display
-        let clear = |triangle: usize| scene.material(scene.surface(triangle)).is_clear();
+        let clear = |triangle: usize| scene.material(&scene.surface(triangle)).is_clear();
         let mut copies = copies(scene);
         // looks in the last group of copies that begins at or before the triangle
         let is_copy = |triangle: usize| {
@@ -76,14 +76,14 @@ impl Tiles {
             last.is_some_and(|c| triangle - c.first < c.each * c.transforms.len())
         };
         let stays = |triangle: usize| clear(triangle) || is_copy(triangle);
-        let (corners, triangles) = cut(scene.triangles(), stays, MORE, SHORT * scene.radius);
+        let (corners, triangles) = cut(scene.triangles().iter(), stays, MORE, SHORT * scene.radius);
         for copies in &mut copies {
             copies.first = triangles.partition_point(|t| (*t as usize) < copies.first);
         }
         let mut tiles = Self { corners, triangles, parts: Vec::new(), copies };
         for tile in 0..tiles.triangles.len() {
             let triangle = tiles.triangles[tile] as usize;
-            let surface = scene.surface(triangle);
+            let surface = &scene.surface(triangle);
             tiles.add_to_part(TilePart {
                 object: scene.object(triangle),
                 material: Some(surface.material as usize),
@@ -95,7 +95,7 @@ impl Tiles {
         for (c, captor) in virtual_captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface)
         {
             let first = tiles.corners.len();
-            tiles.corners.extend_from_slice(scene.triangles_of(captor));
+            tiles.corners.extend_from_slice(&scene.triangles_of(captor));
             tiles.triangles.extend(captor.triangles.clone().map(|t| t as u32));
             tiles.add_to_part(TilePart {
                 object: None,
@@ -126,7 +126,7 @@ impl Tiles {
 /// triangles.
 fn copies(scene: &Scene) -> Vec<TileCopies> {
     let mut found: Vec<TileCopies> = Vec::new();
-    for copy in &scene.copies {
+    for copy in scene.object_copies() {
         let (object, first, each) = (copy.object, copy.triangles.start, copy.triangles.len());
         match found.last_mut() {
             Some(c)
@@ -147,14 +147,15 @@ fn copies(scene: &Scene) -> Vec<TileCopies> {
 /// edge is longer than `short`, m. Returns the tiles in the order of their triangles, and the
 /// triangle of each.
 fn cut(
-    triangles: &[Triangle],
+    triangles: impl ExactSizeIterator<Item = Triangle>,
     stays: impl Fn(usize) -> bool,
     more: usize,
     short: f32,
 ) -> (Vec<Triangle>, Vec<u32>) {
     let mut cutter = Cutter { short, ..Cutter::default() };
-    (0..).zip(triangles).for_each(|(i, triangle)| cutter.add(triangle, stays(i)));
-    while cutter.tiles.len() < triangles.len() + more && cutter.halve_longest() {}
+    let most = triangles.len() + more;
+    triangles.enumerate().for_each(|(i, triangle)| cutter.add(&triangle, stays(i)));
+    while cutter.tiles.len() < most && cutter.halve_longest() {}
     let Cutter { points, mut tiles, .. } = cutter;
     tiles.sort_by_key(|tile| tile.triangle);
     let corners = |tile: &Tile| Triangle::from(tile.corners.map(|i| points[i as usize]));
@@ -260,7 +261,7 @@ mod tests {
         let small = [Vec3::ZERO, 0.01 * Vec3::X, 0.01 * Vec3::Y];
         let triangles: Vec<Triangle> =
             square.into_iter().chain([sliver, small]).map(Triangle::from).collect();
-        let (tiles, of) = cut(&triangles, |_| false, 1000, 0.02);
+        let (tiles, of) = cut(triangles.iter().copied(), |_| false, 1000, 0.02);
         // the last edge may be shared by two tiles
         assert!((1004..=1005).contains(&tiles.len()), "{}", tiles.len());
         assert_eq!(tiles.len(), of.len());
@@ -298,12 +299,15 @@ mod tests {
     #[test]
     fn cutting_ends_at_short_edges() {
         let triangle = Triangle::from([Vec3::ZERO, Vec3::X, Vec3::Y]);
-        let (tiles, _) = cut(&[triangle], |_| false, 1_000_000, 0.1);
+        let (tiles, _) = cut([triangle].into_iter(), |_| false, 1_000_000, 0.1);
         assert!(tiles.len() < 1000, "{}", tiles.len());
         assert!(tiles.iter().all(|t| longest(t) <= 0.1));
         // nothing to cut
-        assert_eq!(cut(&[triangle], |_| true, 1_000_000, 0.1).0, [triangle]);
-        assert_eq!(cut(&[Triangle::from([Vec3::ZERO; 3])], |_| false, 10, 0.1).0.len(), 1);
-        assert_eq!(cut(&[], |_| false, 10, 0.1).0.len(), 0);
+        assert_eq!(cut([triangle].into_iter(), |_| true, 1_000_000, 0.1).0, [triangle]);
+        assert_eq!(
+            cut([Triangle::from([Vec3::ZERO; 3])].into_iter(), |_| false, 10, 0.1).0.len(),
+            1
+        );
+        assert_eq!(cut(std::iter::empty(), |_| false, 10, 0.1).0.len(), 0);
     }
 }

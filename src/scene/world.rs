@@ -17,6 +17,8 @@ mod outside;
 mod parts;
 mod repeats;
 mod shapes;
+mod shared;
+mod triangles;
 mod tubes;
 mod validate;
 
@@ -32,7 +34,7 @@ use crate::{
     },
     scene::{
         bvh::{Bvh, Hit},
-        captor::{CHANNELS, Captor, CaptorKind},
+        captor::{CHANNELS, Captor},
         lattice::Lattice,
         light::{Light, LightTree, Prism, sources},
         material::Material,
@@ -40,7 +42,7 @@ use crate::{
     },
 };
 use images::LightImages;
-use shapes::{Shapes, has_parallel};
+use shapes::{Found, Shapes, has_parallel};
 use tubes::Tubes;
 
 pub use flush::FlushLight;
@@ -48,11 +50,12 @@ pub use mirrors::{ChosenImage, FlatMirrors};
 pub use outside::Outside;
 pub use parts::{
     Band, BandRatio, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts,
-    SurfacePart,
+    SharedPart, SurfacePart,
 };
 pub use shapes::{KeptShapes, LOOKED_AT};
-pub(crate) use validate::check_watts;
+pub use triangles::{SharedCopy, Standing, Triangles};
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
+pub(crate) use validate::{check_watts, may_be_shared};
 
 /// Width of a triangle's margins, in bounds of the error of its points.
 const MARGINS: f32 = 4.0;
@@ -101,6 +104,19 @@ pub struct ObjectCopy {
     pub transform: Transform,
 }
 
+/// What the copies of an object have in common besides their triangles.
+#[derive(Clone, Debug)]
+struct Common {
+    /// Its surfaces; a captor is numbered among those of a copy.
+    surfaces: Vec<Surface>,
+    /// Index of the object, if it has a name.
+    object: Option<usize>,
+    /// Index of the first captor of the first copy.
+    first_captor: usize,
+    /// Number of captors of each copy.
+    captors: usize,
+}
+
 /// A validated scene.
 #[derive(Debug)]
 pub struct Scene {
@@ -118,6 +134,8 @@ pub struct Scene {
     pub ratios: Vec<BandRatio>,
     /// Whether surfaces count what they absorb by face, too.
     pub absorbed_by_face: bool,
+    /// Whether captors say which share of their area the sun shines on.
+    pub sunlit: bool,
     /// Electric power of lights, W, by their names.
     pub watts: BTreeMap<String, f64>,
     /// The materials.
@@ -134,12 +152,15 @@ pub struct Scene {
     pub center: DVec3,
     /// Half the diagonal of the box around surfaces, captors and lights, m.
     pub radius: f32,
-    /// The surfaces that are copies of an object.
-    pub(crate) copies: Vec<ObjectCopy>,
+    /// The surfaces that are copies of an object, and share no triangles.
+    copies: Vec<ObjectCopy>,
     /// The prism by whose faces light from infinitely far away comes in.
     inside: Prism,
     shapes: Arc<Shapes>,
+    /// Of the triangles that are no shared copies.
     surfaces: Vec<Surface>,
+    /// What copies that share triangles have in common, object by object.
+    common: Vec<Common>,
     /// The first triangle of each surface part, and the index of its object.
     object_parts: Vec<(usize, Option<usize>)>,
     flush_lights: Vec<FlushLight>,
@@ -238,12 +259,6 @@ impl Scene {
         self.object(triangle).is_some_and(|o| self.stand.is_ground.get(o) == Some(&true))
     }
 
-    /// Returns the triangles of all surfaces.
-    #[inline]
-    pub fn triangles(&self) -> &[Triangle] {
-        &self.shapes.triangles
-    }
-
     /// Returns the triangles of all virtual captors, where the user put them.
     #[inline]
     pub fn captor_triangles(&self) -> &[Triangle] {
@@ -252,13 +267,19 @@ impl Scene {
 
     /// Returns the properties of a triangle of a surface.
     #[inline]
-    pub fn surface(&self, triangle: usize) -> &Surface {
-        &self.surfaces[triangle]
+    pub fn surface(&self, triangle: usize) -> Surface {
+        match self.surfaces.get(triangle) {
+            Some(surface) => *surface,
+            None => self.shared_surface(triangle),
+        }
     }
 
     /// Returns the index of the object that a triangle of a surface belongs to, if the object has a
     /// name.
     pub fn object(&self, triangle: usize) -> Option<usize> {
+        if triangle >= self.surfaces.len() {
+            return self.object_of_copy(triangle);
+        }
         let after = self.object_parts.partition_point(|(first, _)| *first <= triangle);
         self.object_parts[..after].last()?.1
     }
@@ -289,14 +310,6 @@ impl Scene {
     pub fn with_sums(&self, values: &[f64]) -> Vec<f64> {
         let sums = self.sums.iter().map(|sum| sum.of(values));
         values.iter().copied().chain(sums).collect()
-    }
-
-    /// Returns the triangles of a captor.
-    pub fn triangles_of(&self, captor: &Captor) -> &[Triangle] {
-        match captor.kind {
-            CaptorKind::Surface => &self.triangles()[captor.triangles.clone()],
-            CaptorKind::Virtual { .. } => &self.captor_triangles()[captor.triangles.clone()],
-        }
     }
 
     /// Returns whether the scene has virtual captors.
@@ -331,8 +344,8 @@ impl Scene {
     /// Returns the nearest surface that a ray meets.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
-        if let Some(repeats) = &self.shapes.repeats {
-            return self.closest_in_cells(repeats, ray);
+        if !self.shapes.is_plain {
+            return self.closest_in_pieces(ray);
         }
         let hit = self.shapes.surface_bvh.closest(ray, f32::INFINITY)?;
         Some(self.surface_hit(ray, &hit))
@@ -343,8 +356,8 @@ impl Scene {
     #[inline]
     pub fn meet(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) -> Option<SurfaceHit> {
         let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
-        if let Some(repeats) = &self.shapes.repeats {
-            return self.meet_in_cells(repeats, ray, &mut visit);
+        if !self.shapes.is_plain {
+            return self.meet_in_pieces(ray, &mut visit);
         }
         let hit = if captor_bvh.is_empty() {
             surface_bvh.closest(ray, f32::INFINITY)
@@ -356,8 +369,8 @@ impl Scene {
 
     /// Visits every virtual captor that a ray crosses before `t_max`, in any order.
     pub fn crossings(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(Crossing)) {
-        if let Some(repeats) = &self.shapes.repeats {
-            return self.crossings_in_cells(repeats, ray, t_max, &mut visit);
+        if self.shapes.repeats.is_some() {
+            return self.crossings_in_pieces(ray, t_max, &mut visit);
         }
         let mut visit = self.crossing(ray, visit);
         self.shapes.captor_bvh.crossings(ray, t_max, |hit| visit(hit, false));
@@ -368,8 +381,8 @@ impl Scene {
     /// [`meet`](Self::meet) where few rays cross a captor.
     pub fn glance(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) {
         let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
-        if let Some(repeats) = &self.shapes.repeats {
-            self.meet_in_cells(repeats, ray, &mut visit);
+        if !self.shapes.is_plain {
+            self.meet_in_pieces(ray, &mut visit);
             return;
         }
         let mut farthest = 0.0;
@@ -402,7 +415,9 @@ impl Scene {
         if !self.is_near_edge(triangle, hit) {
             return SurfaceHit { t: hit.t, triangle, point: hit.point };
         }
-        let front = self.front_at_edge(ray, hit, self.surfaces[triangle].reach);
+        let shape = |t| self.shapes.surface_shape(t);
+        let reach = self.surfaces[triangle].reach;
+        let front = front_at_edge(&self.shapes.surface_bvh, shape, ray, hit, reach);
         let triangle = front.triangle as usize;
         SurfaceHit {
             t: front.t,
@@ -415,34 +430,15 @@ impl Scene {
     /// its error, that of a ray from afar included, may put it beyond the edge.
     fn is_near_edge(&self, triangle: usize, hit: &Hit) -> bool {
         let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
-        let change = ROUNDING * self.triangles()[triangle].slopes();
+        let change = ROUNDING * self.shapes.triangles[triangle].slopes();
         weights.cmplt(change * (MARGINS * (self.surfaces[triangle].reach + hit.t))).any()
     }
 
     /// Returns the barycentric weights below which a point of the triangle of a surface is too near
     /// to the edge opposite each corner; at most 1/3, the weight of the centroid.
     pub fn margins(&self, triangle: usize) -> Vec3 {
-        let change = ROUNDING * self.triangles()[triangle].slopes();
-        Triangle::margins(change, MARGINS * self.surfaces[triangle].reach)
-    }
-
-    /// Returns the hit of a ray near the edge of a triangle, the bound of whose error is `reach`
-    /// over [`ROUNDING`]. At the outline of a mesh, the distances of the face that looks at the ray
-    /// and of the face that looks away differ by less than their error. There the face in front is
-    /// taken as hit; otherwise light that grazes a closed mesh would enter it.
-    fn front_at_edge(&self, ray: &Ray, hit: &Hit, reach: f32) -> Hit {
-        let mut front = *hit;
-        let triangle = self.shapes.surface_shape(hit.triangle);
-        let t_max = hit.t + GRAZING * ROUNDING * (reach + hit.t);
-        self.shapes.surface_bvh.occluded(ray, t_max, |other| {
-            let shape = self.shapes.surface_shape(other.triangle);
-            let before = shape.is_before_at_fold(triangle, ray.direction);
-            if before {
-                front = other;
-            }
-            before
-        });
-        front
+        let change = ROUNDING * self.triangles().at(triangle).slopes();
+        Triangle::margins(change, MARGINS * self.surface(triangle).reach)
     }
 
     /// Returns a function that turns the hit of a captor's triangle into a [`Crossing`] and visits
@@ -466,13 +462,21 @@ impl Scene {
     /// Visits the index of every triangle of a surface that may reach into the ball of `radius`, m,
     /// around `center`.
     pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
-        let own = self.triangles().len();
-        self.shapes.surface_bvh.near(center, radius, |triangle| {
-            // images are visited where they come from
+        let Shapes { surface_bvh, forest, .. } = &*self.shapes;
+        // images are visited where they come from
+        let own = self.surfaces.len();
+        surface_bvh.near(center, radius, |triangle| {
             if (triangle as usize) < own {
                 visit(triangle as usize);
             }
         });
+        if let Some(forest) = forest {
+            forest.near(&self.shapes.placed, center, radius, |_, triangle, cell| {
+                if cell == [0, 0] {
+                    visit(triangle);
+                }
+            });
+        }
     }
 
     /// Returns the triangles of surfaces that coincide with an earlier one, corner by corner, each
@@ -489,25 +493,25 @@ impl Scene {
         triangle: usize,
         mut wanted: impl FnMut(usize) -> bool,
     ) -> Option<bool> {
-        let shape = &self.triangles()[triangle];
-        let (bvh, middle, normal) = (&self.shapes.surface_bvh, shape.centroid(), shape.normal());
+        let shape = self.triangles().at(triangle);
+        let (middle, normal) = (shape.centroid(), shape.normal());
         let reach = closeness(middle) + 4.0 * shape.offset();
-        let shape = |t| *self.shapes.surface_shape(t);
-        has_parallel(bvh, shape, middle, normal, reach, |other| {
-            wanted(self.shapes.surface_origin(other) as usize)
-        })
+        let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
+            self.shapes.crosses(ray, t_max, visit);
+        };
+        has_parallel(crosses, middle, normal, reach, |found| wanted(found.index))
     }
 
     /// Returns the ray that leaves a surface where another has met it. It starts off the surface, on
     /// the side of the unit normal `side`, by the error of the point.
     #[inline]
     pub fn leave(&self, hit: &SurfaceHit, side: Vec3, direction: Vec3) -> Ray {
-        Ray { origin: hit.point + self.surfaces[hit.triangle].offset * side, direction }
+        Ray { origin: hit.point + self.surface(hit.triangle).offset * side, direction }
     }
 
     /// Returns the ray that goes on straight through the surface that it has met.
     pub fn pass(&self, hit: &SurfaceHit, direction: Vec3) -> Ray {
-        let normal = self.surfaces[hit.triangle].normal;
+        let normal = self.surface(hit.triangle).normal;
         self.leave(hit, normal * normal.dot(direction).signum(), direction)
     }
 
@@ -516,7 +520,7 @@ impl Scene {
     #[inline]
     pub fn beyond(&self, hit: Option<&SurfaceHit>) -> f32 {
         hit.map_or(f32::INFINITY, |hit| {
-            let error = 4.0 * self.surfaces[hit.triangle].offset + closeness(hit.point);
+            let error = 4.0 * self.surface(hit.triangle).offset + closeness(hit.point);
             hit.t * (1.0 + ROUNDING) + error
         })
     }
@@ -525,6 +529,31 @@ impl Scene {
     /// that rounding has put beyond the edge of a closed mesh would let light through its corner.
     #[inline]
     pub(super) fn off_edges(&self, triangle: usize, point: Vec3, u: f32, v: f32) -> Vec3 {
-        self.triangles()[triangle].draw_in(point, u, v, self.margins(triangle))
+        self.shapes.triangles[triangle].draw_in(point, u, v, self.margins(triangle))
     }
+}
+
+/// Returns the hit of a ray near the edge of a triangle of a search structure, of which `shape` gives
+/// the corners; the bound of their error is `reach` over [`ROUNDING`]. At the outline of a mesh, the
+/// distances of the face that looks at the ray and of the face that looks away differ by less than
+/// their error. There the face in front is taken as hit; otherwise light that grazes a closed mesh
+/// would enter it.
+fn front_at_edge<'t>(
+    bvh: &Bvh,
+    shape: impl Fn(u32) -> &'t Triangle,
+    ray: &Ray,
+    hit: &Hit,
+    reach: f32,
+) -> Hit {
+    let mut front = *hit;
+    let triangle = shape(hit.triangle);
+    let t_max = hit.t + GRAZING * ROUNDING * (reach + hit.t);
+    bvh.occluded(ray, t_max, |other| {
+        let before = shape(other.triangle).is_before_at_fold(triangle, ray.direction);
+        if before {
+            front = other;
+        }
+        before
+    });
+    front
 }

@@ -7,7 +7,7 @@ use std::{
 
 use crate::{
     error::{Error, Result, nearest},
-    scene::world::Scene,
+    scene::world::{MAX_TRIANGLES, Scene},
     show::{
         glb::{Shown, write_glb},
         picture::Scale,
@@ -91,6 +91,12 @@ impl Colours {
 /// for photons to arrive on.
 pub fn check_export(scene: &Scene, format: ExportFormat, colours: &Colours) -> Result<()> {
     colours.shown(scene)?;
+    let triangles = scene.triangles().len();
+    if triangles > MAX_TRIANGLES {
+        let problem = format!("it has {triangles} triangles, more than {MAX_TRIANGLES}");
+        return Err(Error::input("scene", problem)
+            .remedy("export its captors' values as CSV, or a scene with fewer copies"));
+    }
     if format == ExportFormat::Ply && scene.triangles().is_empty() {
         return Err(Error::input("scene", "it has no surface for photons to arrive on")
             .remedy("export its captors (.vtp)"));

@@ -167,7 +167,7 @@ impl First {
         };
         let first = viewpoint.closest(ray)?;
         let (surface, front, face) = facing(&first);
-        if !scene.material(surface).is_clear() {
+        if !scene.material(&surface).is_clear() {
             let guide =
                 Guide { face, through: None, material: surface.material, normal: surface.normal };
             return Some(Self { hit: first, front, guide });

@@ -27,7 +27,7 @@ use crate::{
         daylight::InfiniteLight,
         light::Entrance,
         material::Material,
-        world::{FlushLight, LOOKED_AT, Scene},
+        world::{FlushLight, LOOKED_AT, Scene, Standing},
     },
 };
 
@@ -86,7 +86,7 @@ pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
         check_own_images(scene, &mut remarks);
         check_flush_lights(scene, &mut remarks);
         if scene.materials.iter().any(|m| matches!(m.material, Material::Dielectric(_))) {
-            solids::check_solids(scene, &mesh::weld(scene.triangles()), &mut remarks);
+            solids::check_solids(scene, &mesh::weld(scene), &mut remarks);
         }
         Ok(remarks.warnings)
     })
@@ -96,7 +96,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     let scene = &loaded.scene;
     let surfaces = surfaces(scene);
     let lit = scene.lights.iter().map(|light| light.extent());
-    let lit = lit.fold(Extent::of_triangles(scene.triangles()), Extent::join);
+    let lit = lit.fold(scene.triangles().extent(), Extent::join);
     let size = lit.join(Extent::of_triangles(scene.captor_triangles())).size().as_dvec3();
 
     let mut remarks = Remarks { warnings: loaded.warnings.clone(), notes: Vec::new() };
@@ -115,7 +115,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_ground(loaded, &mut remarks);
     check_openings(scene, &mut remarks);
     check_areas(scene, &mut remarks);
-    let vertices = mesh::weld(scene.triangles());
+    let vertices = mesh::weld(scene);
     check_coincident(scene, &mut remarks);
     check_own_images(scene, &mut remarks);
     note_periods(scene, &mut remarks);
@@ -130,10 +130,12 @@ fn surfaces(scene: &Scene) -> Vec<MaterialSummary> {
     let materials = scene.materials.iter().map(|m| m.name.clone());
     let mut surfaces: Vec<MaterialSummary> =
         materials.map(|material| MaterialSummary { material, triangles: 0, area: 0.0 }).collect();
-    for (i, triangle) in scene.triangles().iter().enumerate() {
-        let summary = &mut surfaces[scene.surface(i).material as usize];
-        summary.triangles += 1;
-        summary.area += 0.5 * cross(triangle).length();
+    for Standing { triangles, copies, area } in scene.standing() {
+        for i in triangles {
+            let summary = &mut surfaces[scene.surface(i).material as usize];
+            summary.triangles += copies;
+            summary.area += 0.5 * cross(&scene.triangles().at(i)).length() * area;
+        }
     }
     surfaces
 }
@@ -241,7 +243,7 @@ fn check_lights(scene: &Scene, remarks: &mut Remarks) {
 /// surface.
 fn check_flush_lights(scene: &Scene, remarks: &mut Remarks) {
     let named = |flush: &&FlushLight| {
-        let surface = scene.surface(flush.triangle);
+        let surface = &scene.surface(flush.triangle);
         let material = &scene.materials[surface.material as usize].name;
         let object = scene.object(flush.triangle).map_or(material, |o| &scene.objects[o]);
         format!("`{}` in `{object}`", scene.lights[flush.light].name)
@@ -270,7 +272,7 @@ fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
     let bounded = !scene.triangles().is_empty() && scene.lattice().is_none();
     let outside = scene.captors.iter().filter(|captor| {
         bounded && matches!(captor.kind, CaptorKind::Virtual { .. }) && {
-            let extent = Extent::of_triangles(scene.triangles_of(captor));
+            let extent = Extent::of_triangles(&*scene.triangles_of(captor));
             extent.is_clear_of(lit, closeness(extent.max.abs().max(extent.min.abs())))
         }
     });
@@ -317,7 +319,7 @@ fn stands_over_surface(scene: &Scene, captor: &Captor) -> bool {
     for _ in 0..MOST {
         let Some(hit) = scene.closest(&down) else { return false };
         let own = captor.kind == CaptorKind::Surface && captor.triangles.contains(&hit.triangle);
-        if !own || !scene.material(scene.surface(hit.triangle)).transmits_diffusely() {
+        if !own || !scene.material(&scene.surface(hit.triangle)).transmits_diffusely() {
             return true;
         }
         down = scene.pass(&hit, Vec3::NEG_Z);
@@ -347,7 +349,7 @@ fn check_own_images(scene: &Scene, remarks: &mut Remarks) {
         return;
     }
     let mut objects = BTreeSet::new();
-    for triangle in 0..scene.triangles().len() {
+    for triangle in scene.standing_for_all() {
         let object = scene.object(triangle);
         if !objects.contains(&object) && scene.lies_on_its_image(triangle) {
             objects.insert(object);
@@ -391,8 +393,12 @@ fn check_openings(scene: &Scene, remarks: &mut Remarks) {
 fn check_areas(scene: &Scene, remarks: &mut Remarks) {
     let flat = |t: &Triangle| cross(t) == DVec3::ZERO;
     let mut by_material: BTreeMap<u32, usize> = BTreeMap::new();
-    for i in (0..scene.triangles().len()).filter(|&i| flat(&scene.triangles()[i])) {
-        *by_material.entry(scene.surface(i).material).or_default() += 1;
+    let all = scene
+        .standing()
+        .into_iter()
+        .flat_map(|standing| standing.triangles.map(move |triangle| (triangle, standing.copies)));
+    for (i, copies) in all.filter(|(i, _)| flat(&scene.triangles().at(*i))) {
+        *by_material.entry(scene.surface(i).material).or_default() += copies;
     }
     let on_surfaces = by_material
         .iter()
@@ -412,8 +418,8 @@ fn check_areas(scene: &Scene, remarks: &mut Remarks) {
 /// `solids`. A small face on a large one is an object that stands there.
 fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
     let material = |i: usize| scene.surface(i).material;
-    let solid = |i: usize| scene.material(scene.surface(i)).is_solid();
-    let has_area = |i: usize| scene.triangles()[i].normal() != Vec3::ZERO;
+    let solid = |i: usize| scene.material(&scene.surface(i)).is_solid();
+    let has_area = |i: usize| scene.triangles().at(i).normal() != Vec3::ZERO;
     let copies = scene.copies().iter().map(|pair| pair.map(|i| i as usize));
     let copies = copies.filter(|&[i, first]| has_area(i) && !(solid(i) && solid(first)));
     let mut pairs: BTreeMap<[u32; 2], usize> = BTreeMap::new();
@@ -433,7 +439,8 @@ fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
         (twin.then_some(least), all.is_none())
     };
     let is_copy = |i: u32| scene.copies().binary_search_by_key(&i, |[copy, _]| *copy).is_ok();
-    let distinct = (0..scene.triangles().len()).into_par_iter().filter(|&i| !is_copy(i as u32));
+    let all: Vec<usize> = scene.standing_for_all().collect();
+    let distinct = all.into_par_iter().filter(|&i| !is_copy(i as u32));
     let looked = distinct.map(|i| (i, look(i))).filter(|(_, found)| *found != (None, false));
     let looked: Vec<_> = looked.collect();
     let mut crowded: BTreeMap<u32, usize> = BTreeMap::new();

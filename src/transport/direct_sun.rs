@@ -2,13 +2,15 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use rayon::prelude::*;
+
 use crate::{
     math::{
         rng::{Purpose, Streams},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
-        captor::{CaptorKind, Channel},
+        captor::{CHANNELS, CaptorKind, Channel},
         daylight::InfiniteLight,
         world::Scene,
     },
@@ -75,6 +77,30 @@ pub fn direct_sun(
     stop: &AtomicBool,
 ) -> Vec<[f32; 2]> {
     with_lanes!(scene.lanes(), L => of_captor::<L>(scene, captor, channels, lights, seed, rays, stop))
+}
+
+/// Number of points of each captor for its sunlit share, up to [`SunRays::CAPTORS`] captors.
+const SHARE_POINTS: u64 = 64;
+
+/// Returns the fraction of each captor's area that has a straight path to the sun, also through thin
+/// panes, by one of its faces, or by the front of a sensor that counts one side; with its standard
+/// error. The scene has one sun. The same seed gives the same values on any number of threads. `None`
+/// if no sun is there, or if there are several.
+pub fn sunlit_shares(scene: &Scene, seed: u64) -> Option<Vec<[f64; 2]>> {
+    let mut suns = scene.infinite_lights().filter(|(_, light)| light.suns() > 0);
+    let (_, light) = suns.next().filter(|(_, light)| light.suns() == 1)?;
+    if suns.next().is_some() {
+        return None;
+    }
+    let captors = scene.captors.len() as u64;
+    let rays = SunRays::new((SHARE_POINTS * SunRays::CAPTORS / captors.max(1)).min(SHARE_POINTS));
+    let (channels, never) = (CHANNELS.len(), AtomicBool::new(false));
+    let share = |captor: usize| {
+        let light = std::slice::from_ref(light);
+        let row = direct_sun(scene, captor, channels, light, seed, rays, &never);
+        row.last().map_or([0.0; 2], |pair| pair.map(f64::from))
+    };
+    Some((0..scene.captors.len()).into_par_iter().map(share).collect())
 }
 
 fn of_captor<L: Lanes>(

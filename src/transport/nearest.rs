@@ -166,7 +166,8 @@ fn gather(
 
 /// Returns the distance from `query` to the farthest point of the captor, m.
 fn reach(scene: &Scene, captor: &Captor, query: Vec3) -> f32 {
-    let corners = scene.triangles_of(captor).iter().flat_map(|t| [t.a, t.b, t.c]);
+    let triangles = scene.triangles_of(captor);
+    let corners = triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
     corners.map(|p| p.distance(query)).fold(0.0, f32::max)
 }
 
@@ -180,7 +181,7 @@ fn radiance<L: Lanes>(
     gathered: &[Option<Gathered>; 2],
     face: Channel,
 ) -> Option<Vec<Estimate>> {
-    let diffuse = captor.triangles.clone().all(|t| scene.material(scene.surface(t)).is_diffuse());
+    let diffuse = captor.triangles.clone().all(|t| scene.material(&scene.surface(t)).is_diffuse());
     let normal = captor.normal.as_vec3();
     if !diffuse || normal == Vec3::ZERO {
         return None;
@@ -189,7 +190,7 @@ fn radiance<L: Lanes>(
     let photons = gathered.iter().flatten().flat_map(weighted).collect();
     Some(sum(scene, map, photons, |photon, weight, into| {
         let stored = &map.photons[photon];
-        let surface = scene.surface(stored.triangle as usize);
+        let surface = &scene.surface(stored.triangle as usize);
         let interaction = Interaction::new(stored.direction.unpack(), surface.normal)
             .on(stored.triangle as usize);
         // light that leaves a bent leaf on its other side is not seen from this face

@@ -195,7 +195,7 @@ impl Path<'_, '_> {
         let ray = scene.lights[light].emit(self.rng);
         self.rays += 1;
         let (hit, through) = spots::straight::<L>(scene, ray, |_, _| ())?;
-        let surface = scene.surface(hit.triangle);
+        let surface = &scene.surface(hit.triangle);
         let material = scene.material(surface);
         let away = hit.point - at.point;
         let (towards, d2) = (away.try_normalize()?, away.length_squared());
@@ -326,7 +326,7 @@ impl Path<'_, '_> {
                 self.cut_off = scene.is_endless(&leg.ray) && self.rng.uniform() < kept;
                 return radiance;
             };
-            let surface = scene.surface(hit.triangle);
+            let surface = &scene.surface(hit.triangle);
             let material = scene.material(surface);
             let interaction = Interaction::new(leg.ray.direction, surface.normal).on(hit.triangle);
             match self.arrival_weight(&leg, &hit, interaction.cos) {

@@ -144,7 +144,7 @@ impl<'a> SurfaceLight<'a> {
     /// photons on that side and, where the material lets light through, transmitted from photons on
     /// the other side.
     pub fn radiance(&self, triangle: usize, point: Vec3, outgoing: Vec3) -> Vec<f64> {
-        let surface = self.scene.surface(triangle);
+        let surface = &self.scene.surface(triangle);
         let Material::Lambert(lambert) = self.scene.material(surface) else {
             return self.radiance_of(triangle, point, outgoing, self.k, |_| true);
         };
@@ -162,7 +162,7 @@ impl<'a> SurfaceLight<'a> {
         k: usize,
         wanted: impl Fn(Way) -> bool,
     ) -> Vec<f64> {
-        let surface = self.scene.surface(triangle);
+        let surface = &self.scene.surface(triangle);
         let front = outgoing.dot(surface.normal) > 0.0;
         let material = self.scene.material(surface);
         if !material.is_diffuse() {
@@ -212,7 +212,7 @@ impl<'a> SurfaceLight<'a> {
         k: usize,
         score: impl Fn(&Material, &Interaction, usize) -> Spectrum<L>,
     ) -> Vec<f64> {
-        let surface = self.scene.surface(triangle);
+        let surface = &self.scene.surface(triangle);
         let material = self.scene.material(surface);
         let mut sums = vec![0.0; self.scene.bands.len()];
         for (front, wanted) in [true, false].into_iter().zip(faces) {
@@ -246,7 +246,7 @@ impl<'a> SurfaceLight<'a> {
             let mut area = 0.0;
             self.scene.near(point, radius, |other| {
                 if self.patches.of(other) == patch {
-                    area += f64::from(self.scene.triangles()[other].area_in_ball(point, radius));
+                    area += f64::from(self.scene.triangles().at(other).area_in_ball(point, radius));
                 }
             });
             area

@@ -217,7 +217,7 @@ pub struct Arrived<'h, 's> {
     /// The point, and the index of the triangle.
     pub hit: &'h SurfaceHit,
     /// The surface to which the triangle belongs.
-    pub surface: &'s Surface,
+    pub surface: &'h Surface,
     /// The material of the surface.
     pub material: &'s Material,
     /// The direction from which the photon arrives, and the face.
@@ -266,7 +266,7 @@ fn follow<'s, L: Lanes>(
             }
             return on(Event::Escaped { power: &power, missed: interactions == 0, direction });
         };
-        let surface = scene.surface(hit.triangle);
+        let surface = &scene.surface(hit.triangle);
         let material = scene.material(surface);
         let interaction = &Interaction::new(direction, surface.normal).on(hit.triangle);
         let arrived = Arrived { hit, surface, material, interaction, interactions };

@@ -4,7 +4,10 @@ use std::collections::{BTreeMap, HashSet};
 
 use crate::{
     error::{Error, Result},
-    scene::{material::Material, world::NamedMaterial},
+    scene::{
+        material::Material,
+        world::{NamedMaterial, may_be_shared},
+    },
 };
 
 /// The materials known while a scene is loaded: all of the scene file, those entries of MTL and
@@ -62,6 +65,12 @@ impl Library {
     pub fn needs_tangents(&self, index: usize) -> bool {
         let mut entries = self.entries.iter().filter(|entry| entry.used == Some(index));
         entries.any(|entry| matches!(&entry.material, Ok(material) if material.needs_tangents()))
+    }
+
+    /// Whether copies of a surface with this material (`index` in the scene) may share its triangles.
+    pub fn may_be_shared(&self, index: usize) -> bool {
+        let mut entries = self.entries.iter().filter(|entry| entry.used == Some(index));
+        entries.all(|entry| matches!(&entry.material, Ok(material) if may_be_shared(material)))
     }
 
     /// Returns what is wrong with each material that could not be read; a scene is loaded only if

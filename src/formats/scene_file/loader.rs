@@ -106,6 +106,8 @@ impl<'a> Loader<'a> {
         loader.parts.name = file.name.clone().unwrap_or(stem);
         loader.parts.quantity = file.quantity;
         loader.parts.absorbed_by_face = file.absorbed_by_face;
+        // a year says it by the hour
+        loader.parts.sunlit = file.sunlit && sources.by_hour.is_none();
         loader.load_bands(file)?;
         Ok(loader)
     }
@@ -198,12 +200,15 @@ impl<'a> Loader<'a> {
             .remedy("give one of them a `name` of its own"))
     }
 
+    pub(super) fn too_many_captors(&self, pointer: &str) -> Error {
+        self.error(pointer, format!("more than {MAX_CAPTORS} captors"))
+            .remedy("let groups count in place of triangles, or fewer instances")
+    }
+
     /// Claims the id of a captor. Error: the id is taken, or there are too many captors.
     pub(super) fn claim_id(&mut self, pointer: &str, id: &str) -> Result<()> {
         if self.captor_ids.len() == MAX_CAPTORS {
-            return Err(self
-                .error(pointer, format!("more than {MAX_CAPTORS} captors"))
-                .remedy("let groups count in place of triangles, or fewer instances"));
+            return Err(self.too_many_captors(pointer));
         }
         if self.captor_ids.insert(id.to_string()) {
             return Ok(());

@@ -21,10 +21,19 @@ use crate::{
     math::geometry::Transform,
     scene::{
         captor::{CaptorKind, Sensor},
+        instances::is_even,
         light::LightShape,
-        world::{CaptorPart, CopyPart, LightPart, SurfacePart},
+        world::{CaptorPart, CopyPart, LightPart, MAX_CAPTORS, SharedPart, SurfacePart},
     },
 };
+
+/// Number of triangles of all copies of an object from which on they share them: below it copies of
+/// their own are traced as fast, and take at most 90 MB.
+const SHARED_FROM: usize = 200_000;
+
+/// Objects of fewer triangles than this do not share them unless asked to: a copy would be entered
+/// for nearly nothing.
+const DETAILED: usize = 100;
 
 /// An object whose file is read and whose materials are found.
 struct Object<'a> {
@@ -107,10 +116,15 @@ impl Loader<'_> {
         let turn = Turn::of(&object.obj, file.up);
         let placements =
             self.object_placements(pointer, file.transform, file.instances.as_ref(), turn)?;
+        let own = self.own_surfaces(&object);
+        if self.shares_triangles(&object, &own, &placements)? {
+            self.place_shared(&object, own, placements)?;
+            return Ok(());
+        }
         for (i, transform) in placements.iter().enumerate() {
             let instance = file.instances.as_ref().map(|_| i);
             let first = self.parts.surfaces.len();
-            self.place_object(&mut object, instance, transform)?;
+            self.place_object(&mut object, &own, instance, transform)?;
             let surfaces = first..self.parts.surfaces.len();
             if placements.len() > 1 && !surfaces.is_empty() {
                 self.parts.copies.push(CopyPart { surfaces, transform: *transform });
@@ -185,103 +199,187 @@ impl Loader<'_> {
         Ok(index)
     }
 
-    /// Adds one copy of an object to the scene.
+    /// Divides an object into surfaces and captors.
+    fn own_surfaces(&mut self, object: &Object) -> OwnSurfaces {
+        let mut own = OwnSurfaces::default();
+        let metres = self.metres_of(&object.obj);
+        let mut seen = vec![Seen::default(); object.obj.groups.len()];
+        let captor = object.file.captor;
+        let mut first = 0;
+        for (part, &material) in object.obj.parts.iter().zip(&object.materials) {
+            let range = first..first + part.triangles.len();
+            first = range.end;
+            let of_part = object.tangents.get(range.clone());
+            let turned = of_part.filter(|_| self.materials.needs_tangents(material));
+            let tangents = turned.unwrap_or_default();
+            let numbers = object.pieces.numbers.get(range);
+            let triangles: Vec<[DVec3; 3]> =
+                part.triangles.iter().map(|corners| corners.map(|p| p * metres)).collect();
+            let glow = part.material.clone().filter(|name| object.glows.contains_key(name));
+            let mut surface =
+                OwnSurface { material, captor: None, triangles, tangents: tangents.to_vec(), glow };
+            let whole = captor == SurfaceCaptorSpec::Instances;
+            let group = object.obj.groups[part.group].name.as_deref().unwrap_or(&object.stem);
+            let before = match whole {
+                true => object.name.clone(),
+                false => format!("{}/{group}", object.name),
+            };
+            let seen = &mut seen[if whole { 0 } else { part.group }];
+            match captor {
+                SurfaceCaptorSpec::Off => {}
+                SurfaceCaptorSpec::Triangles => {
+                    let number = |i| numbers.map_or(seen.triangles + i, |numbers| numbers[i]);
+                    let numbers: Vec<usize> = (0..surface.triangles.len()).map(number).collect();
+                    seen.triangles += surface.triangles.len();
+                    let (mut rest, mut tangents) = (&surface.triangles[..], tangents);
+                    // the pieces that a mask leaves of one triangle are one captor
+                    for pieces in numbers.chunk_by(|a, b| a == b) {
+                        let (triangles, after) = rest.split_at(pieces.len());
+                        rest = after;
+                        let (of_pieces, after) =
+                            tangents.split_at(pieces.len().min(tangents.len()));
+                        tangents = after;
+                        let number = pieces[0];
+                        if triangles.iter().all(|triangle| area(triangle) == 0.0) {
+                            self.warn(
+                                object.pointer,
+                                format!("triangle `{before}/{number}` has no area: no captor"),
+                            );
+                            continue;
+                        }
+                        own.captors.push([before.clone(), format!("/{number}")]);
+                        own.surfaces.push(OwnSurface {
+                            captor: Some(own.captors.len() - 1),
+                            triangles: triangles.to_vec(),
+                            tangents: of_pieces.to_vec(),
+                            ..surface.clone_without_triangles()
+                        });
+                    }
+                    continue;
+                }
+                _ => {
+                    surface.captor = Some(*seen.captor.get_or_insert_with(|| {
+                        own.captors.push([before, String::new()]);
+                        own.captors.len() - 1
+                    }));
+                }
+            }
+            own.surfaces.push(surface);
+        }
+        own
+    }
+
+    /// Adds the captors of a copy of an object. Returns the index of the first.
+    fn place_captors(
+        &mut self,
+        object: &Object,
+        own: &OwnSurfaces,
+        instance: Option<usize>,
+    ) -> Result<usize> {
+        let first = self.parts.captors.len();
+        if object.file.captor == SurfaceCaptorSpec::Off {
+            return Ok(first);
+        }
+        let copy = instance.map_or(String::new(), |i| format!("#{i}"));
+        let mut groups = vec![self.group(&object.name)];
+        if instance.is_some() && object.file.captor != SurfaceCaptorSpec::Instances {
+            groups.push(self.group(&format!("{}{copy}", object.name)));
+        }
+        groups.extend(object.file.group.as_ref().map(|group| self.group(group)));
+        groups.sort_unstable();
+        groups.dedup();
+        for [before, after] in &own.captors {
+            self.surface_captor(object.pointer, format!("{before}{copy}{after}"), &groups)?;
+        }
+        Ok(first)
+    }
+
+    /// Adds one copy of an object to the scene, with triangles of its own.
     fn place_object(
         &mut self,
         object: &mut Object,
+        own: &OwnSurfaces,
         instance: Option<usize>,
         transform: &Transform,
     ) -> Result<()> {
         let object_index = self.parts.objects.len().checked_sub(1);
-        let copy = instance.map_or(String::new(), |i| format!("#{i}"));
-        let mut captors = match object.file.captor {
-            SurfaceCaptorSpec::Off => None,
-            _ => {
-                let mut groups = vec![self.group(&object.name)];
-                if instance.is_some() && object.file.captor != SurfaceCaptorSpec::Instances {
-                    groups.push(self.group(&format!("{}{copy}", object.name)));
-                }
-                groups.extend(object.file.group.as_ref().map(|group| self.group(group)));
-                groups.sort_unstable();
-                groups.dedup();
-                Some(SurfaceCaptors {
-                    groups,
-                    of_group: vec![Seen::default(); object.obj.groups.len()],
-                })
-            }
-        };
-        let mut first = 0;
-        for (part, &material) in object.obj.clone().parts.iter().zip(&object.materials) {
-            let of_part = object.tangents.get(first..first + part.triangles.len());
-            let turned = of_part.filter(|_| self.materials.needs_tangents(material));
-            let tangents = turned.unwrap_or_default().iter();
-            let mut tangents = tangents.map(|&tangent| transform.turned(tangent));
-            let numbers = object.pieces.numbers.get(first..first + part.triangles.len());
-            first += part.triangles.len();
-            let metres = self.metres_of(&object.obj);
-            let triangles = self.placed(&part.triangles, transform, metres)?;
-            if let Some(glow) = part.material.as_ref().and_then(|name| object.glows.get_mut(name)) {
+        let first_captor = self.place_captors(object, own, instance)?;
+        for surface in &own.surfaces {
+            let triangles = self.placed(&surface.triangles, transform, 1.0)?;
+            let glow = surface.glow.as_ref().and_then(|name| object.glows.get_mut(name));
+            if let Some(glow) = glow {
                 glow.triangles.extend_from_slice(&triangles);
             }
-            let Some(captors) = &mut captors else {
-                self.turn_next(tangents);
-                self.parts.surfaces.push(SurfacePart {
-                    object: object_index,
-                    material,
-                    captor: None,
-                    triangles,
-                });
-                continue;
-            };
-            let whole = object.file.captor == SurfaceCaptorSpec::Instances;
-            let group = object.obj.groups[part.group].name.as_deref().unwrap_or(&object.stem);
-            let id = match whole {
-                true => format!("{}{copy}", object.name),
-                false => format!("{}/{group}{copy}", object.name),
-            };
-            let seen = &mut captors.of_group[if whole { 0 } else { part.group }];
-            if object.file.captor == SurfaceCaptorSpec::Triangles {
-                let number = |i| numbers.map_or(seen.triangles + i, |numbers| numbers[i]);
-                let numbers: Vec<usize> = (0..triangles.len()).map(number).collect();
-                seen.triangles += triangles.len();
-                let mut rest = &triangles[..];
-                // the pieces that a mask leaves of one triangle are one captor
-                for pieces in numbers.chunk_by(|a, b| a == b) {
-                    let (triangles, after) = rest.split_at(pieces.len());
-                    rest = after;
-                    let tangents: Vec<DVec3> = tangents.by_ref().take(pieces.len()).collect();
-                    let id = format!("{id}/{}", pieces[0]);
-                    if triangles.iter().all(|triangle| area(triangle) == 0.0) {
-                        self.warn(
-                            object.pointer,
-                            format!("triangle `{id}` has no area: no captor"),
-                        );
-                        continue;
-                    }
-                    let captor = Some(self.surface_captor(object.pointer, id, &captors.groups)?);
-                    self.turn_next(tangents);
-                    let triangles = triangles.to_vec();
-                    self.parts.surfaces.push(SurfacePart {
-                        object: object_index,
-                        material,
-                        captor,
-                        triangles,
-                    });
-                }
-            } else {
-                if seen.captor.is_none() {
-                    seen.captor = Some(self.surface_captor(object.pointer, id, &captors.groups)?);
-                }
-                let captor = seen.captor;
-                self.turn_next(tangents);
-                self.parts.surfaces.push(SurfacePart {
-                    object: object_index,
-                    material,
-                    captor,
-                    triangles,
-                });
-            }
+            self.turn_next(surface.tangents.iter().map(|&tangent| transform.turned(tangent)));
+            self.parts.surfaces.push(SurfacePart {
+                object: object_index,
+                material: surface.material,
+                captor: surface.captor.map(|captor| first_captor + captor),
+                triangles,
+            });
         }
+        Ok(())
+    }
+
+    /// Returns whether the copies of an object share its triangles: where they may, and are asked to
+    /// or have [many](SHARED_FROM) triangles together. Error: they are asked to, and may not.
+    fn shares_triangles(
+        &mut self,
+        object: &Object,
+        own: &OwnSurfaces,
+        placements: &[Transform],
+    ) -> Result<bool> {
+        let asked = object.file.share;
+        let triangles: usize = own.surfaces.iter().map(|surface| surface.triangles.len()).sum();
+        let pays = triangles >= DETAILED && triangles * placements.len() >= SHARED_FROM;
+        if asked == Some(false) || (asked.is_none() && !pays) || triangles == 0 {
+            return Ok(false);
+        }
+        let mut materials = own.surfaces.iter().map(|surface| surface.material);
+        let problem = if object.file.rad.is_some() {
+            Some("is a file of Radiance")
+        } else if !object.glows.is_empty() {
+            Some("emits light")
+        } else if materials.any(|material| !self.materials.may_be_shared(material)) {
+            Some("has a mirror, a pane or a table as material")
+        } else if !placements.iter().all(is_even) {
+            Some("has copies that are stretched or sheared")
+        } else {
+            None
+        };
+        match (problem, asked) {
+            (None, _) => Ok(true),
+            (Some(problem), Some(true)) => Err(self
+                .error(format!("{}/share", object.pointer), format!("the object {problem}"))
+                .remedy("leave `share` out: each copy then has triangles of its own")),
+            (Some(_), _) => Ok(false),
+        }
+    }
+
+    /// Adds all copies of an object, which share its triangles.
+    fn place_shared(
+        &mut self,
+        object: &Object,
+        own: OwnSurfaces,
+        transforms: Vec<Transform>,
+    ) -> Result<()> {
+        let object_index = self.parts.objects.len().checked_sub(1);
+        let captors = own.captors.len();
+        let all = self.parts.captors.len() + captors * transforms.len();
+        if all > MAX_CAPTORS {
+            return Err(self.too_many_captors(object.pointer));
+        }
+        let first_captor = self.parts.captors.len();
+        for copy in 0..transforms.len() {
+            self.place_captors(object, &own, object.file.instances.as_ref().map(|_| copy))?;
+        }
+        let mut surfaces = Vec::new();
+        for OwnSurface { material, captor, triangles, .. } in own.surfaces {
+            self.count_triangles(triangles.len())?;
+            surfaces.push(SurfacePart { object: object_index, material, captor, triangles });
+        }
+        let object = object_index;
+        self.parts.shared.push(SharedPart { object, surfaces, transforms, first_captor, captors });
         Ok(())
     }
 
@@ -308,14 +406,42 @@ impl Loader<'_> {
     }
 }
 
-/// The surface captors of one copy of an object.
-struct SurfaceCaptors {
-    /// Indices of the groups of captors that all of these captors belong to.
-    groups: Vec<usize>,
-    /// What has been made so far of each group of the OBJ file.
-    of_group: Vec<Seen>,
+/// The surfaces of an object and the captors that count their light.
+#[derive(Default)]
+struct OwnSurfaces {
+    surfaces: Vec<OwnSurface>,
+    /// The ids of the captors: what stands before and after the number of the copy.
+    captors: Vec<[String; 2]>,
 }
 
+/// A surface of an object.
+struct OwnSurface {
+    /// Index of the material in the scene.
+    material: usize,
+    /// Index of the captor among those of the object.
+    captor: Option<usize>,
+    /// Corners, m in the object's own coordinates.
+    triangles: Vec<[DVec3; 3]>,
+    /// Direction of azimuth 0 on each triangle, if the material needs it.
+    tangents: Vec<DVec3>,
+    /// Name of the MTL entry, if it emits light.
+    glow: Option<String>,
+}
+
+impl OwnSurface {
+    /// Returns a surface like this one, without triangles.
+    fn clone_without_triangles(&self) -> Self {
+        Self {
+            material: self.material,
+            captor: self.captor,
+            triangles: Vec::new(),
+            tangents: Vec::new(),
+            glow: self.glow.clone(),
+        }
+    }
+}
+
+/// What has been made so far of a group of the OBJ file.
 #[derive(Clone, Default)]
 struct Seen {
     captor: Option<usize>,

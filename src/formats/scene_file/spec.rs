@@ -48,6 +48,9 @@ pub struct SceneSpec {
     /// Whether surfaces say what they absorbed of the light on each face (default false).
     #[serde(default)]
     pub absorbed_by_face: bool,
+    /// Whether captors say which share of their area the sun shines on (default false).
+    #[serde(default)]
+    pub sunlit: bool,
     /// How spectra are averaged over each band.
     #[serde(default)]
     pub spectra: SpectraSpec,
@@ -930,6 +933,9 @@ pub struct ObjectSpec {
     pub transform: Option<TransformSpec>,
     /// Copies of the object, each placed after `transform`.
     pub instances: Option<InstancesSpec>,
+    /// Whether the copies share the triangles of the object, and the memory that these take (default:
+    /// from 200,000 triangles of all copies together on).
+    pub share: Option<bool>,
     /// Whether the surfaces count light: true (one captor per OBJ group and instance), "instance"
     /// (one per instance) or "triangle" (one per triangle).
     #[serde(default)]

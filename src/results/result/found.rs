@@ -19,6 +19,7 @@ use crate::{
         world::Scene,
     },
     transport::{
+        direct_sun::sunlit_shares,
         nearest::{self, NearestEstimate},
         paths::Unseen,
         settings::{Estimator, Guiding, Settings},
@@ -47,15 +48,18 @@ impl RunResult {
             true => Energy { power: scene.with_sums(&powers), ..Energy::default() },
         };
         let estimates = map.as_ref().map(|map| (map, settings.k));
+        let sunlit = scene.sunlit.then(|| sunlit_shares(scene, settings.seed)).flatten();
         let captors: Vec<CaptorResult> = scene
             .captors
             .iter()
-            .map(|captor| {
+            .enumerate()
+            .map(|(c, captor)| {
                 let nearest = match of_paths {
                     false => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
                     true => Some([None, None]),
                 };
-                captor_result(scene, simulation, captor, nearest)
+                let sunlit = sunlit.as_ref().map(|shares| shares[c]);
+                captor_result(scene, simulation, captor, nearest, sunlit)
             })
             .collect();
         let bands = band_results(scene);
@@ -230,6 +234,7 @@ fn captor_result(
     simulation: &Simulation,
     captor: &Captor,
     nearest: Option<[Option<NearestEstimate>; 2]>,
+    sunlit: Option<[f64; 2]>,
 ) -> CaptorResult {
     let channel = |channel: Channel| captor.first_channel + channel as usize;
     let [nearest_front, nearest_back] = match nearest {
@@ -261,6 +266,8 @@ fn captor_result(
         absorbed,
         absorbed_se,
         by_light,
+        sunlit: sunlit.map(|[share, _]| share),
+        sunlit_se: sunlit.map(|[_, error]| error),
         absorbed_by_face,
         absorbed_ratios,
         groups: Some(groups.collect()),
@@ -289,6 +296,8 @@ struct Members<'a> {
     area: f64,
     back_area: f64,
     surfaces: usize,
+    /// The sunlit area, m2, and the square of its standard error.
+    sunlit: Option<[f64; 2]>,
     front: Spread<'a>,
     back: Spread<'a>,
 }
@@ -306,6 +315,11 @@ fn group_results(
             members.area += captor.area;
             members.back_area += if captor.kind.has_back() { captor.area } else { 0.0 };
             members.surfaces += usize::from(captor.kind == CaptorKind::Surface);
+            if let (Some(share), Some(error)) = (found.sunlit, found.sunlit_se) {
+                let [area, variance] = members.sunlit.get_or_insert_default();
+                *area += share * captor.area;
+                *variance += (error * captor.area).powi(2);
+            }
             members.front.add(&found.front, captor.area);
             found.back.iter().for_each(|back| members.back.add(back, captor.area));
         }
@@ -339,6 +353,8 @@ fn group_result(
         absorbed,
         absorbed_se,
         by_light,
+        sunlit: members.sunlit.map(|[area, _]| area / members.area),
+        sunlit_se: members.sunlit.map(|[_, variance]| variance.sqrt() / members.area),
         absorbed_by_face,
         absorbed_ratios,
     }

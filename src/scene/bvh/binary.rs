@@ -1,28 +1,27 @@
-//! Builds a binary tree from triangles: splits them from the top down, then improves the tree.
+//! Builds a binary tree from triangles or boxes: splits them from the top down, then improves the tree.
 
 use glam::UVec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer};
 use rayon::prelude::*;
 
-use super::wide::Branch;
-use crate::math::geometry::{Extent, Triangle};
+use super::wide::{Branch, Things};
+use crate::math::geometry::Extent;
 
-/// A triangle and the box around it.
+/// A triangle, or what else the tree arranges, and the box around it.
 struct Boxed {
     extent: Extent,
     index: u32,
 }
 
-/// Returns the tree of the triangles with these indices, of which there must be at least one.
-pub(super) fn binary_tree(triangles: &[Triangle], indices: &[u32]) -> Vec<Branch> {
-    let boxed =
-        |&index: &u32| Boxed { extent: Extent::of_triangles([&triangles[index as usize]]), index };
+/// Returns the tree of the things with these indices, of which there must be at least one.
+pub(super) fn binary_tree<T: Things + ?Sized>(things: &T, indices: &[u32]) -> Vec<Branch> {
+    let boxed = |&index: &u32| Boxed { extent: things.extent(index), index };
     let mut all: Vec<Boxed> = indices.par_iter().map(boxed).collect();
     let mut tree = Bvh2 { nodes: cut(&mut all), ..Bvh2::default() };
     mend(&mut tree);
     let branch = |node: &Bvh2Node| match node.first_index {
-        index if node.is_leaf() => Branch::Triangle(index),
+        index if node.is_leaf() => Branch::Thing(index),
         first => Branch::Fork([first as usize, first as usize + 1]),
     };
     tree.nodes.iter().map(branch).collect()

@@ -1,11 +1,11 @@
-//! Builds the tree from triangles.
+//! Builds the tree from triangles or boxes.
 
 use super::binary::binary_tree;
 use super::layout::Bvh;
 use super::pages::in_large_pages;
 use super::walk::STACK;
-use super::wide::{Branch, widen};
-use crate::math::geometry::Triangle;
+use super::wide::{Branch, Things, widen};
+use crate::math::geometry::{Extent, Triangle};
 
 pub(super) fn build(
     triangles: &[Triangle],
@@ -16,10 +16,20 @@ pub(super) fn build(
     if solid.is_empty() {
         return Bvh::default();
     }
-    let binary = binary_tree(triangles, &solid);
-    let mut wide = widen(&binary, triangles, root_nodes);
+    arrange(triangles, &solid, root_nodes)
+}
+
+/// Builds the tree of boxes, of which there must be at least one.
+pub(super) fn build_of_boxes(boxes: &[Extent]) -> Bvh {
+    let all: Vec<u32> = (0..boxes.len() as u32).collect();
+    arrange(boxes, &all, 1)
+}
+
+fn arrange<T: Things + ?Sized>(things: &T, indices: &[u32], root_nodes: usize) -> Bvh {
+    let binary = binary_tree(things, indices);
+    let mut wide = widen(&binary, things, root_nodes);
     if wide.waiting > STACK {
-        wide = widen(&balanced(&binary), triangles, root_nodes);
+        wide = widen(&balanced(&binary), things, root_nodes);
     }
     Bvh { rows: in_large_pages(wide.rows), root_nodes: wide.root_nodes }
 }
@@ -38,7 +48,7 @@ pub(super) fn balanced(binary: &[Branch]) -> Vec<Branch> {
     while let Some(i) = waiting.pop() {
         match binary[i] {
             Branch::Fork([l, r]) => waiting.extend([r, l]),
-            Branch::Triangle(index) => order.push(index),
+            Branch::Thing(index) => order.push(index),
         }
     }
     let mut tree = Vec::with_capacity(binary.len());
@@ -46,7 +56,7 @@ pub(super) fn balanced(binary: &[Branch]) -> Vec<Branch> {
     // the two halves of a range go to the end of the list, to be halved later
     while let Some(&(start, end)) = ranges.get(tree.len()) {
         tree.push(if end - start == 1 {
-            Branch::Triangle(order[start])
+            Branch::Thing(order[start])
         } else {
             let (middle, next) = (start.midpoint(end), ranges.len());
             ranges.extend([(start, middle), (middle, end)]);

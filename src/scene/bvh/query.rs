@@ -165,6 +165,67 @@ impl Query for Meet<'_> {
     }
 }
 
+/// Tells of a box of a tree what it holds: the ray in the coordinates of the tree in it, with the
+/// same distances along it, and that tree.
+pub(in crate::scene) type Enter<'e, 't> = &'e dyn Fn(u32) -> (Ray, &'t Bvh);
+
+/// The search of [`Bvh::closest_within`].
+pub(super) struct ClosestWithin<'a, 't> {
+    pub boxes: &'a Bvh,
+    pub ray: &'a Ray,
+    pub t_max: f32,
+    pub enter: Enter<'a, 't>,
+}
+
+impl Query for ClosestWithin<'_, '_> {
+    type Answer = Option<(u32, Hit)>;
+
+    #[inline(always)]
+    fn answer(self, gather: impl Gather) -> Self::Answer {
+        let Self { boxes, ray, t_max, enter } = self;
+        let mut nearest = None;
+        boxes.walk_leaves(&Probe::new(ray).slabs, t_max, gather, |index, limit| {
+            let (ray, bvh) = enter(index as u32);
+            match bvh.closest_of(&Probe::new(&ray), limit, gather) {
+                Some(hit) => {
+                    nearest = Some((index as u32, hit));
+                    hit.t
+                }
+                None => limit,
+            }
+        });
+        nearest
+    }
+}
+
+/// The search of [`Bvh::occluded_within`].
+pub(super) struct OccludedWithin<'a, 't> {
+    pub boxes: &'a Bvh,
+    pub ray: &'a Ray,
+    pub t_max: f32,
+    pub enter: Enter<'a, 't>,
+    pub stops: &'a mut dyn FnMut(u32, Hit) -> bool,
+}
+
+impl Query for OccludedWithin<'_, '_> {
+    type Answer = bool;
+
+    #[inline(always)]
+    fn answer(self, gather: impl Gather) -> bool {
+        let Self { boxes, ray, t_max, enter, stops } = self;
+        let mut found = false;
+        boxes.walk_leaves(&Probe::new(ray).slabs, t_max, gather, |index, _| {
+            let (ray, bvh) = enter(index as u32);
+            bvh.walk(&Probe::new(&ray), t_max, gather, |hit| {
+                found = found || (hit.t < t_max && stops(index as u32, hit));
+                if found { -1.0 } else { t_max }
+            });
+            if found { -1.0 } else { t_max }
+        });
+        found
+    }
+}
+
 impl Bvh {
     #[inline(always)]
     fn closest_of(&self, probe: &Probe, t_max: f32, gather: impl Gather) -> Option<Hit> {

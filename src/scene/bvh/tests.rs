@@ -394,11 +394,11 @@ fn degenerate_distributions() {
 fn a_chain_is_balanced() {
     let mut random = Random::new(7);
     let triangles = random.soup(1_000, 0.1);
-    let link = |i: usize| [Branch::Fork([2 * i + 1, 2 * i + 2]), Branch::Triangle(i as u32)];
+    let link = |i: usize| [Branch::Fork([2 * i + 1, 2 * i + 2]), Branch::Thing(i as u32)];
     let mut chain: Vec<Branch> = (0..999).flat_map(link).collect();
-    chain.push(Branch::Triangle(999));
-    assert!(widen(&chain, &triangles, ROOT_NODES).waiting > STACK);
-    let Wide { rows, root_nodes, waiting } = widen(&balanced(&chain), &triangles, ROOT_NODES);
+    chain.push(Branch::Thing(999));
+    assert!(widen(&chain, &triangles[..], ROOT_NODES).waiting > STACK);
+    let Wide { rows, root_nodes, waiting } = widen(&balanced(&chain), &triangles[..], ROOT_NODES);
     assert!(waiting <= STACK);
     let usual = Bvh::build(&triangles);
     let bvh = Bvh { rows, root_nodes };

@@ -5,7 +5,7 @@ use glam::{Vec3, Vec3A};
 
 use super::layout::{Bvh, Gather, Hit, Row};
 use super::triangle::{INDICES, Leaf, Shear};
-use crate::math::geometry::Ray;
+use crate::math::geometry::{Extent, Ray};
 
 /// Eight children: the lower and upper planes of their boxes along x, y and z, m, and where each
 /// child is.
@@ -130,6 +130,31 @@ impl Bvh {
         gather: impl Gather,
         mut visit: impl FnMut(Hit) -> f32,
     ) {
+        self.walk_leaves(slabs, t_max, gather, |row, mut limit| {
+            let leaf = self.leaf(row);
+            let sheared = shear.apply(leaf, limit, gather);
+            let mut mask = sheared.mask;
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize % 8;
+                mask &= mask - 1;
+                if let Some(hit) = shear.meet(leaf, &sheared, lane, limit) {
+                    limit = visit(hit);
+                }
+            }
+            limit
+        });
+    }
+
+    /// Calls `leaf` for the leaves whose boxes the ray enters before the limit, with their row (of a
+    /// tree of boxes: the index of the box) and the limit; it returns the new limit.
+    #[inline(always)]
+    pub(super) fn walk_leaves(
+        &self,
+        slabs: &Slabs,
+        t_max: f32,
+        gather: impl Gather,
+        mut leaf: impl FnMut(usize, f32) -> f32,
+    ) {
         let mut limit = t_max;
         let mut stack = ArrayVec::<Waiting, STACK>::new();
         let (mut near, mut mask) = ([[0.0; 8]; ROOT_NODES], 0);
@@ -147,16 +172,7 @@ impl Bvh {
         });
         loop {
             if child.is_leaf() {
-                let leaf = self.leaf(child.row());
-                let sheared = shear.apply(leaf, limit, gather);
-                let mut mask = sheared.mask;
-                while mask != 0 {
-                    let lane = mask.trailing_zeros() as usize % 8;
-                    mask &= mask - 1;
-                    if let Some(hit) = shear.meet(leaf, &sheared, lane, limit) {
-                        limit = visit(hit);
-                    }
-                }
+                limit = leaf(child.row(), limit);
             } else {
                 let node = self.node(child.row());
                 let Entered { near, mask } = slabs.enter(node, limit, gather);
@@ -217,13 +233,21 @@ impl Bvh {
     /// Visits the index of every triangle that may reach into the ball of `radius`, m, around
     /// `center`: all triangles of the leaves whose boxes reach into it.
     pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32)) {
+        self.near_leaves(center, radius, |row| {
+            let leaf = self.leaf(row);
+            let filled = (0..8).filter(|&i| !leaf[0].0[i].is_nan());
+            filled.for_each(|i| visit(leaf[INDICES].0[i].to_bits()));
+        });
+    }
+
+    /// Visits the leaves whose boxes reach into the ball: the row of each or, of a tree of boxes,
+    /// the index of the box.
+    pub fn near_leaves(&self, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
         let mut waiting: Vec<Child> =
             (0..self.root_nodes).map(|i| Child::node(NODE_ROWS * i)).collect();
         while let Some(child) = waiting.pop() {
             if child.is_leaf() {
-                let leaf = self.leaf(child.row());
-                let filled = (0..8).filter(|&i| !leaf[0].0[i].is_nan());
-                filled.for_each(|i| visit(leaf[INDICES].0[i].to_bits()));
+                visit(child.row());
             } else {
                 let node = self.node(child.row());
                 let inside = (0..8).filter(|&i| touches(node, i, center, radius));
@@ -233,18 +257,24 @@ impl Bvh {
     }
 }
 
+/// Returns the box of a child.
+fn extent_of(node: &Node, place: usize) -> Extent {
+    let [min, max] =
+        [0, 1].map(|side| Vec3::from([0, 2, 4].map(|axis| node[axis + side].0[place])));
+    Extent { min, max }
+}
+
 /// Returns whether a child's box reaches into a ball; because of rounding, also true for some boxes
 /// that only touch it.
 fn touches(node: &Node, place: usize, center: Vec3, radius: f32) -> bool {
-    let [min, max] =
-        [0, 1].map(|side| Vec3::from([0, 2, 4].map(|axis| node[axis + side].0[place])));
+    let Extent { min, max } = extent_of(node, place);
     let outside = (min - center).max(center - max).max(Vec3::ZERO);
     outside.length_squared() <= radius * radius * (1.0 + 1e-5)
 }
 
 /// A ray, prepared for the tests of boxes and triangles in one or more trees.
 pub(super) struct Probe {
-    slabs: Slabs,
+    pub slabs: Slabs,
     shear: Shear,
 }
 
@@ -270,7 +300,7 @@ impl Probe {
 /// boxes, which are stored wider by [`PAD`] of r and of the largest R: as K is at most k, that is
 /// enough. So no box is left out in which a triangle would be hit, and a box near the centre of the
 /// scene stays tight however far away another triangle is.
-struct Slabs {
+pub(super) struct Slabs {
     inverse: Vec3A,
     near: Vec3A,
     far: Vec3A,

@@ -8,15 +8,59 @@ use super::triangle::{INDICES, Leaf};
 use super::walk::{CHILDLESS, CHILDREN, Child, NODE_ROWS, PAD, ROOT_NODES};
 use crate::math::geometry::{Extent, Triangle};
 
-/// A node of a binary tree with one triangle per leaf; the root comes first.
+/// A node of a binary tree with one triangle (or box) per leaf; the root comes first.
 #[derive(Clone, Copy)]
 pub(super) enum Branch {
     Fork([usize; 2]),
-    Triangle(u32),
+    Thing(u32),
 }
 
 /// Number of places for the children of a node, and for the triangles of a leaf.
 const WIDTH: usize = 8;
+
+/// What a tree arranges: triangles, or boxes around what has a tree of its own.
+pub(super) trait Things: Sync {
+    /// The largest number of them in a leaf.
+    const IN_LEAF: usize;
+
+    /// Returns the box around one of them.
+    fn extent(&self, index: u32) -> Extent;
+
+    /// Adds the leaf below a branch to the rows, if it needs any, and returns how it is named.
+    fn leaf(&self, binary: &[Branch], branch: usize, rows: &mut Vec<Row>) -> Child;
+}
+
+impl Things for [Triangle] {
+    const IN_LEAF: usize = WIDTH;
+
+    fn extent(&self, index: u32) -> Extent {
+        Extent::of_triangles([&self[index as usize]])
+    }
+
+    fn leaf(&self, binary: &[Branch], branch: usize, rows: &mut Vec<Row>) -> Child {
+        let mut leaf = [Row([f32::NAN; WIDTH]); 10];
+        fill(&mut leaf, &mut 0, binary, branch, self);
+        let child = Child::leaf(rows.len());
+        rows.extend(leaf);
+        child
+    }
+}
+
+/// A leaf is the index of a box, and has no rows: what is in the box is searched for elsewhere.
+impl Things for [Extent] {
+    const IN_LEAF: usize = 1;
+
+    fn extent(&self, index: u32) -> Extent {
+        self[index as usize]
+    }
+
+    fn leaf(&self, binary: &[Branch], branch: usize, _: &mut Vec<Row>) -> Child {
+        match binary[branch] {
+            Branch::Thing(index) => Child::leaf(index as usize),
+            Branch::Fork(_) => unreachable!("a leaf holds one box"),
+        }
+    }
+}
 
 /// The wide tree.
 pub(super) struct Wide {
@@ -29,7 +73,7 @@ pub(super) struct Wide {
 }
 
 /// Makes a binary tree wide, with a root of at most `root_nodes` nodes.
-pub(super) fn widen(binary: &[Branch], triangles: &[Triangle], root_nodes: usize) -> Wide {
+pub(super) fn widen<T: Things + ?Sized>(binary: &[Branch], things: &T, root_nodes: usize) -> Wide {
     struct Place {
         branch: usize,
         /// The row, and the place in it, that refers to the branch; `None` for the root.
@@ -37,7 +81,7 @@ pub(super) fn widen(binary: &[Branch], triangles: &[Triangle], root_nodes: usize
         /// Number of children that may wait in the levels above.
         above: usize,
     }
-    let parts = parts(binary, triangles);
+    let parts = parts(binary, things);
     let mut wide = Wide { rows: Vec::new(), root_nodes: 1, waiting: 0 };
     let mut todo = vec![Place { branch: 0, named: None, above: 0 }];
     while let Some(Place { branch, named, above }) = todo.pop() {
@@ -65,8 +109,8 @@ pub(super) fn widen(binary: &[Branch], triangles: &[Triangle], root_nodes: usize
                 rows[node + 2 * axis + 1].0[place] = max[axis];
             }
             if part.leaf {
-                rows[node + CHILDREN].0[place] = Child::leaf(rows.len()).as_float();
-                rows.extend(leaf(binary, member, triangles));
+                let leaf = things.leaf(binary, member, rows);
+                rows[node + CHILDREN].0[place] = leaf.as_float();
             }
         }
         for (i, &member) in members.iter().enumerate().rev() {
@@ -137,12 +181,6 @@ fn share(
     }
 }
 
-fn leaf(binary: &[Branch], branch: usize, triangles: &[Triangle]) -> Leaf {
-    let mut rows = [Row([f32::NAN; WIDTH]); 10];
-    fill(&mut rows, &mut 0, binary, branch, triangles);
-    rows
-}
-
 /// Puts a branch's triangles into the lanes of a leaf from `lane` on.
 fn fill(
     leaf: &mut Leaf,
@@ -156,7 +194,7 @@ fn fill(
             fill(leaf, lane, binary, l, triangles);
             fill(leaf, lane, binary, r, triangles);
         }
-        Branch::Triangle(index) => {
+        Branch::Thing(index) => {
             let Triangle { a, b, c } = triangles[index as usize];
             for axis in 0..3 {
                 for (corner, point) in [a, b, c].iter().enumerate() {
@@ -169,12 +207,12 @@ fn fill(
     }
 }
 
-/// Bounds and number of the triangles below a branch of the binary tree.
+/// Bounds and number of the things below a branch of the binary tree.
 #[derive(Clone, Copy)]
 struct Part {
-    /// The box of its triangles.
+    /// The box around them.
     extent: Extent,
-    /// Number of the triangles.
+    /// Their number.
     count: usize,
     /// Cost for a random ray, in nodes and leaves that it meets, if the branch takes 1, up to 2,
     /// ... up to 7 places of a node (entry 0 is not used).
@@ -186,13 +224,13 @@ struct Part {
 /// Finds the costs of all branches by dynamic programming from the leaves up: Ylitie, Karras and
 /// Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017. A
 /// leaf costs as much as a node, since its triangles are tested at once.
-fn parts(binary: &[Branch], triangles: &[Triangle]) -> Vec<Part> {
+fn parts<T: Things + ?Sized>(binary: &[Branch], things: &T) -> Vec<Part> {
     let empty = Part { extent: Extent::EMPTY, count: 0, costs: [0.0; WIDTH], leaf: true };
     let mut parts = vec![empty; binary.len()];
     for &i in downward(binary).iter().rev() {
         parts[i] = match binary[i] {
-            Branch::Triangle(index) => {
-                let extent = Extent::of_triangles([&triangles[index as usize]]);
+            Branch::Thing(index) => {
+                let extent = things.extent(index);
                 Part { extent, count: 1, costs: [extent.half_area(); WIDTH], leaf: true }
             }
             Branch::Fork([l, r]) => {
@@ -200,7 +238,7 @@ fn parts(binary: &[Branch], triangles: &[Triangle]) -> Vec<Part> {
                 let (extent, count) = (l.extent.join(r.extent), l.count + r.count);
                 let area = extent.half_area();
                 let as_node = area + l.shared(r, WIDTH).1;
-                let leaf = count <= WIDTH && area <= as_node;
+                let leaf = count <= T::IN_LEAF && area <= as_node;
                 let mut costs = [if leaf { area } else { as_node }; WIDTH];
                 for places in 2..WIDTH {
                     costs[places] = costs[places - 1].min(l.shared(r, places).1);

@@ -261,6 +261,15 @@ impl InfiniteLight {
         self.parts.iter().any(|part| part.may_shine_on(normal))
     }
 
+    /// Returns the number of suns that are part of the light.
+    pub fn suns(&self) -> usize {
+        let of_part = |part: &InfinitePart| match &part.shape {
+            InfiniteShape::Suns(suns) => suns.count(),
+            InfiniteShape::Map(_) => 0,
+        };
+        self.parts.iter().map(of_part).sum()
+    }
+
     /// Returns whether suns are part of the light.
     pub fn has_sun(&self) -> bool {
         self.parts.iter().any(InfinitePart::is_sun)

@@ -52,6 +52,11 @@ impl Suns {
         (!suns.is_empty()).then_some(Self { suns, running, half_angle })
     }
 
+    /// Returns the number of suns.
+    pub fn count(&self) -> usize {
+        self.suns.len()
+    }
+
     /// Returns whether the suns send parallel rays, which no direction meets by chance.
     pub fn is_parallel(&self) -> bool {
         self.half_angle == 0.0

@@ -45,16 +45,13 @@ impl From<Extent> for Prism {
 }
 
 impl Prism {
-    /// Returns the prism around the cell of a scene that repeats: as high as `triangles` and
-    /// `captors` reach above its slope, and along an axis on which nothing repeats as wide as the
-    /// box `around` them.
+    /// Returns the prism around the cell of a scene that repeats: as high as `corners` reach above its
+    /// slope, and along an axis on which nothing repeats as wide as the box `around` them.
     pub fn of_cell(
         lattice: &Lattice,
         around: &Extent,
-        triangles: &[Triangle],
-        captors: &[Triangle],
+        corners: impl Iterator<Item = Vec3>,
     ) -> Self {
-        let corners = triangles.iter().chain(captors).flat_map(|t| [t.a, t.b, t.c]);
         let levels = corners.map(|corner| lattice.level(corner.as_dvec3()));
         let (low, high) = levels
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)));

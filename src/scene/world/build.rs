@@ -1,11 +1,12 @@
 //! Builds a scene from its parts, with all checks.
 
-use std::ops::Range;
+use std::{collections::HashMap, ops::Range};
 
 use glam::{DVec3, Vec3};
 
 use super::{
-    CopyPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, Surface, SurfacePart, flush,
+    Common, CopyPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, SharedPart, Surface, SurfacePart,
+    flush,
     images::LightImages,
     mirrors::{FlatMirrors, shows_images},
     shapes::{KeptShapes, Outlines},
@@ -21,6 +22,7 @@ use crate::{
     scene::{
         bvh::Bvh,
         captor::{Captor, CaptorKind, Moments},
+        instances::Placed,
         lattice::{Images, Layers, Repeats},
         light::{Entrance, Light, LightShape, LightTree, MARGIN, Prism},
         stand::{LayerBins, Stand},
@@ -111,14 +113,24 @@ impl Scene {
             };
             let counts = |part: &SurfacePart| part.captor.is_some() && !is_ground(part.object);
             let counted = surface_parts.iter().filter(|(_, part)| counts(part));
-            let corners = counted.flat_map(|(_, part)| &part.triangles);
+            let own = counted.flat_map(|(_, part)| part.triangles.iter().map(|t| (*t, 1)));
+            let shared = parts.shared.iter().filter(|shared| !is_ground(shared.object));
+            let shared = shared.flat_map(|shared| {
+                let counted = || shared.surfaces.iter().filter(|part| part.captor.is_some());
+                shared.levels().into_iter().flat_map(move |(transform, copies)| {
+                    let triangles = counted().flat_map(|part| &part.triangles);
+                    triangles.map(move |t| (t.map(|p| transform.point(p)), copies))
+                })
+            });
+            let corners = own.chain(shared);
             let bins = LayerBins::new(dz, center.z, corners);
             stand.layers = Some(bins.map_err(|problem| problem.of("layers").at(place()))?);
         }
         stand.balances = parts.lattice.is_some_and(|lattice| lattice.area().is_some())
             && parts.lights.iter().all(|l| matches!(l.shape, LightShape::Infinite(_)));
-        let mut triangles = Vec::new();
-        let mut surfaces = Vec::new();
+        let own = surface_parts.iter().map(|(_, part)| part.triangles.len()).sum();
+        let mut triangles = Vec::with_capacity(own);
+        let mut surfaces = Vec::with_capacity(own);
         let mut tangents = vec![Vec::new(); parts.materials.len()];
         let mut object_parts = Vec::with_capacity(surface_parts.len());
         let mut triangles_of_part = vec![0..0; surface_parts.len()];
@@ -138,19 +150,43 @@ impl Scene {
             }
             for corners in &part.triangles {
                 let triangle = local(corners);
-                surfaces.push(Surface {
-                    normal: triangle.normal(),
-                    material: part.material as u32,
-                    captor: part.captor.map_or(NO_CAPTOR, |c| c as u32),
-                    offset: triangle.offset(),
-                    steepest: (ROUNDING * triangle.slopes()).max_element(),
-                    reach: triangle.blur() / ROUNDING,
-                });
+                surfaces.push(surface_of(&triangle, part.material, part.captor));
                 triangles.push(triangle);
             }
             triangles_of_part[*index] = triangles.len() - part.triangles.len()..triangles.len();
         }
+        // before the search structures need memory
+        drop(surface_parts);
         let copies = copies(parts.copies, &triangles_of_part, &objects);
+
+        let mut placed = Placed::new(center);
+        let mut common = Vec::with_capacity(parts.shared.len());
+        let mut of_copies: HashMap<usize, (Moments, Range<usize>)> = HashMap::new();
+        let mut first = triangles.len();
+        for mut part in parts.shared {
+            part.surfaces.sort_by_key(|surface| surface.captor);
+            let corners = || part.surfaces.iter().flat_map(|surface| &surface.triangles);
+            if part.transforms.is_empty() || corners().next().is_none() {
+                continue;
+            }
+            placed.add(corners(), &part.transforms, first);
+            add_captors(&part, first, &mut of_copies);
+            let prototype = &placed.prototypes[common.len()];
+            first += prototype.triangles.len() * part.transforms.len();
+            let mut own = prototype.triangles.iter();
+            let surfaces = part.surfaces.iter().flat_map(|surface| {
+                let triangles = own.by_ref().take(surface.triangles.len());
+                let of = |t| surface_of(t, surface.material, surface.captor);
+                triangles.map(of).collect::<Vec<Surface>>()
+            });
+            common.push(Common {
+                surfaces: surfaces.collect(),
+                object: part.object,
+                first_captor: part.first_captor,
+                captors: part.captors,
+            });
+        }
+        let boxes = placed.boxes();
 
         for (named, tangents) in parts.materials.iter_mut().zip(tangents) {
             named.material.set_tangents(tangents);
@@ -164,7 +200,9 @@ impl Scene {
                 CaptorKind::Surface => std::mem::take(&mut captor_moments[index]),
                 CaptorKind::Virtual { .. } => (part.triangles, captor_triangles.len()),
             };
-            let Moments { area, center, normal } = Moments::of(&corners);
+            let own = || (Moments::of(&corners), first..first + corners.len());
+            let (moments, range) = of_copies.remove(&index).unwrap_or_else(own);
+            let Moments { area, center, normal } = moments;
             if area <= 0.0 {
                 return Err(Error::input(place(), format!("captor `{}` has no area", part.id))
                     .remedy("leave it out, or correct its corners"));
@@ -183,7 +221,7 @@ impl Scene {
                 area,
                 center,
                 normal,
-                triangles: first..first + corners.len(),
+                triangles: range,
                 first_channel,
                 groups: part.groups,
                 sensor: part.sensor,
@@ -192,11 +230,16 @@ impl Scene {
         }
 
         let around = Extent::of_triangles(&triangles).join(Extent::of_triangles(&captor_triangles));
+        let around = boxes.iter().fold(around, |around, copy| around.join(*copy));
         let around = if around.min.is_finite() { around } else { Extent::of([Vec3::ZERO]) };
         let margin = MARGIN * closeness(around.min.abs().max(around.max.abs()));
         let around = Extent { min: around.min - margin, max: around.max + margin };
         let inside = match &lattice {
-            Some(lattice) => Prism::of_cell(lattice, &around, &triangles, &captor_triangles),
+            Some(lattice) => {
+                let own = triangles.iter().chain(&captor_triangles).flat_map(|t| [t.a, t.b, t.c]);
+                let corners = own.chain(boxes.iter().flat_map(Extent::corners));
+                Prism::of_cell(lattice, &around, corners)
+            }
             None => around.into(),
         };
         let mut lights: Vec<Light> = parts
@@ -226,7 +269,8 @@ impl Scene {
         let repeats = lattice.zip(layers).map(|(lattice, layers)| {
             Box::new(Repeats { lattice, layers, surfaces: of_surfaces, captors: of_captors })
         });
-        let outlines = Outlines { triangles, captor_triangles, captor_of_triangle, repeats };
+        let outlines =
+            Outlines { triangles, captor_triangles, captor_of_triangle, repeats, placed };
         let shapes = kept.shapes(outlines);
         let flush_lights =
             flush::lift(&mut lights, &shapes, (bounds.center() - center).as_vec3(), radius);
@@ -249,6 +293,7 @@ impl Scene {
             sums: parts.sums,
             ratios: parts.ratios,
             absorbed_by_face: parts.absorbed_by_face,
+            sunlit: parts.sunlit,
             watts: parts.watts,
             materials: parts.materials,
             objects: parts.objects,
@@ -262,6 +307,7 @@ impl Scene {
             copies,
             shapes,
             surfaces,
+            common,
             object_parts,
             flush_lights,
             stand,
@@ -274,6 +320,42 @@ impl Scene {
             inside,
             light_of_triangle,
         })
+    }
+}
+
+/// Returns the properties of a triangle.
+fn surface_of(triangle: &Triangle, material: usize, captor: Option<usize>) -> Surface {
+    Surface {
+        normal: triangle.normal(),
+        material: material as u32,
+        captor: captor.map_or(NO_CAPTOR, |captor| captor as u32),
+        offset: triangle.offset(),
+        steepest: (ROUNDING * triangle.slopes()).max_element(),
+        reach: triangle.blur() / ROUNDING,
+    }
+}
+
+/// Adds the moments and the triangles of the captors of copies that share their triangles, of which
+/// the first has the index `first`. Surfaces are sorted by captor.
+fn add_captors(
+    part: &SharedPart,
+    first: usize,
+    found: &mut HashMap<usize, (Moments, Range<usize>)>,
+) {
+    let each = part.triangles();
+    let mut start = 0;
+    for surfaces in part.surfaces.chunk_by(|a, b| a.captor == b.captor) {
+        let corners: Vec<[DVec3; 3]> =
+            surfaces.iter().flat_map(|surface| &surface.triangles).copied().collect();
+        let own = start..start + corners.len();
+        start = own.end;
+        let Some(captor) = surfaces[0].captor else { continue };
+        let moments = Moments::of(&corners);
+        for (copy, transform) in part.transforms.iter().enumerate() {
+            let range = first + copy * each + own.start..first + copy * each + own.end;
+            let index = part.first_captor + copy * part.captors + captor;
+            found.insert(index, (moments.placed(transform), range));
+        }
     }
 }
 
@@ -313,6 +395,12 @@ fn working_center(parts: &SceneParts) -> Option<DVec3> {
     if middles.is_empty() {
         middles = surfaces(false).collect();
     }
+    // a copy that shares its triangles counts once
+    for shared in &parts.shared {
+        let counts = shared.captors > 0 || parts.captors.is_empty();
+        let boxes = shared.boxes().filter(|_| counts);
+        middles.extend(boxes.map(|corners| corners.into_iter().sum::<DVec3>() / 8.0));
+    }
     let (half, even) = (middles.len() / 2, middles.len().is_multiple_of(2));
     let mut median = |axis: usize| {
         let by_axis = |p: &DVec3, q: &DVec3| p[axis].total_cmp(&q[axis]);
@@ -340,8 +428,13 @@ fn pieces(parts: &SceneParts, center: DVec3) -> impl Iterator<Item = [DVec3; 3]>
         let radius = DVec3::splat(radius);
         [end - radius, end, end + radius]
     });
+    let copies = parts
+        .shared
+        .iter()
+        .flat_map(SharedPart::boxes)
+        .flat_map(|[a, b, c, d, e, f, g, h]| [[a, b, c], [d, e, f], [g, h, h]]);
     let triangles = surfaces.chain(captors).chain(lamps).copied();
-    triangles.chain(tubes).map(move |corners| corners.map(|corner| corner - center))
+    triangles.chain(tubes).chain(copies).map(move |corners| corners.map(|corner| corner - center))
 }
 
 /// Refuses a shape that is so small where it stands that single precision changes its area.
@@ -387,6 +480,7 @@ impl Bounds {
         let triangles = parts.surfaces.iter().flat_map(|s| &s.triangles);
         let captors = parts.captors.iter().flat_map(|c| &c.triangles);
         triangles.chain(captors).flatten().for_each(|&p| bounds.add(p));
+        parts.shared.iter().flat_map(SharedPart::boxes).flatten().for_each(|p| bounds.add(p));
         for light in &parts.lights {
             match &light.shape {
                 LightShape::Point { position }

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 
 use sha2::{Digest, Sha256};
 
-use super::Scene;
+use super::{Scene, Surface};
 use crate::math::geometry::Triangle;
 
 /// A writer that hashes everything written to it.
@@ -32,6 +32,9 @@ impl Scene {
         if !self.ratios.is_empty() {
             let _ = write!(hash, "{:?}", self.ratios);
         }
+        if self.sunlit {
+            let _ = write!(hash, "sunlit");
+        }
         if !self.watts.is_empty() {
             let _ = write!(hash, "{:?}", self.watts);
         }
@@ -46,10 +49,14 @@ impl Scene {
         if let Some(lattice) = self.lattice() {
             let _ = write!(hash, " {lattice:?}");
         }
-        for (triangle, surface) in self.triangles().iter().zip(&self.surfaces) {
-            hash.0.update(surface.material.to_le_bytes());
-            hash.0.update(surface.captor.to_le_bytes());
-            hash.triangle(triangle);
+        hash.surfaces(&self.shapes.triangles, &self.surfaces);
+        let placed = &self.shapes.placed;
+        for (prototype, common) in placed.prototypes.iter().zip(&self.common) {
+            hash.surfaces(&prototype.triangles, &common.surfaces);
+            let _ = write!(hash, " {} {}", common.first_captor, common.captors);
+        }
+        if !placed.instances.is_empty() {
+            let _ = write!(hash, " {:?}", placed.instances);
         }
         self.captor_triangles().iter().for_each(|triangle| hash.triangle(triangle));
         hash.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
@@ -57,6 +64,14 @@ impl Scene {
 }
 
 impl Hashing {
+    fn surfaces(&mut self, triangles: &[Triangle], surfaces: &[Surface]) {
+        for (triangle, surface) in triangles.iter().zip(surfaces) {
+            self.0.update(surface.material.to_le_bytes());
+            self.0.update(surface.captor.to_le_bytes());
+            self.triangle(triangle);
+        }
+    }
+
     fn triangle(&mut self, triangle: &Triangle) {
         for corner in [triangle.a, triangle.b, triangle.c] {
             corner.to_array().iter().for_each(|number| self.0.update(number.to_le_bytes()));

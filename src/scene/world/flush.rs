@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::shapes::Shapes;
+use super::shapes::{Found, Shapes};
 use crate::{
     math::geometry::{Triangle, closeness},
     scene::light::Light,
@@ -34,23 +34,22 @@ pub fn lift(lights: &mut [Light], shapes: &Shapes, middle: Vec3, radius: f32) ->
     let mut flush = Vec::new();
     for (l, light) in lights.iter_mut().enumerate() {
         let lifted = light.is_delta();
-        let mut near: Vec<u32> = Vec::new();
+        let mut near: Vec<Found> = Vec::new();
         let mut lift = 0f32;
         for place in light.places(PLACES) {
             let reach = light.tube_radius() + closeness(place);
             let widest = reach + closeness(Vec3::splat(radius));
-            shapes.surface_bvh.near(place, widest, |triangle| {
-                let shape = shapes.surface_shape(triangle);
-                let reach = reach + 4.0 * shape.offset();
+            shapes.near(place, widest, |found| {
+                let shape = &found.triangle;
+                let reach = reach + 4.0 * found.offset;
                 if shape.nearest_point(place).distance(place) <= reach && !crosses(light, shape) {
-                    near.push(triangle);
-                    lift = lift.max(2.0 * closeness(place) + 6.0 * shape.offset());
+                    near.push(found);
+                    lift = lift.max(2.0 * closeness(place) + 6.0 * found.offset);
                 }
             });
         }
-        near.sort_unstable();
-        let Some(&first) = near.first() else { continue };
-        let triangle = shapes.surface_origin(first) as usize;
+        near.sort_unstable_by_key(|found| found.order);
+        let Some(triangle) = near.first().map(|first| first.index) else { continue };
         flush.push(FlushLight { light: l, triangle, lifted });
         if lifted {
             let highest = shapes.lifts.iter().copied().fold(0.0, f32::max);
@@ -63,8 +62,8 @@ pub fn lift(lights: &mut [Light], shapes: &Shapes, middle: Vec3, radius: f32) ->
                     }
                 });
             }
-            for t in near {
-                leave(light, shapes.surface_shape(t), middle, lift);
+            for found in near {
+                leave(light, &found.triangle, middle, lift);
             }
         }
     }

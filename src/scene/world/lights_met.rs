@@ -186,8 +186,8 @@ impl Scene {
 
     /// Returns the same fraction along a ray, as far as `distance`, m.
     pub fn visibility_along<L: Lanes>(&self, ray: &Ray, distance: f32) -> Option<Spectrum<L>> {
-        if let Some(repeats) = &self.shapes.repeats {
-            return self.visibility_in_cells(repeats, ray, distance);
+        if !self.shapes.is_plain {
+            return self.visibility_in_pieces(ray, distance);
         }
         let mut through = Spectrum::splat(self.lanes(), 1.0);
         let occluded = self.shapes.surface_bvh.occluded(ray, distance, |hit| {

@@ -78,7 +78,7 @@ impl Scene {
             if other.is_some_and(|(t, _)| t < hit.t) {
                 continue;
             }
-            let surface = self.surface(hit.triangle);
+            let surface = &self.surface(hit.triangle);
             let interaction = Interaction::new(direction, surface.normal).on(hit.triangle);
             let absorbed = self.material(surface).absorptance(&interaction);
             let least = |absorbed: Spectrum<L>| {

@@ -132,6 +132,58 @@ pub struct CopyPart {
     pub transform: Transform,
 }
 
+/// Copies of an object that share its triangles: a field of plants takes the memory of one plant. A
+/// ray meets the same as if each copy had triangles of its own.
+#[derive(Clone, Debug)]
+pub struct SharedPart {
+    /// Index of the object, if it has a name.
+    pub object: Option<usize>,
+    /// The surfaces of the object, m in its own coordinates. Their captors are numbered from 0 in
+    /// each copy, and their own `object` is not used. Their material is no mirror, no pane and no
+    /// table.
+    pub surfaces: Vec<SurfacePart>,
+    /// The transforms that place the copies, m from the user's origin: each only turns, mirrors,
+    /// scales and moves.
+    pub transforms: Vec<Transform>,
+    /// Index of captor 0 of the first copy among all captors. Those of the other copies follow.
+    pub first_captor: usize,
+    /// Number of captors of each copy.
+    pub captors: usize,
+}
+
+impl SharedPart {
+    /// Returns the number of triangles of a copy.
+    pub(crate) fn triangles(&self) -> usize {
+        self.surfaces.iter().map(|surface| surface.triangles.len()).sum()
+    }
+
+    /// Returns the corners of a box around each copy.
+    pub(crate) fn boxes(&self) -> impl Iterator<Item = [DVec3; 8]> + Clone {
+        let points = || self.surfaces.iter().flat_map(|part| &part.triangles).flatten().copied();
+        let low = points().fold(DVec3::INFINITY, DVec3::min);
+        let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let corners: [DVec3; 8] = std::array::from_fn(|corner| {
+            let side = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            DVec3::new(side(0), side(1), side(2))
+        });
+        let placed = self.transforms.iter().filter(move |_| low.x <= high.x);
+        placed.map(move |transform| corners.map(|corner| transform.point(corner)))
+    }
+
+    /// Returns transforms that stand for those of all copies as far as heights and areas go, each
+    /// with the number of copies that it stands for.
+    pub(crate) fn levels(&self) -> Vec<(&Transform, usize)> {
+        let mut kinds: BTreeMap<[u64; 4], (&Transform, usize)> = BTreeMap::new();
+        for transform in &self.transforms {
+            let height = |p: DVec3| transform.point(p).z.to_bits();
+            let axis = |p: DVec3| transform.turned(p).z.to_bits();
+            let key = [height(DVec3::ZERO), axis(DVec3::X), axis(DVec3::Y), axis(DVec3::Z)];
+            kinds.entry(key).or_insert((transform, 0)).1 += 1;
+        }
+        kinds.into_values().collect()
+    }
+}
+
 /// A light of the scene, before it is built.
 #[derive(Clone, Debug)]
 pub struct LightPart {
@@ -178,6 +230,8 @@ pub struct SceneParts {
     pub ratios: Vec<BandRatio>,
     /// Whether surface captors count what they absorb by face, too.
     pub absorbed_by_face: bool,
+    /// Whether captors say which share of their area the sun shines on; there is then one sun.
+    pub sunlit: bool,
     /// Electric power of lights, W, above 0, by their names; those that are not named have none
     /// that is known.
     pub watts: BTreeMap<String, f64>,
@@ -190,6 +244,8 @@ pub struct SceneParts {
     /// The surfaces that are copies of an object, all copies of one object in succession. They
     /// serve to display the scene; the tracing of rays does not use them.
     pub copies: Vec<CopyPart>,
+    /// Copies of objects that share their triangles.
+    pub shared: Vec<SharedPart>,
     /// For surfaces (by index) whose material is a table that depends on the azimuth about the
     /// normal: the direction of azimuth 0 on each of their triangles.
     pub tangents: BTreeMap<usize, Vec<DVec3>>,

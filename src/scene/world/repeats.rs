@@ -1,13 +1,17 @@
-//! Rays in a scene that repeats.
+//! Rays in a scene that repeats, or whose copies share triangles.
 //!
 //! The search structures hold everything that reaches into the cell (0, 0), from whichever cell.
-//! A ray is followed from cell to cell. What it meets is reported where the scene describes it: a
+//! A ray is followed from cell to cell; where nothing repeats, it is of one piece. What it meets is reported where the scene describes it: a
 //! hit has the index of the triangle itself and the point there, and the next ray starts from that
 //! point. Lengths are those of the ray's way.
 
 use glam::Vec3;
 
-use super::{Crossing, Scene, SurfaceHit, shapes::has_parallel};
+use super::{
+    Crossing, Scene, SurfaceHit, front_at_edge,
+    shapes::{Found, has_parallel},
+    shared::Surfaced,
+};
 use crate::{
     math::{
         geometry::{Ray, Triangle, closeness},
@@ -20,42 +24,83 @@ use crate::{
     },
 };
 
+/// The pieces of a ray.
+enum Pieces<'s> {
+    /// Those in the cells that it comes through.
+    Cells(Walk<'s>),
+    /// The ray as it is.
+    Whole(Option<Stretch>),
+}
+
+impl Pieces<'_> {
+    /// Returns whether the ray was given up before its end.
+    fn is_lost(&self) -> bool {
+        matches!(self, Self::Cells(walk) if walk.is_lost)
+    }
+}
+
+impl Iterator for Pieces<'_> {
+    type Item = Stretch;
+
+    fn next(&mut self) -> Option<Stretch> {
+        match self {
+            Self::Cells(walk) => walk.next(),
+            Self::Whole(ray) => ray.take(),
+        }
+    }
+}
+
 impl Scene {
+    /// Returns the pieces of a ray.
+    fn pieces(&self, ray: &Ray) -> Pieces<'_> {
+        match &self.shapes.repeats {
+            Some(repeats) => Pieces::Cells(repeats.walk(ray)),
+            None => Pieces::Whole(Some(Stretch {
+                ray: *ray,
+                start: 0.0,
+                inside: [0.0, f32::INFINITY],
+                cell: [0, 0],
+            })),
+        }
+    }
+
+    /// Returns what rounding may put between a border and where a ray comes to it, m.
+    fn slack(&self) -> f32 {
+        self.shapes.repeats.as_ref().map_or(0.0, |repeats| repeats.layers.slack as f32)
+    }
+
     /// The search of [`closest`](Self::closest).
-    #[cold]
     #[inline(never)]
-    pub(super) fn closest_in_cells(&self, repeats: &Repeats, ray: &Ray) -> Option<SurfaceHit> {
-        let slack = repeats.layers.slack as f32;
-        for stretch in repeats.walk(ray) {
+    pub(super) fn closest_in_pieces(&self, ray: &Ray) -> Option<SurfaceHit> {
+        let slack = self.slack();
+        for stretch in self.pieces(ray) {
             let t_max = stretch.inside[1] + slack;
-            if let Some(hit) = self.shapes.surface_bvh.closest(&stretch.ray, t_max) {
-                return Some(self.hit_in_cell(repeats, &stretch, hit));
+            if let Some(met) = self.shapes.first_met(&stretch.ray, t_max) {
+                return Some(self.hit_in_piece(&stretch, met));
             }
         }
         None
     }
 
     /// The search of [`meet`](Self::meet).
-    #[cold]
     #[inline(never)]
-    pub(super) fn meet_in_cells(
+    pub(super) fn meet_in_pieces(
         &self,
-        repeats: &Repeats,
         ray: &Ray,
         visit: &mut dyn FnMut(Crossing),
     ) -> Option<SurfaceHit> {
-        let slack = repeats.layers.slack as f32;
-        for stretch in repeats.walk(ray) {
+        let slack = self.slack();
+        for stretch in self.pieces(ray) {
             let t_max = stretch.inside[1] + slack;
-            let hit = self.shapes.surface_bvh.closest(&stretch.ray, t_max);
+            let met = self.shapes.first_met(&stretch.ray, t_max);
             if !self.shapes.captor_bvh.is_empty() {
                 let [from, to] = stretch.inside;
-                let t = hit.map(|hit| hit.t);
+                let t = met.map(|met| met.t());
                 let to = t.map_or(to, f32::next_up);
-                self.cross_in_cell(repeats, &stretch, [from, to], t, visit);
+                self.cross_in_piece(&stretch, [from, to], t, visit);
             }
-            if let Some(hit) = hit {
-                return Some(self.hit_in_cell(repeats, &stretch, hit));
+            if let Some(met) = met {
+                return Some(self.hit_in_piece(&stretch, met));
             }
         }
         None
@@ -64,26 +109,24 @@ impl Scene {
     /// The search of [`crossings`](Self::crossings).
     #[cold]
     #[inline(never)]
-    pub(super) fn crossings_in_cells(
+    pub(super) fn crossings_in_pieces(
         &self,
-        repeats: &Repeats,
         ray: &Ray,
         t_max: f32,
         visit: &mut dyn FnMut(Crossing),
     ) {
         let t_max = f64::from(t_max);
-        for stretch in repeats.walk(ray).take_while(|stretch| stretch.start < t_max) {
+        for stretch in self.pieces(ray).take_while(|stretch| stretch.start < t_max) {
             let [from, to] = stretch.inside;
             let to = to.min((t_max - stretch.start) as f32);
-            self.cross_in_cell(repeats, &stretch, [from, to], None, visit);
+            self.cross_in_piece(&stretch, [from, to], None, visit);
         }
     }
 
     /// Visits the captors that a ray crosses at the distances `from <= t < to` of a stretch. `hit`
     /// is the distance at which it meets a surface.
-    fn cross_in_cell(
+    fn cross_in_piece(
         &self,
-        repeats: &Repeats,
         stretch: &Stretch,
         [from, to]: [f32; 2],
         hit: Option<f32>,
@@ -94,25 +137,38 @@ impl Scene {
             if crossed.t < from {
                 return;
             }
-            let (triangle, cell) = repeats.captors.origin(crossed.triangle, own);
-            crossed.triangle = triangle;
-            crossed.point -= repeats.lattice.shift(cell).as_vec3();
+            if let Some(repeats) = &self.shapes.repeats {
+                let (triangle, cell) = repeats.captors.origin(crossed.triangle, own);
+                crossed.triangle = triangle;
+                crossed.point -= repeats.lattice.shift(cell).as_vec3();
+            }
             self.crossing(&stretch.ray, &mut *visit)(crossed, hit == Some(crossed.t));
         });
     }
 
     /// Returns the hit of a surface where the scene describes it.
+    fn hit_in_piece(&self, stretch: &Stretch, met: Surfaced) -> SurfaceHit {
+        let hit = match (met, &self.shapes.repeats) {
+            (Surfaced::Shared(met), _) => self.hit_of_copy(&stretch.ray, &met),
+            (Surfaced::Own(hit), None) => self.surface_hit(&stretch.ray, &hit),
+            (Surfaced::Own(hit), Some(repeats)) => self.hit_in_cell(repeats, stretch, hit),
+        };
+        SurfaceHit { t: (stretch.start + f64::from(hit.t)) as f32, ..hit }
+    }
+
     fn hit_in_cell(&self, repeats: &Repeats, stretch: &Stretch, mut hit: Hit) -> SurfaceHit {
-        let own = self.triangles().len();
+        let own = self.shapes.triangles.len();
         let of = |hit: &Hit| repeats.surfaces.origin(hit.triangle, own).0 as usize;
         let surface = &self.surfaces[of(&hit)];
         if self.is_near_edge(of(&hit), &hit) {
-            hit = self.front_at_edge(&stretch.ray, &hit, surface.reach);
+            let shape = |t| self.shapes.surface_shape(t);
+            let bvh = &self.shapes.surface_bvh;
+            hit = front_at_edge(bvh, shape, &stretch.ray, &hit, surface.reach);
         }
         let triangle = of(&hit);
-        let point = self.triangles()[triangle].point(hit.u, hit.v);
+        let point = self.shapes.triangles[triangle].point(hit.u, hit.v);
         let point = self.off_edges(triangle, point, hit.u, hit.v);
-        SurfaceHit { t: (stretch.start + f64::from(hit.t)) as f32, triangle, point }
+        SurfaceHit { t: hit.t, triangle, point }
     }
 
     /// Returns whether a direction leads up from the slope on which the scene repeats; up from the
@@ -127,7 +183,7 @@ impl Scene {
         let Some(repeats) = &self.shapes.repeats else { return 0 };
         let cell = |p: Vec3| repeats.lattice.cell_of(p.as_dvec3());
         let reaches =
-            |t: &&Triangle| [t.a, t.b, t.c].into_iter().any(|corner| cell(corner) != [0, 0]);
+            |t: &Triangle| [t.a, t.b, t.c].into_iter().any(|corner| cell(corner) != [0, 0]);
         let slack = repeats.layers.slack as f32;
         // what only touches the border stays in the cell
         let shrunk = |t: &Triangle| -> Triangle {
@@ -135,29 +191,34 @@ impl Scene {
             let inwards = |p: Vec3| p + 4.0 * slack * (middle - p).normalize_or_zero();
             [inwards(t.a), inwards(t.b), inwards(t.c)].into()
         };
-        self.triangles().iter().map(shrunk).filter(|t| reaches(&t)).count()
+        let out = |triangle: Triangle| reaches(&shrunk(&triangle));
+        let own = self.shapes.triangles.iter().filter(|t| out(**t)).count();
+        let copies = self
+            .shared_copies()
+            .filter(|copy| copy.extent.corners().into_iter().any(|corner| cell(corner) != [0, 0]));
+        let of_copies = copies.flat_map(|copy| copy.first..copy.first + copy.triangles);
+        own + of_copies.filter(|&t| out(self.triangles().at(t))).count()
     }
 
     /// Returns whether a triangle of a surface lies in the plane of an image of its own object, which
     /// overlaps it. It looks at its middle and close to its corners.
     pub fn lies_on_its_image(&self, triangle: usize) -> bool {
-        let Some(repeats) = self.shapes.repeats.as_ref().filter(|r| !r.surfaces.of.is_empty())
-        else {
+        let Some(repeats) = &self.shapes.repeats else { return false };
+        if repeats.surfaces.of.is_empty() && self.shapes.forest.is_none() {
             return false;
-        };
-        let (own, shape) = (self.triangles().len(), self.triangles()[triangle]);
-        let object = self.object(triangle);
+        }
+        let (object, shape) = (self.object(triangle), self.triangles().at(triangle));
         let places = [(1.0 / 3.0, 1.0 / 3.0), (0.02, 0.02), (0.96, 0.02), (0.02, 0.96)];
         places.map(|(u, v)| shape.point(u, v)).into_iter().any(|point| {
             let cell = repeats.lattice.cell_of(point.as_dvec3());
             let inside = point - repeats.lattice.shift(cell).as_vec3();
             let reach = closeness(inside) + 4.0 * shape.offset();
-            let corners = |t| *self.shapes.surface_shape(t);
-            let bvh = &self.shapes.surface_bvh;
-            has_parallel(bvh, corners, inside, shape.normal(), reach, |t| {
-                let (of, image) = repeats.surfaces.origin(t, own);
-                let in_place = image == cell.map(|i| -i);
-                !in_place && self.object(of as usize) == object
+            let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
+                self.shapes.crosses(ray, t_max, visit);
+            };
+            has_parallel(crosses, inside, shape.normal(), reach, |found| {
+                let in_place = found.cell == cell.map(|i| -i);
+                !in_place && self.object(found.index) == object
             }) == Some(true)
         })
     }
@@ -232,41 +293,37 @@ impl Scene {
     }
 
     /// The search of [`visibility_along`](Self::visibility_along).
-    #[cold]
     #[inline(never)]
-    pub(super) fn visibility_in_cells<L: Lanes>(
+    pub(super) fn visibility_in_pieces<L: Lanes>(
         &self,
-        repeats: &Repeats,
         ray: &Ray,
         distance: f32,
     ) -> Option<Spectrum<L>> {
         let mut through = Spectrum::splat(self.lanes(), 1.0);
-        let (slack, own) = (repeats.layers.slack as f32, self.triangles().len());
-        let mut walk = repeats.walk(ray);
-        for stretch in walk.by_ref() {
+        let slack = self.slack();
+        let mut pieces = self.pieces(ray);
+        for stretch in pieces.by_ref() {
             if stretch.start >= f64::from(distance) {
                 break;
             }
             let [from, to] = stretch.inside;
             let left = (f64::from(distance) - stretch.start) as f32;
-            let occluded =
-                self.shapes.surface_bvh.occluded(&stretch.ray, left.min(to + slack), |hit| {
-                    let triangle = repeats.surfaces.origin(hit.triangle, own).0;
-                    let surface = &self.surfaces[triangle as usize];
-                    let material = self.material(surface);
-                    let straight = material.straight::<L>(ray.direction, surface.normal);
-                    let Some(straight) = straight else { return true };
-                    // on a border only one of the two cells counts it
-                    if hit.owned && (from..to).contains(&hit.t) {
-                        through = through.clone() * straight;
-                    }
-                    false
-                });
+            let occluded = self.shapes.occluded(&stretch.ray, left.min(to + slack), |met| {
+                let surface = &self.surface(met.origin(&self.shapes).0);
+                let material = self.material(surface);
+                let straight = material.straight::<L>(ray.direction, surface.normal);
+                let Some(straight) = straight else { return true };
+                // on a border only one of the two cells counts it
+                if met.is_owned() && (from..to).contains(&met.t()) {
+                    through = through.clone() * straight;
+                }
+                false
+            });
             if occluded {
                 return None;
             }
         }
-        (!walk.is_lost).then_some(through)
+        (!pieces.is_lost()).then_some(through)
     }
 
     /// Returns the farthest opening of a light at infinity that a ray crosses, as

@@ -15,7 +15,8 @@ use crate::{
     math::geometry::{Ray, Triangle, closeness},
     scene::{
         bvh::Bvh,
-        lattice::{Images, Repeats},
+        instances::{Forest, Instance, Met, Placed},
+        lattice::{Cell, Images, Repeats},
     },
 };
 
@@ -30,9 +31,45 @@ pub struct Outlines {
     pub captor_of_triangle: Vec<u32>,
     /// How they repeat; `None` if they do not.
     pub repeats: Option<Box<Repeats>>,
+    /// Copies that share triangles of their own, which are not among these.
+    pub placed: Placed,
+}
+
+/// A triangle of a surface that a search has found.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// Its index among the triangles of all surfaces.
+    pub index: usize,
+    /// The cell of the image that was found.
+    pub cell: Cell,
+    /// The triangle where it was found.
+    pub triangle: Triangle,
+    /// Distance from it at which rays that leave it start, m.
+    pub offset: f32,
+    /// Rises in the order in which triangles are looked at, images after what they are images of.
+    pub order: usize,
 }
 
 impl Outlines {
+    /// Returns what the search structure of surfaces knows by this index.
+    fn own(&self, index: u32) -> Found {
+        let triangle = *self.surface_shape(index);
+        let own = self.triangles.len();
+        let origin = |repeats: &Repeats| repeats.surfaces.origin(index, own);
+        let (of, cell) = self.repeats.as_deref().map_or((index, [0, 0]), origin);
+        let (offset, order) = (triangle.offset(), index as usize);
+        Found { index: of as usize, cell, triangle, offset, order }
+    }
+
+    /// Returns a triangle of a copy.
+    fn shared(&self, instance: &Instance, index: usize, cell: Cell) -> Option<Found> {
+        let located = self.placed.locate(index)?;
+        let own = &self.placed.prototypes[located.prototype].triangles[located.triangle];
+        let triangle = instance.triangle(own);
+        let offset = self.placed.offset(instance, instance.turn(own.normal()));
+        Some(Found { index, cell, triangle, offset, order: index + u32::MAX as usize })
+    }
+
     /// Returns a triangle that the search structure of surfaces knows by this index, which may be
     /// an image of a triangle of the scene.
     #[inline]
@@ -40,14 +77,8 @@ impl Outlines {
         shape(&self.triangles, self.repeats.as_ref().map(|repeats| &repeats.surfaces), index)
     }
 
-    /// Returns the index of the triangle of a surface of which the search structure knows this
-    /// image, or which it is itself.
-    pub fn surface_origin(&self, index: u32) -> u32 {
-        let own = self.triangles.len();
-        self.repeats.as_ref().map_or(index, |repeats| repeats.surfaces.origin(index, own).0)
-    }
-
-    /// Does the same for triangles of captors.
+    /// Returns the index of the triangle of a captor of which the search structure knows this image,
+    /// or which it is itself.
     pub fn captor_origin(&self, index: u32) -> u32 {
         let own = self.captor_triangles.len();
         self.repeats.as_ref().map_or(index, |repeats| repeats.captors.origin(index, own).0)
@@ -82,6 +113,11 @@ pub struct Shapes {
     pub copies: Vec<[u32; 2]>,
     /// Finds triangles of surfaces, without the copies: a ray would test all that lie in one place.
     pub surface_bvh: Bvh,
+    /// Finds triangles of copies that share them, if there are any.
+    pub forest: Option<Forest>,
+    /// Whether all that rays may meet is in the two search structures as it is: nothing repeats, and
+    /// no triangles are shared.
+    pub is_plain: bool,
     /// Finds triangles of virtual captors, lifted off the surfaces that they lie in.
     pub captor_bvh: Bvh,
     /// Indices of the virtual captors that lie in a surface, in rising order.
@@ -132,8 +168,11 @@ impl Shapes {
     /// surface counts as lying off it, on the side to which its normal points: its triangles move
     /// above the points that rays start from.
     fn new(outlines: Outlines) -> Self {
-        let Outlines { triangles, captor_triangles, captor_of_triangle, repeats } = &outlines;
+        let Outlines { triangles, captor_triangles, captor_of_triangle, repeats, placed } =
+            &outlines;
         let repeats = repeats.as_deref();
+        let lattice = repeats.map(|repeats| (&repeats.lattice, repeats.layers.slack));
+        let forest = (!placed.instances.is_empty()).then(|| Forest::new(placed, lattice));
         let all = with_images(triangles, repeats.map(|repeats| &repeats.surfaces));
         let mut copies = copies(&all);
         let is_copy = |i: &u32| copies.binary_search_by_key(i, |[copy, _]| *copy).is_ok();
@@ -151,9 +190,11 @@ impl Shapes {
             let mut largest: Option<f32> = None;
             for point in points.map(|&(u, v)| triangle.point(u, v)) {
                 let reach = closeness(point) + 4.0 * triangle.offset();
-                let shape = |t| *outlines.surface_shape(t);
-                has_parallel(&surface_bvh, shape, point, normal, reach, |t| {
-                    let offset = shape(t).offset();
+                let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
+                    crosses(&outlines, &surface_bvh, forest.as_ref(), ray, t_max, visit);
+                };
+                has_parallel(crosses, point, normal, reach, |found| {
+                    let offset = found.offset;
                     largest = Some(largest.map_or(offset, |other| other.max(offset)));
                     false
                 });
@@ -174,9 +215,16 @@ impl Shapes {
                 let (middle, normal) = (t.centroid(), t.normal());
                 let reach = closeness(middle) + 4.0 * t.offset();
                 let mut least = None;
-                let shape = |t: u32| all_captors[t as usize];
-                has_parallel(&captor_bvh, shape, middle, normal, reach, |t| {
-                    let t = outlines.captor_origin(t);
+                let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
+                    captor_bvh.crosses(ray, t_max, |hit| {
+                        let (triangle, order) =
+                            (all_captors[hit.triangle as usize], hit.triangle as usize);
+                        let index = outlines.captor_origin(hit.triangle) as usize;
+                        visit(Found { index, cell: [0, 0], triangle, offset: 0.0, order })
+                    });
+                };
+                has_parallel(crosses, middle, normal, reach, |found| {
+                    let t = found.index as u32;
                     least = Some(least.map_or(t, |other: u32| other.min(t)));
                     false
                 });
@@ -205,7 +253,50 @@ impl Shapes {
         }
         let captor_bvh = if lifts.is_empty() { captor_bvh } else { Bvh::build_for_few(&lifted) };
         let in_surface = below.into_keys().collect();
-        Self { outlines, copies, surface_bvh, captor_bvh, in_surface, lifts }
+        let is_plain = outlines.repeats.is_none() && forest.is_none();
+        Self { outlines, copies, surface_bvh, forest, is_plain, captor_bvh, in_surface, lifts }
+    }
+
+    /// Visits triangles of surfaces that a ray crosses with 0 < t < `t_max`, each once, in no
+    /// particular order, until `visit` returns true.
+    pub fn crosses(&self, ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool) {
+        crosses(&self.outlines, &self.surface_bvh, self.forest.as_ref(), ray, t_max, visit);
+    }
+
+    /// Visits triangles of surfaces that may reach into the ball of `radius`, m, around `center`.
+    pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(Found)) {
+        self.surface_bvh.near(center, radius, |t| visit(self.own(t)));
+        if let Some(forest) = &self.forest {
+            forest.near(&self.placed, center, radius, |instance, index, cell| {
+                visit_some(self.shared(instance, index, cell), &mut visit);
+            });
+        }
+    }
+}
+
+fn visit_some(found: Option<Found>, visit: &mut impl FnMut(Found)) {
+    if let Some(found) = found {
+        visit(found);
+    }
+}
+
+fn crosses(
+    outlines: &Outlines,
+    own: &Bvh,
+    forest: Option<&Forest>,
+    ray: &Ray,
+    t_max: f32,
+    visit: &mut dyn FnMut(Found) -> bool,
+) {
+    if own.crosses(ray, t_max, |hit| visit(outlines.own(hit.triangle))) {
+        return;
+    }
+    if let Some(forest) = forest {
+        let placed = &outlines.placed;
+        forest.occluded(placed, ray, t_max, |Met { instance, index, cell, hit }| {
+            let index = placed.first_of(index) + hit.triangle as usize;
+            hit.owned && outlines.shared(&instance, index, cell).is_some_and(&mut *visit)
+        });
     }
 }
 
@@ -245,30 +336,29 @@ fn copies(triangles: &[Triangle]) -> Vec<[u32; 2]> {
 /// worst place, which is spent for every point that is asked for.
 pub const LOOKED_AT: usize = 100;
 
-/// Returns whether any triangle of the structure, of which `shape` gives the corners, within
-/// `reach`, m, of `point` along `normal` that is perpendicular
-/// to `normal` is `wanted`. `None` if more than [`LOOKED_AT`] triangles lie there and none of those
-/// looked at is wanted.
+/// Returns whether any triangle within `reach`, m, of `point` along `normal` that is perpendicular to
+/// `normal` is `wanted`; `crosses` visits the triangles that a ray crosses before a distance until one
+/// is found. `None` if more than [`LOOKED_AT`] triangles lie there and none of those looked at is
+/// wanted.
 pub fn has_parallel(
-    bvh: &Bvh,
-    shape: impl Fn(u32) -> Triangle,
+    crosses: impl FnOnce(&Ray, f32, &mut dyn FnMut(Found) -> bool),
     point: Vec3,
     normal: Vec3,
     reach: f32,
-    mut wanted: impl FnMut(u32) -> bool,
+    mut wanted: impl FnMut(&Found) -> bool,
 ) -> Option<bool> {
     if normal == Vec3::ZERO {
         return Some(false);
     }
     let ray = Ray { origin: point - reach * normal, direction: normal };
-    let (mut looked_at, mut found) = (0, false);
-    bvh.crosses(&ray, 2.0 * reach, |hit| {
+    let (mut looked_at, mut is_found) = (0, false);
+    crosses(&ray, 2.0 * reach, &mut |found| {
         looked_at += 1;
-        let parallel = shape(hit.triangle).normal().dot(normal).abs() > 0.999_999;
-        found = looked_at <= LOOKED_AT && parallel && wanted(hit.triangle);
-        found || looked_at > LOOKED_AT
+        let parallel = found.triangle.normal().dot(normal).abs() > 0.999_999;
+        is_found = looked_at <= LOOKED_AT && parallel && wanted(&found);
+        is_found || looked_at > LOOKED_AT
     });
-    (found || looked_at <= LOOKED_AT).then_some(found)
+    (is_found || looked_at <= LOOKED_AT).then_some(is_found)
 }
 
 #[cfg(test)]
@@ -282,6 +372,7 @@ mod tests {
             captor_triangles: Vec::new(),
             captor_of_triangle: Vec::new(),
             repeats: None,
+            placed: Placed::default(),
         };
         let kept = KeptShapes::default();
         let (first, other) = (kept.shapes(outlines(0.0)), kept.shapes(outlines(1.0)));
@@ -309,6 +400,7 @@ mod tests {
             captor_triangles: Vec::new(),
             captor_of_triangle: Vec::new(),
             repeats: None,
+            placed: Placed::default(),
         };
         let shapes = KeptShapes::default().shapes(outlines);
         assert_eq!(shapes.copies, (2..1002).map(|copy| [copy, 0]).collect::<Vec<_>>());
@@ -330,18 +422,18 @@ mod tests {
             let triangles: Vec<Triangle> = (0..count).map(at).collect();
             let mut asked = 0;
             let middle = triangles[0].centroid();
-            let bvh = Bvh::build(&triangles);
-            let found = has_parallel(
-                &bvh,
-                |t| triangles[t as usize],
-                middle,
-                Vec3::Z,
-                1e-5,
-                |_| {
-                    asked += 1;
-                    wanted
-                },
-            );
+            let (captor_triangles, captor_of_triangle) = (Vec::new(), Vec::new());
+            let (repeats, placed) = (None, Placed::default());
+            let outlines =
+                Outlines { triangles, captor_triangles, captor_of_triangle, repeats, placed };
+            let bvh = Bvh::build(&outlines.triangles);
+            let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
+                crosses(&outlines, &bvh, None, ray, t_max, visit);
+            };
+            let found = has_parallel(crosses, middle, Vec3::Z, 1e-5, |_| {
+                asked += 1;
+                wanted
+            });
             (found, asked)
         };
         assert_eq!(looked_at(LOOKED_AT, false), (Some(false), LOOKED_AT));

@@ -4,19 +4,26 @@ use std::{collections::HashSet, fmt::Display};
 
 use glam::DVec3;
 
-use super::{Band, BandSum, CaptorPart, LightPart, SceneParts, SurfacePart};
+use super::{
+    Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SharedPart, SurfacePart,
+};
 use crate::{
     error::{Error, Problem, Result, check_range, number},
     math::spectrum::MAX_BANDS,
     scene::{
         captor::{CaptorKind, Sensor},
+        instances::is_even,
         lattice::Lattice,
         light::{LightShape, check_power},
+        material::Material,
     },
 };
 
-/// Limit on the number of triangles in a scene: those of surfaces, captors and lights together.
+/// Limit on the number of triangles in a scene: those of surfaces, captors and lights together, and
+/// of copies that share them once.
 pub const MAX_TRIANGLES: usize = 20_000_000;
+/// Limit on the number of triangles of all copies together.
+pub const MAX_PLACED: u64 = 2_000_000_000;
 /// Limit on the number of captors.
 pub const MAX_CAPTORS: usize = 2_000_000;
 /// Limit on the number of lights.
@@ -63,6 +70,9 @@ impl SceneParts {
         for (i, surface) in self.surfaces.iter().enumerate() {
             check(surface.check(self), format_args!("surface {i}"), place)?;
         }
+        for (i, shared) in self.shared.iter().enumerate() {
+            check(shared.check(self), format_args!("shared copies {i}"), place)?;
+        }
         for copy in &self.copies {
             if copy.surfaces.is_empty() || copy.surfaces.end > self.surfaces.len() {
                 let problem =
@@ -75,6 +85,19 @@ impl SceneParts {
         {
             let problem = Problem::new(format!("a height of {} m", number(dz)), "give one above 0");
             return Err(problem.of("layers").at(place));
+        }
+        if self.sunlit {
+            let suns = self.lights.iter().map(|light| match &light.shape {
+                LightShape::Infinite(light) => light.suns(),
+                _ => 0,
+            });
+            let suns: usize = suns.sum();
+            if suns != 1 {
+                let problem = format!("{suns} suns, must be 1");
+                let remedy = "a sunlit share belongs to one moment: give a sun, or daylight at a time \
+                              with sun, or leave `sunlit` out (`phylux year` has it by the hour)";
+                return Err(Problem::new(problem, remedy).of("sunlit").at(place));
+            }
         }
         for &object in &self.ground {
             check(check_index("object", object, self.objects.len()), "ground", place)?;
@@ -113,7 +136,16 @@ impl SceneParts {
         let of_lights = self.lights.iter().map(|light| light.shape.triangles().len());
         let of_surfaces = self.surfaces.iter().map(|surface| surface.triangles.len());
         let of_captors = self.captors.iter().map(|captor| captor.triangles.len());
-        let triangles = of_lights.chain(of_surfaces).chain(of_captors).sum::<usize>();
+        let of_copies = self.shared.iter().map(SharedPart::triangles);
+        let own = of_lights.chain(of_surfaces).chain(of_captors);
+        let triangles = own.chain(of_copies).sum::<usize>();
+        let placed =
+            |shared: &SharedPart| shared.triangles() as u64 * shared.transforms.len() as u64;
+        let placed: u64 = triangles as u64 + self.shared.iter().map(placed).sum::<u64>();
+        if placed > MAX_PLACED {
+            let problem = format!("more than {MAX_PLACED} triangles in all copies");
+            return Err(Problem::new(problem, "use fewer copies or coarser meshes"));
+        }
         for (what, number, most) in [
             ("triangles", triangles, MAX_TRIANGLES),
             ("captors", self.captors.len(), MAX_CAPTORS),
@@ -239,6 +271,48 @@ impl SurfacePart {
     }
 }
 
+impl SharedPart {
+    fn check(&self, parts: &SceneParts) -> Checked {
+        if let Some(object) = self.object {
+            check_index("object", object, parts.objects.len())?;
+        }
+        for surface in &self.surfaces {
+            check_index("material", surface.material, parts.materials.len())?;
+            if let Some(captor) = surface.captor {
+                check_index("captor", captor, self.captors)?;
+            }
+            let NamedMaterial { name, material } = &parts.materials[surface.material];
+            if !may_be_shared(material) {
+                let problem = format!("its material `{name}` is a mirror, a pane or a table");
+                return Err(Problem::new(problem, "give each copy surfaces of its own"));
+            }
+        }
+        if !self.transforms.iter().all(is_even) {
+            let problem = "a transform that stretches or shears";
+            return Err(Problem::new(problem, "give such copies surfaces of their own"));
+        }
+        let end = self.first_captor + self.captors * self.transforms.len();
+        let kinds = parts
+            .captors
+            .get(self.first_captor..end)
+            .map(|all| all.iter().all(|captor| captor.kind == CaptorKind::Surface));
+        match (self.captors, kinds) {
+            (0, _) | (_, Some(true)) => Ok(()),
+            _ => {
+                let problem =
+                    format!("captors {} to {end} of {}", self.first_captor, parts.captors.len());
+                Err(Problem::new(problem, "each captor of each copy is a surface captor"))
+            }
+        }
+    }
+}
+
+/// Returns whether copies may share triangles of a material: mirrors and panes that show images of
+/// the sun are found one by one, and a table may depend on how each triangle lies.
+pub(crate) fn may_be_shared(material: &Material) -> bool {
+    !matches!(material, Material::Pane(_) | Material::Mirror(_) | Material::Table(_))
+}
+
 impl CaptorPart {
     fn check(&self, parts: &SceneParts) -> Checked {
         if self.kind == CaptorKind::Surface && !self.triangles.is_empty() {
@@ -271,6 +345,10 @@ pub fn check_images(parts: &SceneParts, lattice: &Lattice, slack: f64) -> Checke
     let captors = parts.captors.iter().flat_map(|captor| {
         captor.triangles.iter().map(|corners| (captor.id.as_str(), corners.as_slice()))
     });
+    for shared in &parts.shared {
+        let images = shared.boxes().map(|corners| lattice.count_images(&corners, slack));
+        all = images.fold(all, u64::saturating_add);
+    }
     let lights = parts.lights.iter().flat_map(|light| {
         let triangles = light.shape.triangles().iter();
         triangles.map(|corners| (light.name.as_str(), corners.as_slice()))

@@ -175,7 +175,7 @@ impl Whitted<'_> {
         rng: &mut Stream,
     ) -> Found<L> {
         let (scene, triangle) = (self.light.scene, hit.triangle);
-        let surface = scene.surface(triangle);
+        let surface = &scene.surface(triangle);
         let interaction = Interaction::new(ray.direction, surface.normal).on(triangle);
         let (light, reach) = (self.told_by(gather), self.reach(hit));
         let told = shared.value(hit, interaction.front, reach, || {

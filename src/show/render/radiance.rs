@@ -161,7 +161,7 @@ impl Whitted<'_> {
                 sum.told += met.scaled(share(&way, &hit)) * throughput;
             });
             let Some(hit) = hit else { continue };
-            let surface = scene.surface(hit.triangle);
+            let surface = &scene.surface(hit.triangle);
             let material = scene.material(surface);
             let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
             let length = length + hit.t;

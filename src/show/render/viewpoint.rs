@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::{
     error::{Error, Result},
-    math::geometry::{Extent, ROUNDING, Ray, closeness},
+    math::geometry::{ROUNDING, Ray, closeness},
     scene::{
         camera::{Camera, View},
         patches::Patches,
@@ -73,34 +73,37 @@ impl<'a> Viewpoint<'a> {
             return Err(Error::input(place, "it has no surface, so there is nothing to see")
                 .remedy("add an object, or give a camera to look at its lamps"));
         }
-        Ok(View::of(&Extent::of_triangles(scene.triangles()), scene.center, size))
+        Ok(View::of(&scene.triangles().extent(), scene.center, size))
     }
 
     /// Returns the same viewpoint, but without the large surfaces whose plane lies between the
-    /// camera and the middle of all surfaces: so a viewpoint outside a closed room sees into it.
+    /// camera and the middle of all surfaces: so a viewpoint outside a closed room sees into it. Copies
+    /// that share their triangles stay.
     /// Of surfaces that lie only the topmost are left out, as the floors of a rack carry something.
     pub fn cut_open(mut self) -> Self {
         let scene = self.scene;
-        let extent = Extent::of_triangles(scene.triangles());
+        let extent = scene.triangles().extent();
         let patches = Patches::new(scene);
         let (middle, from) = (extent.center(), self.camera.position);
         let radius = f64::from(0.5 * extent.size().length());
         let large = LARGE * std::f64::consts::PI * radius * radius;
-        let mut tops = vec![f32::NEG_INFINITY; patches.count()];
-        for (triangle, corners) in scene.triangles().iter().enumerate() {
+        let mut tops = vec![f32::NEG_INFINITY; patches.unshared()];
+        for triangle in 0..scene.unshared() {
+            let corners = scene.triangles().at(triangle);
             let top = &mut tops[patches.of(triangle)];
             *top = top.max(corners.a.z).max(corners.b.z).max(corners.c.z);
         }
         let roof = extent.max.z - TOPMOST * extent.size().z;
         let parts = |triangle: usize| {
-            let (corner, normal) = (scene.triangles()[triangle].a, scene.surface(triangle).normal);
+            let (corner, normal) =
+                (scene.triangles().at(triangle).a, scene.surface(triangle).normal);
             let side = |point: Vec3| (point - corner).dot(normal);
             let patch = patches.of(triangle);
             side(from) * side(middle) < 0.0
                 && patches.area(patch) >= large
                 && (normal.z.abs() < LYING || tops[patch] >= roof)
         };
-        self.cut = (0..scene.triangles().len()).map(parts).collect();
+        self.cut = (0..scene.unshared()).map(parts).collect();
         self
     }
 
@@ -112,7 +115,7 @@ impl<'a> Viewpoint<'a> {
     /// Returns the first surface along a ray that cannot be seen through, apart from those cut
     /// away. The ray goes straight through glass and water, as if they did not bend light.
     pub fn opaque(&self, ray: &Ray) -> Option<SurfaceHit> {
-        self.first(ray, |triangle| self.scene.material(self.scene.surface(triangle)).is_clear())
+        self.first(ray, |triangle| self.scene.material(&self.scene.surface(triangle)).is_clear())
     }
 
     /// Returns the first surface that is neither cut away nor one that `passed` lets the ray pass.
@@ -138,7 +141,7 @@ impl<'a> Viewpoint<'a> {
     }
 
     fn at(&self, ray: &Ray, hit: &SurfaceHit) -> FirstVisible {
-        let surface = self.scene.surface(hit.triangle);
+        let surface = &self.scene.surface(hit.triangle);
         let dot = ray.direction.dot(surface.normal);
         FirstVisible::Thing { cos: dot.abs(), captor: surface.captor(), front: dot < 0.0 }
     }

@@ -7,21 +7,38 @@ use crate::{
     scene::world::Scene,
 };
 
-/// Returns the numbers of each triangle's three vertices. Corners with equal coordinates are one
-/// vertex.
-pub(super) fn weld(triangles: &[Triangle]) -> Vec<[u32; 3]> {
+/// The triangles of a scene whose corners are joined. One copy of an object stands for all that share
+/// its triangles.
+pub(super) struct Welded {
+    /// Indices of the triangles in the scene.
+    pub triangles: Vec<usize>,
+    /// The numbers of each triangle's three vertices.
+    vertices: Vec<[u32; 3]>,
+}
+
+impl Welded {
+    /// Returns the numbers of the vertices of a triangle of the scene.
+    pub fn vertices_of(&self, triangle: usize) -> [u32; 3] {
+        self.triangles.binary_search(&triangle).map_or([0; 3], |place| self.vertices[place])
+    }
+}
+
+/// Joins corners with equal coordinates to one vertex.
+pub(super) fn weld(scene: &Scene) -> Welded {
+    let indices: Vec<usize> = scene.standing_for_all().collect();
+    let triangles = indices.iter().map(|&index| scene.triangles().at(index));
     // adding 0.0 turns -0.0 into 0.0
     let bits = |p: glam::Vec3| (p + 0.0).to_array().map(f32::to_bits);
-    let corners = triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
+    let corners = triangles.flat_map(|t| [t.a, t.b, t.c]);
     let mut corners: Vec<([u32; 3], u32)> = corners.map(bits).zip(0..).collect();
     corners.par_sort_unstable();
-    let mut vertices = vec![[0; 3]; triangles.len()];
+    let mut vertices = vec![[0; 3]; indices.len()];
     for (same, vertex) in corners.chunk_by(|p, q| p.0 == q.0).zip(0..) {
         for &(_, corner) in same {
             vertices[corner as usize / 3][corner as usize % 3] = vertex;
         }
     }
-    vertices
+    Welded { triangles: indices, vertices }
 }
 
 /// Triangles that are connected by their edges.
@@ -81,13 +98,14 @@ struct Edge {
 /// kind.
 pub(super) fn pieces(
     scene: &Scene,
-    vertices: &[[u32; 3]],
+    welded: &Welded,
     kind: impl Fn(usize) -> Option<u32>,
 ) -> Pieces {
+    let Welded { triangles, vertices } = welded;
     let mut edges = Vec::new();
     let mut members = Vec::new();
     for (triangle, &[a, b, c]) in vertices.iter().enumerate() {
-        let Some(kind) = kind(triangle) else { continue };
+        let Some(kind) = kind(triangles[triangle]) else { continue };
         if a == b || b == c || c == a {
             continue;
         }
@@ -148,8 +166,9 @@ pub(super) fn pieces(
             });
         }
         let piece = &mut list[piece_of_root[root]];
+        let triangle = triangles[triangle];
         let first = piece.triangles.first().copied().unwrap_or(triangle);
-        piece.add(triangle, &scene.triangles()[triangle], &scene.triangles()[first]);
+        piece.add(triangle, &scene.triangles().at(triangle), &scene.triangles().at(first));
     }
     let mut piece_of = |triangle: u32| piece_of_root[joined.root(triangle) as usize];
     open.iter().for_each(|&t| list[piece_of(t)].open_edges += 1);

@@ -72,20 +72,29 @@ struct Piece {
 fn pieces(scene: &Scene) -> Vec<(usize, Piece)> {
     let empty = Piece { extent: Extent::EMPTY, area: 0.0, up: 0.0 };
     let mut pieces = vec![empty; scene.objects.len()];
-    for (i, triangle) in scene.triangles().iter().enumerate() {
+    let all = scene
+        .standing()
+        .into_iter()
+        .flat_map(|standing| standing.triangles.map(move |triangle| (triangle, standing.area)));
+    for (i, times) in all {
         let Some(object) = scene.object(i) else { continue };
-        let piece = &mut pieces[object];
+        let (piece, triangle) = (&mut pieces[object], scene.triangles().at(i));
         piece.extent = piece.extent.join(Extent::of_triangles([triangle]));
-        let area = f64::from(triangle.area());
+        let area = f64::from(triangle.area()) * times;
         piece.area += area;
         piece.up += if triangle.normal().z > 0.0 { area } else { 0.0 };
+    }
+    for copy in scene.shared_copies() {
+        if let Some(object) = scene.object(copy.first) {
+            pieces[object].extent = pieces[object].extent.join(copy.extent);
+        }
     }
     pieces.into_iter().enumerate().filter(|(_, piece)| piece.extent.min.is_finite()).collect()
 }
 
 /// Returns the summary of each object.
 pub(super) fn objects(scene: &Scene) -> Vec<ObjectSummary> {
-    let lowest = f64::from(Extent::of_triangles(scene.triangles()).min.z);
+    let lowest = f64::from(scene.triangles().extent().min.z);
     let summary = |(object, piece): (usize, Piece)| {
         let Piece { extent, area, up } = piece;
         let height = [extent.min.z, extent.max.z].map(|z| f64::from(z) - lowest);
@@ -154,7 +163,7 @@ fn check_heights(
     lamps: &[(&Light, Extent)],
     remarks: &mut Remarks,
 ) {
-    let lowest = Extent::of_triangles(scene.triangles()).min.z;
+    let lowest = scene.triangles().extent().min.z;
     let highest = lamps.iter().map(|(_, extent)| extent.max.z - lowest).fold(0.0, f32::max);
     let is_room = |object: usize| room.is_some_and(|(room, _)| *room == object);
     let too_high = pieces.iter().filter(|(object, piece)| {
@@ -250,7 +259,7 @@ fn is_closed(scene: &Scene, object: usize, extent: &Extent, rays: usize) -> bool
         for _ in 0..100 {
             let Some(hit) = scene.closest(&ray) else { return false };
             if scene.object(hit.triangle) == Some(object) {
-                let material = scene.material(scene.surface(hit.triangle));
+                let material = scene.material(&scene.surface(hit.triangle));
                 return !material.is_clear() && !material.transmits_diffusely();
             }
             ray = scene.pass(&hit, direction);
@@ -308,7 +317,7 @@ fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
 /// directions alike.
 fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
     let lit = scene.lights.iter().any(|light| light.power.iter().any(|power| *power > 0.0));
-    let around = Extent::of_triangles(scene.triangles());
+    let around = scene.triangles().extent();
     let around = around.join(Extent::of_triangles(scene.captor_triangles()));
     let areas: f64 = scene.captors.iter().map(|captor| captor.area).sum();
     let expected = (TRIAL * FLIGHTS) as f64 * areas / f64::from(2.0 * around.half_area());

@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
-    mesh::{Piece, Pieces, pieces},
+    mesh::{Piece, Pieces, Welded, pieces},
     remarks::{Remarks, length, place},
 };
 use crate::{
@@ -33,11 +33,11 @@ const FLAT: f64 = 0.02;
 const SKEW: Vec3 = Vec3::new(0.601_3, 0.235_7, 0.763_5);
 
 /// Adds remarks on the interfaces of solids.
-pub(super) fn check_solids(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut Remarks) {
-    let solids = Solids::new(scene, vertices);
+pub(super) fn check_solids(scene: &Scene, welded: &Welded, remarks: &mut Remarks) {
+    let solids = Solids::new(scene, welded);
     if !solids.pieces.is_empty() {
         check_shapes(&solids, remarks);
-        check_neighbours(&solids, vertices, remarks);
+        check_neighbours(&solids, welded, remarks);
         note_lights(&solids, remarks);
     }
 }
@@ -72,9 +72,9 @@ fn check_shapes(solids: &Solids, remarks: &mut Remarks) {
 }
 
 /// Checks solids against each other.
-fn check_neighbours(solids: &Solids, vertices: &[[u32; 3]], remarks: &mut Remarks) {
+fn check_neighbours(solids: &Solids, welded: &Welded, remarks: &mut Remarks) {
     let reach = TOUCH * solids.closeness;
-    let Touching { pairs: touching, crowded } = solids.touching(vertices, reach);
+    let Touching { pairs: touching, crowded } = solids.touching(welded, reach);
     remarks.warn_of(touching.iter().map(|pair| solids.pair(pair, "and")), |list| {
         let gap = length(reach.into());
         format!(
@@ -123,9 +123,9 @@ fn note_lights(solids: &Solids, remarks: &mut Remarks) {
 }
 
 /// Adds remarks on panes and thin leaves that are modelled with both faces.
-pub(super) fn check_sheets(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut Remarks) {
-    let Pieces { list, .. } = pieces(scene, vertices, |triangle| {
-        let surface = scene.surface(triangle);
+pub(super) fn check_sheets(scene: &Scene, welded: &Welded, remarks: &mut Remarks) {
+    let Pieces { list, .. } = pieces(scene, welded, |triangle| {
+        let surface = &scene.surface(triangle);
         let thin = matches!(
             scene.material(surface),
             Material::Pane(_) | Material::Leaf(_) | Material::Table(_)
@@ -146,7 +146,7 @@ pub(super) fn check_sheets(scene: &Scene, vertices: &[[u32; 3]], remarks: &mut R
 
 /// Returns the name of a piece: its captor or material, and its place.
 fn name(scene: &Scene, piece: &Piece) -> String {
-    let surface = scene.surface(piece.triangles[0]);
+    let surface = &scene.surface(piece.triangles[0]);
     let what = match surface.captor() {
         Some(captor) => &scene.captors[captor].id,
         None => &scene.materials[surface.material as usize].name,
@@ -187,16 +187,16 @@ struct Solids<'a> {
 }
 
 impl<'a> Solids<'a> {
-    fn new(scene: &'a Scene, vertices: &[[u32; 3]]) -> Self {
+    fn new(scene: &'a Scene, welded: &Welded) -> Self {
         // materials of one refractive index may share a solid: they differ only in tint
         let Pieces { list, meeting } =
-            pieces(scene, vertices, |triangle| match scene.material(scene.surface(triangle)) {
+            pieces(scene, welded, |triangle| match scene.material(&scene.surface(triangle)) {
                 Material::Dielectric(solid) => Some(solid.ior().to_bits()),
                 _ => None,
             });
         let members =
             || list.iter().zip(0..).flat_map(|(p, i)| p.triangles.iter().map(move |t| (*t, i)));
-        let triangles: Vec<Triangle> = members().map(|(t, _)| scene.triangles()[t]).collect();
+        let triangles: Vec<Triangle> = members().map(|(t, _)| scene.triangles().at(t)).collect();
         let owners = members().map(|(_, piece)| piece).collect();
         let bvh = Bvh::build(&triangles);
         let reach = triangles.iter().map(Triangle::reach).fold(Vec3::ZERO, Vec3::max);
@@ -221,11 +221,11 @@ impl<'a> Solids<'a> {
 
     /// Returns the pairs of closed pieces that share a vertex, cut each other or are closer than
     /// `reach`. For each triangle, only the first pieces that are found count.
-    fn touching(&self, vertices: &[[u32; 3]], reach: f32) -> Touching {
+    fn touching(&self, welded: &Welded, reach: f32) -> Touching {
         let mut pairs = self.meeting.clone();
-        let mut owner_of_vertex = vec![usize::MAX; 3 * vertices.len()];
+        let mut owner_of_vertex = vec![usize::MAX; 3 * welded.triangles.len()];
         for (p, piece) in self.pieces.iter().enumerate() {
-            for vertex in piece.triangles.iter().flat_map(|&t| vertices[t]) {
+            for vertex in piece.triangles.iter().flat_map(|&t| welded.vertices_of(t)) {
                 let owner = &mut owner_of_vertex[vertex as usize];
                 if *owner != usize::MAX && *owner != p {
                     pairs.push([*owner, p]);
@@ -281,7 +281,7 @@ impl<'a> Solids<'a> {
             if !piece.is_closed() || piece.volume == 0.0 || crowded[p] {
                 return Around::Air;
             }
-            let windings = self.windings(self.scene.triangles()[piece.triangles[0]].a);
+            let windings = self.windings(self.scene.triangles().at(piece.triangles[0]).a);
             let Some(mut windings) = windings else { return Around::Unknown };
             windings.retain(|&q, _| q != p && !crowded[q] && !touch(p, q));
             let depth: i32 = windings.values().sum();
@@ -328,7 +328,7 @@ impl<'a> Solids<'a> {
     }
 
     fn ior(&self, piece: usize) -> u32 {
-        let surface = self.scene.surface(self.pieces[piece].triangles[0]);
+        let surface = &self.scene.surface(self.pieces[piece].triangles[0]);
         match self.scene.material(surface) {
             Material::Dielectric(solid) => solid.ior().to_bits(),
             _ => 0,

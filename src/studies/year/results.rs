@@ -135,6 +135,8 @@ impl Mean<'_> {
             absorbed,
             absorbed_se,
             by_light: None,
+            sunlit: None,
+            sunlit_se: None,
             absorbed_by_face: None,
             absorbed_ratios: None,
             groups: Some(shape.groups.clone()),
@@ -163,6 +165,8 @@ impl Mean<'_> {
             absorbed,
             absorbed_se,
             by_light: None,
+            sunlit: None,
+            sunlit_se: None,
             absorbed_by_face: None,
             absorbed_ratios: None,
         }

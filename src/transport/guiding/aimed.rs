@@ -212,7 +212,7 @@ impl<'a> Aimed<'a> {
             });
             on(Event::FlightBeside);
             let Some(hit) = hit else { return };
-            let surface = scene.surface(hit.triangle);
+            let surface = &scene.surface(hit.triangle);
             let material = scene.material(surface);
             if material.is_diffuse() {
                 return;

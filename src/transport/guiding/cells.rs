@@ -1,4 +1,5 @@
 //! Surfaces cut into cells, each with a front and a back, and the density of arrivals on each cell.
+//! A copy that shares its triangles is one cell, as a whole.
 //!
 //! Where few photons or importons arrive at a cell, its density is the mean over a neighbourhood
 //! that is just large enough to hold sufficient arrivals.
@@ -24,10 +25,12 @@ const CUBES: u32 = 5;
 /// The faces of the triangles of a scene, cut into cells by barycentric coordinates.
 pub struct Cells<'a> {
     scene: &'a Scene,
-    /// For each triangle, the place of its first cell and the number of pieces into which each of
+    /// For each triangle that is no shared copy, the place of its first cell and the number of pieces into which each of
     /// its sides is cut.
     cuts: Vec<(u32, u32)>,
     cells: Vec<Cell>,
+    /// The place of the first cell of shared copies.
+    copies: usize,
     /// The length of lists that hold a value for each cell. Some of their entries belong to no
     /// cell.
     places: usize,
@@ -65,10 +68,11 @@ struct Heap {
 impl<'a> Cells<'a> {
     /// Cuts the surfaces of a scene.
     pub fn new(scene: &'a Scene) -> Self {
-        let area: f32 = scene.triangles().iter().map(|triangle| triangle.area()).sum();
+        let own = || (0..scene.unshared()).map(|index| scene.triangles().at(index));
+        let area: f32 = own().map(|triangle| triangle.area()).sum();
         let size = (4.0 * area / CELLS).sqrt().max(f32::MIN_POSITIVE);
         let (mut places, mut cuts, mut cells) = (0, Vec::new(), Vec::new());
-        for (index, t) in scene.triangles().iter().enumerate() {
+        for (index, t) in own().enumerate() {
             let edges = [t.a.distance(t.b), t.b.distance(t.c), t.c.distance(t.a)];
             let longest = edges.into_iter().fold(0.0, f32::max);
             let pieces = (longest / size).ceil().clamp(1.0, MOST_PIECES) as u32;
@@ -86,13 +90,27 @@ impl<'a> Cells<'a> {
             cuts.push((places as u32, pieces));
             places += 2 * (pieces * pieces) as usize;
         }
-        Self { scene, cuts, cells, places, size }
+        let copies = places;
+        let areas = scene.alike().flat_map(|alike| {
+            let area = |t| f64::from(scene.triangles().at(t).area());
+            let first: f64 = alike.triangles.map(area).sum();
+            alike.areas.into_iter().map(move |area| area * first)
+        });
+        for (copy, area) in scene.shared_copies().zip(areas) {
+            let (triangle, middle) = (copy.first, copy.extent.center());
+            cells.extend([places, places + 1].map(|place| Cell { place, triangle, middle, area }));
+            places += 2;
+        }
+        Self { scene, cuts, cells, copies, places, size }
     }
 
     /// Returns the place of the cell of a face at a point of a triangle.
     #[inline]
     pub fn at(&self, hit: &SurfaceHit, front: bool) -> usize {
-        let (first, pieces) = self.cuts[hit.triangle];
+        let Some(&(first, pieces)) = self.cuts.get(hit.triangle) else {
+            let copy = self.scene.shared_copy_of(hit.triangle).unwrap_or_default();
+            return self.copies + 2 * copy + usize::from(front);
+        };
         let place = if pieces == 1 { 0 } else { self.place(hit, pieces) };
         first as usize + 2 * place + usize::from(front)
     }
@@ -104,7 +122,7 @@ impl<'a> Cells<'a> {
     }
 
     fn place(&self, hit: &SurfaceHit, pieces: u32) -> usize {
-        let t = &self.scene.triangles()[hit.triangle];
+        let t = &self.scene.triangles().at(hit.triangle);
         let (u, v, p) = (t.b - t.a, t.c - t.a, hit.point - t.a);
         let normal = u.cross(v);
         let square = normal.length_squared();
@@ -158,7 +176,7 @@ impl<'a> Cells<'a> {
 
     /// Returns the smallest cube that holds a cell.
     fn cube_of(&self, cell: &Cell) -> Cube {
-        let surface = self.scene.surface(cell.triangle);
+        let surface = &self.scene.surface(cell.triangle);
         let is_front = cell.place % 2 == 1;
         let axis = surface.normal.abs().max_position();
         let up = (surface.normal[axis] > 0.0) == is_front;

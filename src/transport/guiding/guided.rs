@@ -235,7 +235,7 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
             let Some((power, onward)) = onward else { continue };
             on(Event::Chance { before: &power.zero(), after: &power });
             if let Some(aimed) = &mut self.aimed {
-                let surface = self.scene.surface(hit.triangle);
+                let surface = &self.scene.surface(hit.triangle);
                 let (hit, interaction) = (&hit, &interaction);
                 let arrived = Arrived { hit, surface, material, interaction, interactions };
                 aimed.leave(&arrived, seen, Some(onward));

@@ -3,6 +3,8 @@
 
 use std::f32::consts::PI;
 
+use std::borrow::Cow;
+
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -39,7 +41,7 @@ pub struct Sources<'a> {
 }
 
 struct Source<'a> {
-    triangles: &'a [Triangle],
+    triangles: Cow<'a, [Triangle]>,
     areas: Discrete,
     /// How far the captor is lifted above the surface that it lies in, m.
     lift: f32,
@@ -188,7 +190,7 @@ impl<L: Lanes> Walk<'_, '_, L> {
     ) -> Option<(Ray, Spectrum<L>)> {
         let scene = self.scene;
         let hit = scene.closest(ray)?;
-        let surface = scene.surface(hit.triangle);
+        let surface = &scene.surface(hit.triangle);
         let material = scene.material(surface);
         let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
         let mut copies = 1.0;

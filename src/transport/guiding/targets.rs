@@ -319,7 +319,7 @@ impl Target {
         if !is_flat || !fronts {
             return Self { center: middle, radius: MARGIN * radius, shape: Shape::Ball };
         }
-        let axes = axes(middle, normal, triangles).map(|axis| MARGIN * axis);
+        let axes = axes(middle, normal, &triangles).map(|axis| MARGIN * axis);
         let [a, b] = axes.map(Vec3::length);
         let shape = Shape::Ellipse {
             normal,

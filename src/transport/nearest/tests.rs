@@ -166,7 +166,7 @@ fn radiance_joins_both_faces() {
         let front = i < 4;
         let direction = if front { Vec3::new(0.6, 0.0, -0.8) } else { Vec3::new(0.0, 0.28, 0.96) };
         Arrival {
-            position: scene.triangles()[0].point(0.1 + 0.02 * i as f32, 0.3),
+            position: scene.triangles().at(0).point(0.1 + 0.02 * i as f32, 0.3),
             bin: u32::from(!front),
             photon: photon(direction, 0, i),
         }

@@ -2,6 +2,8 @@
 
 use std::f32::consts::PI;
 
+use std::borrow::Cow;
+
 use glam::{Vec2, Vec3};
 
 use super::{
@@ -55,7 +57,7 @@ pub struct Face<'a> {
     area: f32,
     /// Middle of the captor, m.
     middle: Vec3,
-    triangles: &'a [Triangle],
+    triangles: Cow<'a, [Triangle]>,
     areas: Discrete,
     places: Vec<Place>,
 }
@@ -82,7 +84,7 @@ impl<'a> Face<'a> {
             let normal = if channel == Channel::Back { -front } else { front };
             let (off, margins) = match of.kind {
                 CaptorKind::Surface => {
-                    let surface = scene.surface(of.triangles.start + index);
+                    let surface = &scene.surface(of.triangles.start + index);
                     (surface.offset * normal, scene.margins(of.triangles.start + index))
                 }
                 CaptorKind::Virtual { .. } => {
@@ -271,7 +273,7 @@ impl<'a> Face<'a> {
     }
 
     /// Returns the surface of a triangle of a surface captor; `None` for a virtual captor.
-    fn surface(&self, triangle: usize) -> Option<&'a Surface> {
+    fn surface(&self, triangle: usize) -> Option<Surface> {
         let captor = &self.scene.captors[self.captor];
         let surface = || self.scene.surface(captor.triangles.start + triangle);
         (captor.kind == CaptorKind::Surface).then(surface)
@@ -289,7 +291,7 @@ impl<'a> Face<'a> {
         let interaction =
             Interaction::new(-direction, surface.normal)
                 .on(self.scene.captors[self.captor].triangles.start + triangle);
-        let material = self.scene.material(surface);
+        let material = self.scene.material(&surface);
         match material.absorptance(&interaction) {
             Some(absorptance) => absorptance * flux,
             // without a closed form: what is left after one random scattering is absorbed, on

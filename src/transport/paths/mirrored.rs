@@ -37,7 +37,7 @@ pub(super) fn by_way_of<L: Lanes>(
         }
         rays += 1;
         let Some(hit) = scene.closest(&ray) else { break };
-        let surface = scene.surface(hit.triangle);
+        let surface = &scene.surface(hit.triangle);
         let material = scene.material(surface);
         let at_pane = Interaction::new(toward, surface.normal);
         let [mirrored, onward] = material.smooth_ways::<L>(&at_pane, Transport::Importance);

@@ -66,7 +66,7 @@ impl Reflectors {
                 sum += reflected;
                 lit.triangles.push(triangle);
                 lit.sums.push(sum);
-                let chance = (reflected / total) as f32 / scene.triangles()[triangle].area();
+                let chance = (reflected / total) as f32 / scene.triangles().at(triangle).area();
                 reflectors.chances.entry(triangle).or_default().push((l, chance));
             }
             let power = light.power.iter().copied().fold(0.0, f64::max);
@@ -96,7 +96,7 @@ impl Reflectors {
         let Chosen { index, rest } = weighted_choice(&lit.sums, rng.uniform_fine());
         let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
         let triangle = lit.triangles[index];
-        Some((triangle, scene.triangles()[triangle].point(weights.x, weights.y)))
+        Some((triangle, scene.triangles().at(triangle).point(weights.x, weights.y)))
     }
 
     /// Returns the density with which a point of `triangle` is chosen at `at`, 1/m2, as part of the
@@ -128,7 +128,7 @@ fn shone_on(scene: &Scene, light: &Light, photons: Range<u64>, seed: u64) -> BTr
         let mut rng = streams.history(photon);
         let ray = light.emit(&mut rng);
         let Some(hit) = scene.closest(&ray) else { continue };
-        let glossy = scene.material(scene.surface(hit.triangle)).glossy();
+        let glossy = scene.material(&scene.surface(hit.triangle)).glossy();
         if glossy > 0.0 {
             *found.entry(hit.triangle).or_default() += f64::from(glossy);
         }

@@ -214,7 +214,7 @@ pub(super) fn straight<L: Lanes>(
     let mut through = Spectrum::splat(scene.lanes(), 1.0);
     for _ in 0..MAX_INTERACTIONS {
         let hit = scene.meet(&ray, |crossing| cross(&crossing, &through))?;
-        let surface = scene.surface(hit.triangle);
+        let surface = &scene.surface(hit.triangle);
         let interaction = Interaction::new(ray.direction, surface.normal);
         if let Some(captor) = surface.captor() {
             let (triangle, front, point) = (hit.triangle, interaction.front, hit.point);
@@ -257,7 +257,7 @@ fn follow<L: Lanes>(
         }
     });
     let Some((hit, _)) = landed else { return };
-    let surface = scene.surface(hit.triangle);
+    let surface = &scene.surface(hit.triangle);
     let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
     let scatter = scene.material(surface).sample::<L>(&interaction, Transport::Light, rng);
     let Some(scatter) = scatter.filter(|scatter| scatter.lobe.is_diffuse()) else { return };

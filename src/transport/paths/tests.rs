@@ -106,7 +106,7 @@ fn reflectors_are_chosen_with_their_density() {
         let (triangle, _) = reflectors.choose(&scene, &at, u, &mut rng).unwrap();
         counts[triangle] += 1;
     }
-    let expected = |(t, triangle): (usize, &Triangle)| {
+    let expected = |(t, triangle): (usize, Triangle)| {
         let density = reflectors.density(&scene, &at, t) / reflectors.share;
         f64::from(density * triangle.area()) * f64::from(choices)
     };

@@ -131,7 +131,7 @@ fn matters<L: Lanes>(
     let (mut ray, mut power) = (photon.ray, photon.power);
     for _ in 0..MOST_SMOOTH {
         let Some(hit) = scene.closest(&ray) else { break };
-        let surface = scene.surface(hit.triangle);
+        let surface = &scene.surface(hit.triangle);
         let material = scene.material(surface);
         let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
         if material.is_diffuse() {

@@ -194,12 +194,12 @@ pub(super) fn check_arrivals(
         let captor = scene.captors.partition_point(|c| c.first_channel <= arrival.bin as usize);
         let captor = scene.captors.get(captor.checked_sub(1)?)?;
         let triangles = match captor.kind {
-            CaptorKind::Surface => scene.triangles(),
-            CaptorKind::Virtual { .. } => scene.captor_triangles(),
+            CaptorKind::Surface => scene.triangles().len(),
+            CaptorKind::Virtual { .. } => scene.captor_triangles().len(),
         };
         let photon = &arrival.photon;
         let fits = (arrival.bin as usize) < scene.channels()
-            && (photon.triangle as usize) < triangles.len()
+            && (photon.triangle as usize) < triangles
             && (photon.light as usize) < scene.lights.len()
             && u64::from(photon.history) < histories;
         fits.then_some(())?;

@@ -53,7 +53,7 @@ impl RadianceCache {
             let stride = if photons.len() < *k { photons.len() } else { k.div_ceil(POINTS) };
             for i in photons.step_by(stride) {
                 let triangle = map.photons[i].triangle;
-                let material = scene.material(scene.surface(triangle as usize));
+                let material = scene.material(&scene.surface(triangle as usize));
                 if material.relative_radiance(1.0).is_none() {
                     continue;
                 }
