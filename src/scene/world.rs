@@ -13,6 +13,7 @@ mod flush;
 mod images;
 mod lights_met;
 mod mirrors;
+mod outline;
 mod outside;
 mod parts;
 mod repeats;
@@ -22,13 +23,19 @@ mod triangles;
 mod tubes;
 mod validate;
 
-use std::{borrow::Cow, collections::BTreeMap, ops::Range, sync::Arc};
+use std::{
+    borrow::Cow,
+    collections::BTreeMap,
+    ops::Range,
+    sync::{Arc, OnceLock},
+};
 
 use glam::{DVec3, Vec3};
 
 use crate::{
     math::{
         geometry::{ROUNDING, Ray, Transform, Triangle, closeness},
+        sampling::Discrete,
         spectrum::lanes,
         units::{Quantity, UnitNames},
     },
@@ -47,6 +54,7 @@ use tubes::Tubes;
 
 pub use flush::FlushLight;
 pub use mirrors::{ChosenImage, FlatMirrors};
+pub use outline::Outline;
 pub use outside::Outside;
 pub use parts::{
     Band, BandRatio, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts,
@@ -105,7 +113,7 @@ pub struct ObjectCopy {
 }
 
 /// What the copies of an object have in common besides their triangles.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Common {
     /// Its surfaces; a captor is numbered among those of a copy.
     surfaces: Vec<Surface>,
@@ -115,6 +123,8 @@ struct Common {
     first_captor: usize,
     /// Number of captors of each copy.
     captors: usize,
+    /// The areas of the triangles of each captor, once they are asked for.
+    areas: Vec<OnceLock<Arc<Discrete>>>,
 }
 
 /// A validated scene.

@@ -313,7 +313,7 @@ fn stands_over_surface(scene: &Scene, captor: &Captor) -> bool {
     /// The largest number of leaves of a captor that may lie over each other.
     const MOST: usize = 100;
     let middle = (captor.center - scene.center).as_vec3();
-    let above = scene.triangles_of(captor).iter().map(Triangle::offset).fold(0.0, f32::max);
+    let above = scene.offset_of(captor);
     let origin = middle + (closeness(middle) + 4.0 * above) * Vec3::Z;
     let mut down = Ray { origin, direction: Vec3::NEG_Z };
     for _ in 0..MOST {

@@ -56,14 +56,23 @@ fn chosen_k(photons: usize, histories: usize) -> usize {
     (independent * photons as f64 / histories.max(1) as f64).ceil() as usize
 }
 
+/// Limit on the number of triangles of a captor that is a part of a copy which shares its triangles:
+/// whole plants by the thousand would take long, and an estimate at one point says little of them.
+const MOST_SHARED: usize = 256;
+
 /// Returns the estimates for a captor, front then back; `None` for a face that no photon has
-/// reached. Without `k`, each face has a k of its own that depends on the photons there.
+/// reached, and for large captors of copies that share their triangles. Without `k`, each face has a k of its own that depends on the photons there.
 pub fn estimate(
     scene: &Scene,
     map: &PhotonMap,
     captor: &Captor,
     k: Option<usize>,
 ) -> [Option<NearestEstimate>; 2] {
+    let is_shared =
+        captor.kind == CaptorKind::Surface && captor.triangles.start >= scene.unshared();
+    if is_shared && captor.triangles.len() > MOST_SHARED {
+        return [None, None];
+    }
     let query = middle(scene, captor);
     let faces = [Channel::Front, Channel::Back];
     let gathered = faces.map(|face| gather(scene, map, captor, face, query, k));

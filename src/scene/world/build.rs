@@ -1,6 +1,6 @@
 //! Builds a scene from its parts, with all checks.
 
-use std::{collections::HashMap, ops::Range};
+use std::{collections::HashMap, ops::Range, sync::OnceLock};
 
 use glam::{DVec3, Vec3};
 
@@ -184,6 +184,7 @@ impl Scene {
                 object: part.object,
                 first_captor: part.first_captor,
                 captors: part.captors,
+                areas: (0..part.captors).map(|_| OnceLock::new()).collect(),
             });
         }
         let boxes = placed.boxes();

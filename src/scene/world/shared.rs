@@ -105,6 +105,16 @@ impl Scene {
         }
     }
 
+    /// Returns the largest distance from a captor's triangles at which rays that leave them start, m;
+    /// of a shared copy a bound of it.
+    pub(crate) fn offset_of(&self, captor: &Captor) -> f32 {
+        let first = captor.triangles.start;
+        match captor.kind {
+            CaptorKind::Surface if first >= self.unshared() => ROUNDING * self.surface(first).reach,
+            _ => self.triangles_of(captor).iter().map(Triangle::offset).fold(0.0, f32::max),
+        }
+    }
+
     /// Returns the surfaces that are copies of an object, at least two of each.
     pub(crate) fn object_copies(&self) -> impl Iterator<Item = ObjectCopy> {
         let placed: &Placed = &self.shapes.placed;

@@ -3,23 +3,21 @@
 
 use std::f32::consts::PI;
 
-use std::borrow::Cow;
-
 use glam::Vec2;
 use rayon::prelude::*;
 
 use super::Cells;
 use crate::{
     math::{
-        geometry::{Frame, Ray, Triangle},
+        geometry::{Frame, Ray},
         rng::{Purpose, Stream, Streams},
-        sampling::{Discrete, cosine_hemisphere, uniform_triangle},
+        sampling::{cosine_hemisphere, uniform_triangle},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
         captor::Channel,
         material::{BsdfSample, Interaction, Transport},
-        world::Scene,
+        world::{Outline, Scene},
     },
     transport::trace::{Onward, leave, roulette},
 };
@@ -41,8 +39,7 @@ pub struct Sources<'a> {
 }
 
 struct Source<'a> {
-    triangles: Cow<'a, [Triangle]>,
-    areas: Discrete,
+    triangles: Outline<'a>,
     /// How far the captor is lifted above the surface that it lies in, m.
     lift: f32,
     face: Channel,
@@ -58,13 +55,11 @@ impl<'a> Sources<'a> {
         let mut faces: Vec<Source> = Vec::new();
         for (c, captor) in scene.captors.iter().enumerate() {
             for &face in captor.kind.faces() {
-                let triangles = scene.triangles_of(captor);
-                let areas = triangles.iter().map(|triangle| f64::from(triangle.area()));
-                let areas = Discrete::new(areas);
+                let triangles = scene.outline(captor);
                 let light = expected.next().into_iter().flatten();
                 let weights = light.map(|light| (1.0 / light) as f32).collect();
                 let lift = scene.lift(c);
-                faces.push(Source { triangles, areas, lift, face, weights });
+                faces.push(Source { triangles, lift, face, weights });
             }
         }
         // a face emits importons of pi / light in all, and starts one in `faces.len()` of them
@@ -76,8 +71,8 @@ impl<'a> Sources<'a> {
 
 impl Source<'_> {
     fn start(&self, rng: &mut Stream) -> Ray {
-        let chosen = self.areas.choose(rng.uniform_fine());
-        let triangle = &self.triangles[chosen.index];
+        let chosen = self.triangles.choose(rng.uniform_fine());
+        let triangle = self.triangles.triangle(chosen.index);
         let at = uniform_triangle(Vec2::new(chosen.rest, rng.uniform()));
         let normal = triangle.normal();
         let normal = if self.face == Channel::Back { -normal } else { normal };

@@ -2,8 +2,6 @@
 
 use std::f32::consts::PI;
 
-use std::borrow::Cow;
-
 use glam::{Vec2, Vec3};
 
 use super::{
@@ -17,16 +15,14 @@ use crate::{
     math::{
         geometry::{Frame, Ray, Triangle},
         rng::Stream,
-        sampling::{
-            Chosen, Discrete, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle,
-        },
+        sampling::{Chosen, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle},
         spectrum::{Lanes, Spectrum},
     },
     scene::{
         captor::{Captor, CaptorKind, Channel},
         daylight::InfiniteLight,
         material::{Interaction, Transport},
-        world::{Scene, Surface},
+        world::{Outline, Scene, Surface},
     },
 };
 
@@ -57,8 +53,8 @@ pub struct Face<'a> {
     area: f32,
     /// Middle of the captor, m.
     middle: Vec3,
-    triangles: Cow<'a, [Triangle]>,
-    areas: Discrete,
+    triangles: Outline<'a>,
+    /// How paths start from each triangle; empty for a copy that shares its triangles.
     places: Vec<Place>,
 }
 
@@ -77,27 +73,37 @@ impl<'a> Face<'a> {
     /// Returns the front or the back of a captor of `scene`.
     pub fn new(scene: &'a Scene, captor: usize, channel: Channel) -> Self {
         let of: &Captor = &scene.captors[captor];
-        let triangles = scene.triangles_of(of);
-        let areas = Discrete::new(triangles.iter().map(|triangle| f64::from(triangle.area())));
-        let place = |(index, triangle): (usize, &Triangle)| {
-            let front = triangle.normal();
-            let normal = if channel == Channel::Back { -front } else { front };
-            let (off, margins) = match of.kind {
-                CaptorKind::Surface => {
-                    let surface = &scene.surface(of.triangles.start + index);
-                    (surface.offset * normal, scene.margins(of.triangles.start + index))
-                }
-                CaptorKind::Virtual { .. } => {
-                    let margins = Triangle::margins(triangle.slopes(), triangle.blur());
-                    (scene.lift(captor) * front, margins)
-                }
-            };
-            Place { normal, off, margins }
-        };
-        let places = triangles.iter().enumerate().map(place).collect();
+        let triangles = scene.outline(of);
         let area = of.area_of_face() as f32;
         let middle = (of.center - scene.center).as_vec3();
-        Self { captor, channel, scene, area, middle, triangles, areas, places }
+        let places = Vec::new();
+        let mut face = Self { captor, channel, scene, area, middle, triangles, places };
+        face.places = (0..face.triangles.own().len()).map(|index| face.make_place(index)).collect();
+        face
+    }
+
+    /// Returns how paths start from a triangle.
+    #[inline]
+    fn place(&self, triangle: usize) -> Place {
+        self.places.get(triangle).copied().unwrap_or_else(|| self.make_place(triangle))
+    }
+
+    fn make_place(&self, index: usize) -> Place {
+        let (scene, captor) = (self.scene, &self.scene.captors[self.captor]);
+        let triangle = self.triangles.triangle(index);
+        let front = triangle.normal();
+        let normal = if self.channel == Channel::Back { -front } else { front };
+        let (off, margins) = match captor.kind {
+            CaptorKind::Surface => {
+                let surface = &scene.surface(captor.triangles.start + index);
+                (surface.offset * normal, scene.margins(captor.triangles.start + index))
+            }
+            CaptorKind::Virtual { .. } => {
+                let margins = Triangle::margins(triangle.slopes(), triangle.blur());
+                (scene.lift(self.captor) * front, margins)
+            }
+        };
+        Place { normal, off, margins }
     }
 
     /// Follows one path back from the face. It uses what the `pilot` run learned.
@@ -186,7 +192,7 @@ impl<'a> Face<'a> {
                 return;
             }
             let triangle = crossing.triangle - captor.triangles.start;
-            let Place { normal, off, .. } = self.places[triangle];
+            let Place { normal, off, .. } = self.place(triangle);
             // points are lifted as paths start, so that both weigh the lights alike: a lamp may lie
             // in the plane of the face
             let point = crossing.point + off;
@@ -262,13 +268,14 @@ impl<'a> Face<'a> {
 
     /// Draws a triangle, and barycentric weights of a point.
     fn choose(&self, rng: &mut Stream) -> (usize, Vec2) {
-        let Chosen { index: triangle, rest } = self.areas.choose(rng.uniform_fine());
+        let Chosen { index: triangle, rest } = self.triangles.choose(rng.uniform_fine());
         (triangle, uniform_triangle(Vec2::new(rest, rng.uniform())))
     }
 
     fn start_at(&self, triangle: usize, weights: Vec2) -> Start {
-        let Place { normal, off, margins } = self.places[triangle];
-        let point = self.triangles[triangle].point_within(weights.x, weights.y, margins) + off;
+        let Place { normal, off, margins } = self.place(triangle);
+        let triangle_there = self.triangles.triangle(triangle);
+        let point = triangle_there.point_within(weights.x, weights.y, margins) + off;
         Start { triangle, point, normal }
     }
 
