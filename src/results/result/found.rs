@@ -38,8 +38,8 @@ impl RunResult {
         let powers: Vec<f64> = (0..scene.bands.len())
             .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
             .collect();
-        let of_paths = simulation.estimator == Estimator::Paths;
-        let energy = match of_paths {
+        let alone = simulation.estimator == Estimator::Paths;
+        let energy = match alone {
             false => Energy {
                 by_light: by_light(scene, totals, |light, part| balance(scene, &light.power, part)),
                 ..balance(scene, &powers, totals)
@@ -51,9 +51,9 @@ impl RunResult {
             .captors
             .iter()
             .map(|captor| {
-                let nearest = match of_paths {
-                    false => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
-                    true => Some([None, None]),
+                let nearest = match simulation.estimator == Estimator::Photons {
+                    true => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
+                    false => Some([None, None]),
                 };
                 captor_result(scene, simulation, captor, nearest)
             })
@@ -71,6 +71,7 @@ impl RunResult {
             scene_hash: scene.digest(),
             seed: settings.seed,
             photons: totals.histories,
+            photons_beside: simulation.beside,
             batches: totals.batches,
             estimator: simulation.estimator,
             guiding: Some(simulation.guiding).filter(|guiding| *guiding != Guiding::Off),
@@ -85,7 +86,7 @@ impl RunResult {
             bands,
             ratios: RatioResult::all(scene),
             energy,
-            electricity: Electricity::new(scene, totals, !of_paths),
+            electricity: Electricity::new(scene, totals, !alone),
             unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
             tolerance: simulation.accuracy.as_ref().map(|found| ToleranceResult::new(scene, found)),
@@ -367,7 +368,7 @@ impl Sums {
 fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
     let totals = &simulation.totals;
     let concentrated = |r: &Running| r.concentration(totals.batches) > CONCENTRATED;
-    let of_paths = simulation.estimator == Estimator::Paths;
+    let of_paths = simulation.estimator != Estimator::Photons;
     let split = !totals.parts().is_empty();
     FaceResult {
         few_paths: match of_paths {
