@@ -33,18 +33,20 @@ fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
 
 /// The results have the same bytes on 1, 2 and 5 threads, and where a thousand are asked for: with
 /// a number of photons that nothing divides, with a tolerance, with a photon map that is full, with
-/// aimed flights, and by paths. The test does not depend on chance.
+/// aimed flights, by paths, and by complete paths. The test does not depend on chance.
 #[test]
 fn threads_do_not_matter() {
     let scene = scene();
     type Change = fn(&mut Settings);
-    let cases: [(&str, Change); 6] = [
+    let cases: [(&str, Change); 8] = [
         ("plain", |s| s.photons = Some(100_003)),
         ("tolerance", |s| s.tolerance = Some(0.04)),
         ("full map", |s| (s.photons, s.map_photons) = (Some(100_003), 20_000)),
         ("aimed flights", |s| (s.photons, s.guiding) = (Some(30_003), Guiding::Aim)),
         ("paths", |s| (s.photons, s.estimator) = (Some(50_003), Estimator::Paths)),
         ("accurate paths", |s| (s.tolerance, s.estimator) = (Some(0.1), Estimator::Paths)),
+        ("complete", |s| (s.photons, s.estimator) = (Some(50_003), Estimator::Complete)),
+        ("accurate complete", |s| (s.tolerance, s.estimator) = (Some(0.1), Estimator::Complete)),
     ];
     for (name, change) in cases {
         let on = |threads: usize| {
@@ -117,6 +119,8 @@ fn time_limit_is_a_number_of_photons() {
         (Estimator::Photons, 700),
         (Estimator::Paths, 1),
         (Estimator::Paths, 300),
+        (Estimator::Complete, 1),
+        (Estimator::Complete, 300),
     ] {
         let limited = run(&scene, |settings| {
             settings.estimator = estimator;

@@ -105,23 +105,26 @@ fn a_run_with_a_tolerance_that_is_killed_ten_times_finds_the_same_bytes() {
 
 #[test]
 fn an_interrupted_run_of_paths_says_how_to_go_on_and_does() {
-    let scene = scene();
-    let folder = scene.path("");
-    let more = ["--estimator", "paths", "--photons", "2e5", "-o", "a.json"];
-    let output = end_soon(&folder, &more, true);
-    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
-    assert_eq!(
-        stderr(&output),
-        "error: run: interrupted, what was traced is in kept; the same command goes on from there\n"
-    );
-    // the run continues on another number of threads
-    let more = [&more[..], &["--threads", "1"]].concat();
-    let output = start(&folder, &more).wait_with_output().expect("an end");
-    assert!(output.status.success(), "{}", stderr(&output));
-    let whole = ["run", "scene.json", "--estimator", "paths", "--photons", "2e5", "-o", "b.json"];
-    assert!(phylux(&folder, &whole).status.success());
-    let read = |name| fs::read(scene.path(name)).expect("results");
-    assert!(read("a.json") == read("b.json"), "the bytes differ");
+    for estimator in ["paths", "complete"] {
+        let scene = scene();
+        let folder = scene.path("");
+        let of_paths = ["--estimator", estimator, "--photons", "2e5"];
+        let more = [&of_paths[..], &["-o", "a.json"]].concat();
+        let output = end_soon(&folder, &more, true);
+        assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+        assert_eq!(
+            stderr(&output),
+            "error: run: interrupted, what was traced is in kept; the same command goes on from there\n"
+        );
+        // the run continues on another number of threads
+        let more = [&more[..], &["--threads", "1"]].concat();
+        let output = start(&folder, &more).wait_with_output().expect("an end");
+        assert!(output.status.success(), "{}", stderr(&output));
+        let whole = [&["run", "scene.json", "-o", "b.json"], &of_paths[..]].concat();
+        assert!(phylux(&folder, &whole).status.success());
+        let read = |name| fs::read(scene.path(name)).expect("results");
+        assert!(read("a.json") == read("b.json"), "{estimator}: the bytes differ");
+    }
 }
 
 #[test]

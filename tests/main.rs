@@ -17,6 +17,7 @@ mod closed_forms;
 mod coming_from;
 mod common;
 mod compare;
+mod complete;
 mod contract;
 mod copies;
 mod coverage;

@@ -262,7 +262,7 @@ fn spot_fills_its_cone() {
 
 /// Returns what every group received on its faces and absorbed, in every band: a name, the flux,
 /// and its standard error.
-fn numbers(run: &RunResult) -> Vec<(String, f64, Option<f64>)> {
+pub fn numbers(run: &RunResult) -> Vec<(String, f64, Option<f64>)> {
     let mut all = Vec::new();
     for group in &run.groups {
         let absorbed = group.absorbed.as_ref().zip(group.absorbed_se.as_ref());
@@ -418,10 +418,12 @@ fn light_that_paths_cannot_find_is_said_to_be_missing() {
 fn paths_need_a_captor() {
     let scene = World::new().lamp("lamp", &level(0.0, 1.0), 1.0).write();
     let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
-    let settings = Settings { estimator: Estimator::Paths, ..loaded.settings };
-    let control = Control::default();
-    let error = phylux::simulate(&loaded.scene, &settings, &control).err().expect("an error");
-    assert!(error.to_string().contains("none for paths to start from"), "{error}");
+    for estimator in [Estimator::Paths, Estimator::Complete] {
+        let settings = Settings { estimator, ..loaded.settings.clone() };
+        let control = Control::default();
+        let error = phylux::simulate(&loaded.scene, &settings, &control).err().expect("an error");
+        assert!(error.to_string().contains("none for paths to start from"), "{error}");
+    }
 }
 
 /// In a scene written in millimetres, paths of the same seed take the same ways, except for a few

@@ -41,7 +41,7 @@ fn shuffled(mut names: Vec<String>) -> String {
 
 /// Merged shards have the bytes of the whole run: photons with the default k, without a map, with a
 /// map that is full in the first piece of some batch or in a later one, split by light, with aimed
-/// flights (also if a trial chooses them), paths, and fewer photons than batches. The test does not
+/// flights (also if a trial chooses them), paths, complete paths, and fewer photons than batches. The test does not
 /// depend on chance.
 #[test]
 fn shards_join_to_the_same_bytes() {
@@ -57,6 +57,7 @@ fn shards_join_to_the_same_bytes() {
         ("--photons 20003 --estimator auto", 3),
         ("--photons 5003 --guiding full", 2),
         ("--photons 50003 --estimator paths", 3),
+        ("--photons 50003 --estimator complete", 3),
         ("--photons 100 --k 2", 50),
         ("--photons 20000", 1),
     ] {

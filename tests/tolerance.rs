@@ -125,6 +125,7 @@ fn faces_without_light_are_dark() {
         (Estimator::Photons, Guiding::Off),
         (Estimator::Photons, Guiding::Aim),
         (Estimator::Paths, Guiding::Off),
+        (Estimator::Complete, Guiding::Off),
     ] {
         let run = until(&scene.path("scene.json"), |settings| {
             (settings.tolerance, settings.estimator) = (Some(0.02), estimator);

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use phylux::{RunResult, results::FaceResult};
+use phylux::{Estimator, RunResult, results::FaceResult};
 use serde_json::{Value, json};
 
-use crate::common::TestScene;
+use crate::common::{TestScene, run_file};
 
 /// A point or a vector, m.
 pub type Point = [f64; 3];
@@ -301,6 +301,17 @@ impl World {
     /// Runs the scene by backward paths, with this number of paths in all.
     pub fn run_paths(&self, paths: u64, seed: u64) -> RunResult {
         self.write().run_paths(paths, seed)
+    }
+
+    /// Runs the scene by complete paths, with this number of paths in all, and checks the energy
+    /// ledger of the photons beside them.
+    pub fn run_complete(&self, paths: u64, seed: u64) -> RunResult {
+        let result = run_file(&self.write().path("scene.json"), |settings| {
+            settings.estimator = Estimator::Complete;
+            (settings.photons, settings.seed) = (Some(paths), seed);
+        });
+        check_ledger(&result);
+        result
     }
 
     /// Runs the scene with photons, and checks its energy ledger.

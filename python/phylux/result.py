@@ -116,13 +116,18 @@ class Result:
         return int(self._head["photons"])
 
     @property
+    def photons_beside(self) -> int:
+        """Number of photons traced beside complete paths; 0 for other estimators."""
+        return int(self._head.get("photons_beside", 0))
+
+    @property
     def seed(self) -> int:
         """Seed of the random numbers."""
         return int(self._head["seed"])
 
     @property
     def estimator(self) -> str:
-        """The estimator: ``photons`` or ``paths``."""
+        """The estimator: ``photons``, ``paths`` or ``complete``."""
         return str(self._head["estimator"])
 
     @property

@@ -18,7 +18,7 @@ def command(*arguments, **options):
     return subprocess.run([str(Path(sys.executable).parent / "phylux"), *map(str, arguments)], **options)
 
 
-@pytest.mark.parametrize("options", [{}, {"by_light": True, "k": 0}, {"estimator": "paths"}, {"tolerance": 0.2, "k": 2}])
+@pytest.mark.parametrize("options", [{}, {"by_light": True, "k": 0}, {"estimator": "paths"}, {"estimator": "complete"}, {"tolerance": 0.2, "k": 2}])
 def test_a_saved_scene_gives_the_same_bytes_by_the_command(scene, tmp_path, options):
     options = {"photons": 20_000, "seed": 3, **options}
     scene.run(**options).save(tmp_path / "python.json")

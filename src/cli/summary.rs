@@ -32,6 +32,13 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
         "{}: {} {} in {} batches, seed {}{reason}",
         result.scene, result.photons, result.estimator, result.batches, result.seed
     );
+    if let Some(photons) = result.photons_beside {
+        let _ = writeln!(
+            text,
+            "with {photons} photons beside them, which count where they bring light that paths leave to them, and \
+             whose energy this is"
+        );
+    }
     let guided = match result.guiding {
         Some(Guiding::Aim) => "with flights aimed at the sensors beside them (--guiding aim)",
         Some(Guiding::Full) => "guided by their importance for the captors (--guiding full)",

@@ -48,6 +48,8 @@ pub enum Purpose {
     Lamps,
     /// Photons that find the light which comes by mirrors, refraction or gloss alone, for pictures.
     Focused,
+    /// Photons beside the paths of a run, which find the light that these leave to them.
+    Beside,
 }
 
 /// The streams of all histories of a batch.

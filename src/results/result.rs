@@ -66,10 +66,13 @@ pub struct RunResult {
     pub seed: u64,
     /// Number of photons traced, or of paths from all faces.
     pub photons: u64,
+    /// For complete paths: the number of photons beside them; else absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub photons_beside: Option<u64>,
     /// Number of batches, from whose spread the standard errors come.
     #[serde(rename = "blocks")]
     pub batches: u64,
-    /// The estimator: photons or paths.
+    /// The estimator: photons, paths or complete paths.
     pub estimator: Estimator,
     /// The guiding of photons to virtual captors; absent where there was none.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -266,7 +266,7 @@ impl Light {
     }
 
     /// Returns the power of one of these strata, per band, W or umol/s.
-    fn source_power(&self, source: usize) -> &[f64] {
+    pub fn source_power(&self, source: usize) -> &[f64] {
         self.entrance().map_or(&self.power, |entrance| entrance.power(source))
     }
 

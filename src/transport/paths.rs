@@ -41,7 +41,7 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        light::{LightHit, Toward},
+        light::{Light, LightHit, Strata, Toward},
         material::{Interaction, LobeKind, Transport},
         world::{ChosenImage, FlatMirrors, Scene, SurfaceHit},
     },
@@ -90,16 +90,29 @@ enum Aim {
     Nowhere,
 }
 
+/// A source of light is small if the product of its exitance per watt and the squared radius of the
+/// scene is above this. From that radius away, it fills less than about a tenth of a steradian.
+/// Larger sources are found by enough paths to show in the standard errors.
+const SMALL: f32 = 10.0;
+/// Photons beside paths whose light is never left to them, which are traced for the balance of
+/// energy alone, have this fraction of the share that their power would give them.
+const BALANCE: f64 = 0.125;
+
 /// Results of the pilot run: photons traced before the paths, to learn which surfaces lamps light
 /// strongly.
 pub struct Pilot {
     reflectors: Option<Reflectors>,
     spots: Option<Spots>,
+    /// For each light, whether paths leave its light to photons where it was mirrored or refracted
+    /// before it first met something diffuse. Empty if paths leave nothing to photons.
+    left: Vec<bool>,
+    /// For each stratum of the lights, its share of the photons beside the paths.
+    shares: Vec<f64>,
 }
 
 impl Pilot {
     /// A pilot without results: paths then aim at nothing.
-    const NONE: Self = Self { reflectors: None, spots: None };
+    const NONE: Self = Self { reflectors: None, spots: None, left: Vec::new(), shares: Vec::new() };
 
     /// Traces the photons of the pilot run.
     pub fn run(scene: &Scene, seed: u64) -> Self {
@@ -109,7 +122,41 @@ impl Pilot {
         }
         let reflectors = Reflectors::find(scene, seed);
         let spots = Spots::find(scene, reflectors.as_ref(), seed);
-        Self { reflectors, spots }
+        Self { reflectors, spots, ..Self::NONE }
+    }
+
+    /// Traces the photons of the pilot run of paths beside which photons are traced: these paths
+    /// leave to the photons what they would find by chance alone of lights that are small.
+    pub fn beside_photons(scene: &Scene, seed: u64) -> Self {
+        let is_left = |light: &Light| is_small(scene, light.exitance().unwrap_or(0.0));
+        let left: Vec<bool> = scene.lights.iter().map(is_left).collect();
+        let strata = Strata::new(&scene.lights, scene.sources() as u64, scene.lanes());
+        let mut shares = Vec::with_capacity(strata.sources());
+        for (light, &left) in scene.lights.iter().zip(&left) {
+            for source in 0..light.sources() {
+                let power = light.source_power(source).iter().copied().fold(0.0, f64::max);
+                let counts = left || strata.is_delta(&scene.lights, shares.len());
+                shares.push(if counts { power } else { BALANCE * power });
+            }
+        }
+        Self { left, shares, ..Self::run(scene, seed) }
+    }
+
+    /// Returns the strata of so many photons beside so many paths from each face, by whose number
+    /// their sums are divided.
+    pub fn strata(&self, scene: &Scene, photons: u64, paths: u64) -> Strata {
+        Strata::shared(&scene.lights, photons, scene.lanes(), Some(&self.shares)).divided_by(paths)
+    }
+
+    /// Returns whether photons are traced beside the paths.
+    fn has_photons(&self) -> bool {
+        !self.left.is_empty()
+    }
+
+    /// Returns whether paths leave the light of a light to photons where it was mirrored or
+    /// refracted before it first met something diffuse.
+    pub fn leaves(&self, light: usize) -> bool {
+        self.left.get(light).is_some_and(|&left| left)
     }
 }
 
@@ -271,11 +318,14 @@ impl Path<'_, '_> {
     /// next-event estimation at the beginning of the leg and against photons sent there. After a
     /// mirror neither of these could find the light, so its radiance counts in full, except that of
     /// the sun: [`mirrored_sun`](Self::mirrored_sun) finds the sun where it can, and [`Unseen`]
-    /// measures the rest.
+    /// measures the rest. Light that is left to photons does not count.
     fn met<L: Lanes>(&self, leg: &Leg, hit: &LightHit) -> Spectrum<L> {
         let (light, on) = (&self.scene.lights[hit.light], hit.on.as_ref());
         let Some(density) = leg.density else {
-            return light.radiance_without_suns(&leg.ray, on);
+            return match self.pilot.leaves(hit.light) {
+                true => Spectrum::splat(self.scene.lanes(), 0.0),
+                false => light.radiance_without_suns(&leg.ray, on),
+            };
         };
         let joined = next_event_density(self.scene, &leg.at, &leg.ray, hit);
         let sent = on.map_or(0.0, |on| {
@@ -460,4 +510,10 @@ impl Path<'_, '_> {
 fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
     let chance = at.choice.chance(scene, hit.light);
     chance * scene.pdf_toward(at.point, ray, hit)
+}
+
+/// Returns whether a source of this exitance per watt (1/m2) is so small that few paths meet it by
+/// chance.
+fn is_small(scene: &Scene, exitance: f32) -> bool {
+    exitance * scene.radius * scene.radius > SMALL
 }

@@ -20,7 +20,9 @@ pub enum Estimator {
     Photons,
     /// Paths are traced backward, from the captors to the lights.
     Paths,
-    /// A short trial chooses the cheaper one of the two.
+    /// Paths, and beside them photons that count where they bring light which paths cannot find.
+    Complete,
+    /// A short trial chooses the cheapest of these.
     Auto,
 }
 
@@ -30,6 +32,7 @@ impl fmt::Display for Estimator {
         f.write_str(match self {
             Self::Photons => "photons",
             Self::Paths => "paths",
+            Self::Complete => "complete paths",
             Self::Auto => "photons or paths",
         })
     }

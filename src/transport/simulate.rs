@@ -6,13 +6,15 @@
 //! history). The result therefore depends neither on the number of threads nor on the moment at
 //! which a run ends early.
 //!
-//! Reading order: `schedule` cuts a run, `task` follows the histories of one task, `batches` puts
-//! tasks on threads, `until` ends runs that are accurate enough or out of time. `plan`, `trial`,
+//! Reading order: `schedule` cuts a run, `task` follows the histories of one task, and `beside` the
+//! photons beside paths; `batches` puts tasks on threads, `until` ends runs that are accurate enough
+//! or out of time. `plan`, `trial`,
 //! `tried`, `pilot` and `lamps` are the short runs that come before; `checkpoint` divides one run
 //! over time, and `shard` over machines.
 
 mod accuracy;
 mod batches;
+mod beside;
 mod checkpoint;
 mod found_and_unseen;
 mod lamps;
@@ -58,7 +60,7 @@ pub use light_by_light::simulate_light_by_light;
 pub use memory::map_bytes;
 pub use plan::Plan;
 pub use schedule::BATCHES;
-use schedule::Schedule;
+use schedule::{Beside, Schedule};
 pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
 pub use surfaces::{focused_light, light_surfaces};
 pub use trial::{Choice, other_estimator};
@@ -108,8 +110,10 @@ pub enum End {
 
 /// The result of a run.
 pub struct Simulation {
-    /// The estimator that was used: photons or paths.
+    /// The estimator that was used; never `Auto`.
     pub estimator: Estimator,
+    /// For complete paths: the number of photons beside them.
+    pub beside: Option<u64>,
     /// The reason for the estimator, if a trial has chosen it.
     pub choice: Option<Choice>,
     /// The guiding that was used.
@@ -120,7 +124,7 @@ pub struct Simulation {
     pub totals: Totals,
     /// The arrivals stored on captors; `None` for k = 0 and for paths.
     pub map: Option<PhotonMap>,
-    /// For paths: the light that they cannot find, if there may be such light.
+    /// For paths alone: the light that they cannot find, if there may be such light.
     pub unseen: Option<Unseen>,
     /// For paths, per channel of captors and groups: whether its standard error is too small for
     /// the light that paths find by chance alone, as photons show. Empty if there is no such light,
@@ -195,6 +199,8 @@ struct Run<'a> {
     pool: rayon::ThreadPool,
     started: Instant,
     work: Work<'a>,
+    /// For complete paths: the photons beside them.
+    beside: Option<Beside>,
     /// What guides its photons; `None` if they are not guided.
     guidance: Option<Guidance<'a>>,
     /// The part in which each light is counted; empty if nothing is split.
@@ -245,10 +251,22 @@ impl<'a> Run<'a> {
         part_of: Vec<usize>,
         control: &'a Control<'a>,
     ) -> Result<Self> {
-        let Plan { settings, guidance, of_paths, started, .. } = plan;
-        let (keep, known) = (Keep::OnCaptors, of_paths.clone());
+        let run = Self::of_plan(scene, &plan.settings, plan, part_of, control)?;
+        Ok(Self { started: plan.started, ..run })
+    }
+
+    /// A run with what is known from its plan, whose settings are `settings`.
+    fn of_plan(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        plan: &Plan<'a>,
+        part_of: Vec<usize>,
+        control: &'a Control<'a>,
+    ) -> Result<Self> {
+        let (keep, known) = (Keep::OnCaptors, plan.of_paths.clone());
         let run = Self::knowing(scene, settings, part_of, keep, control, known)?;
-        Ok(Self { started: *started, ..run.guided_by(guidance.clone()) })
+        let beside = plan.beside.map(|ratio| Beside { ratio, least: scene.sources() as u64 });
+        Ok(Self { beside, ..run.guided_by(plan.guidance.clone()) })
     }
 
     fn new(
@@ -280,15 +298,15 @@ impl<'a> Run<'a> {
                 let task = TASK.max((scene.sources() as u64).next_power_of_two());
                 Work::Photons(Strata::new(&scene.lights, task, scene.lanes()))
             }
-            Estimator::Paths if !part_of.is_empty() => {
+            Estimator::Paths | Estimator::Complete if !part_of.is_empty() => {
                 let problem = "only photons know which light they come from";
                 return Err(Error::input("--by-light", problem).remedy("add --estimator photons"));
             }
-            Estimator::Paths if scene.captors.is_empty() => {
+            Estimator::Paths | Estimator::Complete if scene.captors.is_empty() => {
                 return Err(Error::input("captors", "there are none for paths to start from")
                     .remedy("add a captor, or run photons"));
             }
-            Estimator::Paths => {
+            Estimator::Paths | Estimator::Complete => {
                 let pilot = known.unwrap_or_else(|| Arc::new(Pilot::run(scene, settings.seed)));
                 Work::Paths(faces(scene), pilot)
             }
@@ -304,6 +322,7 @@ impl<'a> Run<'a> {
             pool,
             started,
             work,
+            beside: None,
             guidance: None,
             part_of,
             keeper: None,
@@ -331,7 +350,8 @@ impl<'a> Run<'a> {
     }
 
     fn totals(&self) -> Totals {
-        Totals::new(self.scene, parts(&self.part_of))
+        let totals = Totals::new(self.scene, parts(&self.part_of));
+        if self.beside.is_some() { totals.beside_paths() } else { totals }
     }
 
     /// Shares a number of histories of photons among the lights.
@@ -346,8 +366,11 @@ impl<'a> Run<'a> {
         match &self.work {
             Work::Photons(strata) => strata.histories(),
             Work::Lights => TASK,
-            // about as many paths in all
-            Work::Paths(faces, _) => (TASK / faces.len() as u64).max(1),
+            // about as many paths in all, and enough photons beside them
+            Work::Paths(faces, _) => {
+                let paths = (TASK / faces.len() as u64).max(1);
+                self.beside.map_or(paths, |beside| paths.max(beside.full_task()))
+            }
         }
     }
 
@@ -362,8 +385,9 @@ impl<'a> Run<'a> {
     fn schedule(&self, histories: u64) -> Result<Schedule> {
         if let Work::Paths(..) = self.work {
             let each = (histories / self.unit()).max(MIN_PATHS);
-            let cuts = self.unit().div_ceil(TASK);
-            return Ok(Schedule { cuts, ..Schedule::new(each, 1, self.full_task()) });
+            let cuts = self.unit().div_ceil(TASK) + u64::from(self.beside.is_some());
+            let beside = self.beside;
+            return Ok(Schedule { cuts, beside, ..Schedule::new(each, 1, self.full_task()) });
         }
         let lights = self.scene.sources() as u64;
         if histories < lights {
@@ -423,17 +447,21 @@ impl<'a> Run<'a> {
         };
         let map = map.map(build).transpose()?;
         let paths = totals.histories;
+        let rounds = paths / schedule.histories;
+        let beside = self.beside.map(|_| rounds * schedule.all_beside());
         totals.histories *= self.unit();
         let (unseen, too_small) = match &self.work {
             Work::Photons(_) | Work::Lights => (None, Vec::new()),
             Work::Paths(_, pilot) => {
                 let Told { unseen, by_chance } = Told::find(self.scene, pilot, self.settings.seed);
-                let too_small = by_chance.map(|found| found.too_small(self.scene, &totals, paths));
-                (unseen, too_small.unwrap_or_default())
+                let too_small =
+                    by_chance.map(|found| found.too_small(self.scene, &totals, paths, beside));
+                (unseen.filter(|_| beside.is_none()), too_small.unwrap_or_default())
             }
         };
         Ok(Simulation {
             estimator: self.settings.estimator,
+            beside,
             choice: None,
             guiding: self.guidance.as_ref().map_or(Guiding::Off, Guidance::guiding),
             starved: self.guidance.as_ref().is_some_and(|guidance| guidance.starved),

@@ -203,7 +203,20 @@ impl Tally {
 
     #[inline]
     fn score_whole<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
-        let counted = event.counted(scene);
+        self.score_beside(scene, weights, event, true);
+    }
+
+    /// Scores an event of a photon of these weights. It counts for captors only if `counts` is
+    /// true; where power goes is scored in any case.
+    #[inline]
+    pub fn score_beside<L: Lanes>(
+        &mut self,
+        scene: &Scene,
+        weights: &[f64],
+        event: &Event<'_, L>,
+        counts: bool,
+    ) {
+        let counted = if counts { event.counted(scene) } else { None };
         if let Some(counted) = &counted {
             match &counted.captor.sensor.response {
                 None => self.add(counted.channel(), weights, counted.power),

@@ -1,6 +1,6 @@
-//! Compares one room by photons and by paths.
+//! Compares one room by photons, by paths and by complete paths.
 
-use phylux::{Control, Estimator, Scene, Settings, math::Running};
+use phylux::{Control, Estimator, Scene, Settings, math::Running, transport::Totals};
 
 /// Number of batches from which both errors come.
 pub const BATCHES: u64 = 128;
@@ -61,14 +61,36 @@ pub fn beyond(z: f64) -> bool {
 }
 
 /// Compares all values that are not zero in both estimates. Photons are traced in `scene` and paths
-/// in `of_paths`; the two are the same unless a test wants to see a fault found.
-pub fn compare(scene: &Scene, of_paths: &Scene, seed: u64, length: Length) -> Vec<Compared> {
+/// in `of_paths`; the two are the same unless a test wants to see a fault found. With `complete`,
+/// all light of photons is also compared with complete paths.
+pub fn compare(
+    scene: &Scene,
+    of_paths: &Scene,
+    seed: u64,
+    length: Length,
+    complete: bool,
+) -> Vec<Compared> {
     let photons =
         phylux::transport::found_and_unseen(scene, BATCHES, length.photons * PHOTONS, seed);
-    let found = &photons.parts()[0];
+    let mut all = against(scene, &photons.parts()[0], of_paths, (Estimator::Paths, seed), length);
+    if complete {
+        let complete = (Estimator::Complete, seed);
+        all.extend(against(scene, &photons, of_paths, complete, length));
+    }
+    all
+}
+
+/// Compares what photons have found with an estimator.
+fn against(
+    scene: &Scene,
+    found: &Totals,
+    of_paths: &Scene,
+    (estimator, seed): (Estimator, u64),
+    length: Length,
+) -> Vec<Compared> {
     let faces: usize = scene.captors.iter().map(|captor| captor.kind.faces().len()).sum();
     let settings = Settings {
-        estimator: Estimator::Paths,
+        estimator,
         photons: Some(length.paths * PATHS * BATCHES * faces as u64),
         seed,
         threads: 1,
@@ -97,7 +119,7 @@ pub fn compare(scene: &Scene, of_paths: &Scene, seed: u64, length: Length) -> Ve
                 let [x, y] = [found, &run.totals].map(|totals| totals.running(channel)[b]);
                 if let Some(z) = z(&x, &y) {
                     let z = z.and_then(|z| uncertain.map_or(Ok(z), Err));
-                    let what = format!("{} {name} {}", captor.id, band.name);
+                    let what = format!("{} {name} {}, {estimator}", captor.id, band.name);
                     all.push(Compared { captor: captor.id.clone(), what, z });
                 }
             }

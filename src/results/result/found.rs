@@ -39,8 +39,8 @@ impl RunResult {
         let powers: Vec<f64> = (0..scene.bands.len())
             .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
             .collect();
-        let of_paths = simulation.estimator == Estimator::Paths;
-        let energy = match of_paths {
+        let alone = simulation.estimator == Estimator::Paths;
+        let energy = match alone {
             false => Energy {
                 by_light: by_light(scene, totals, |light, part| balance(scene, &light.power, part)),
                 ..balance(scene, &powers, totals)
@@ -54,9 +54,9 @@ impl RunResult {
             .iter()
             .enumerate()
             .map(|(c, captor)| {
-                let nearest = match of_paths {
-                    false => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
-                    true => Some([None, None]),
+                let nearest = match simulation.estimator == Estimator::Photons {
+                    true => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
+                    false => Some([None, None]),
                 };
                 let sunlit = sunlit.as_ref().map(|shares| shares[c]);
                 captor_result(scene, simulation, captor, nearest, sunlit)
@@ -75,6 +75,7 @@ impl RunResult {
             scene_hash: scene.digest(),
             seed: settings.seed,
             photons: totals.histories,
+            photons_beside: simulation.beside,
             batches: totals.batches,
             estimator: simulation.estimator,
             guiding: Some(simulation.guiding).filter(|guiding| *guiding != Guiding::Off),
@@ -89,7 +90,7 @@ impl RunResult {
             bands,
             ratios: RatioResult::all(scene),
             energy,
-            electricity: Electricity::new(scene, totals, !of_paths),
+            electricity: Electricity::new(scene, totals, !alone),
             unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
             tolerance: simulation.accuracy.as_ref().map(|found| ToleranceResult::new(scene, found)),
@@ -383,7 +384,7 @@ impl Sums {
 fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
     let totals = &simulation.totals;
     let concentrated = |r: &Running| r.concentration(totals.batches) > CONCENTRATED;
-    let of_paths = simulation.estimator == Estimator::Paths;
+    let of_paths = simulation.estimator != Estimator::Photons;
     let split = !totals.parts().is_empty();
     FaceResult {
         few_paths: match of_paths {

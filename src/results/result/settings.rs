@@ -12,7 +12,7 @@ use crate::transport::{
 /// Threads, time limits and shards do not belong to them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunSettings {
-    /// The estimator: photons or paths.
+    /// The estimator: photons, paths or complete paths.
     pub estimator: Estimator,
     /// Number of photons, or of paths over all captors, that were traced. Where a tolerance has
     /// ended the run, the limit on their number; absent if there was none.
@@ -45,7 +45,7 @@ impl RunSettings {
     /// Returns the settings of the run that `simulation` resulted from.
     pub fn new(settings: &Settings, simulation: &Simulation) -> Self {
         let Simulation { estimator, accuracy, map, totals, .. } = simulation;
-        let of_photons = *estimator != Estimator::Paths;
+        let of_photons = *estimator == Estimator::Photons;
         let met = accuracy.as_ref().is_some_and(|accuracy| accuracy.met);
         Self {
             estimator: *estimator,

@@ -103,6 +103,7 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
     if !dark.is_empty() {
         let nothing = match result.estimator {
             Estimator::Paths => "no path found light from",
+            Estimator::Complete => "neither paths nor photons found light on",
             _ => "no photon reached",
         };
         warn("a captor that no light reached", format!("{nothing} {}", some(&dark, LISTED)));
@@ -113,7 +114,7 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
         return warnings;
     }
     match result.estimator {
-        Estimator::Paths => {
+        Estimator::Paths | Estimator::Complete => {
             let faces = || result.captors.iter().flat_map(CaptorResult::faces);
             warn(
                 "errors that rest on few paths",

@@ -132,6 +132,14 @@ impl Strata {
         Self { sources, first, stride: golden_stride(histories), weights, lanes }
     }
 
+    /// Returns the same strata for a task whose sums are divided by `number`, and not by the number
+    /// of its photons.
+    pub fn divided_by(mut self, number: u64) -> Self {
+        let factor = number as f64 / self.histories() as f64;
+        self.weights.iter_mut().for_each(|weight| *weight *= factor);
+        self
+    }
+
     /// Returns the number of histories.
     pub fn histories(&self) -> u64 {
         self.first[self.first.len() - 1]

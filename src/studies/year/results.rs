@@ -43,6 +43,7 @@ impl Year {
             seed: self.seed,
             photons: self.photons,
             batches: self.head.batches,
+            photons_beside: None,
             estimator: Estimator::Photons,
             guiding: None,
             starved: false,

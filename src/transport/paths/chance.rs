@@ -17,7 +17,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::{Pilot, spots};
+use super::{Pilot, is_small, spots};
 use crate::{
     math::{geometry::Ray, spectrum::Lanes},
     scene::{
@@ -31,10 +31,6 @@ use crate::{
     },
 };
 
-/// Sources with a smaller product of g and the squared radius of the scene do not count. From that
-/// radius away, a source that counts fills less than about a tenth of a steradian. Larger sources
-/// are found by enough paths to show in the standard errors.
-const SMALL: f32 = 10.0;
 /// A face with fewer photons than this is given the mean of all faces.
 const FEW: u64 = 100;
 /// The standard errors are called too small if such light adds more than this many times the
@@ -56,11 +52,14 @@ pub struct ByChance {
 #[derive(Clone, Debug, Default)]
 struct Sums {
     photons: u64,
-    /// Flux of the light that paths can find: the sum of power, per band.
+    /// Flux of the light that is found: by paths or, beside complete paths, by photons. The sum of
+    /// power, per band.
     flux: Vec<f64>,
     /// Second moment of the light that paths find by chance alone: the sum of power times Φ g, per
     /// band.
     second: Vec<f64>,
+    /// Second moment of the light that is left to photons: the sum of squared power, per band.
+    left: Vec<f64>,
     /// Area of the face from which paths start, m2.
     area: f64,
 }
@@ -182,7 +181,7 @@ impl ByChance {
             _ => return,
         };
         let g = source.per_watt(point, normal);
-        let g = if g * scene.radius * scene.radius > SMALL { f64::from(g) } else { 0.0 };
+        let g = if is_small(scene, g) { f64::from(g) } else { 0.0 };
         let sums = &mut self.faces[counted.channel()];
         sums.photons += 1;
         let lamp = &scene.lights[source.light].power;
@@ -193,16 +192,35 @@ impl ByChance {
         }
     }
 
+    /// Adds a photon that comes to a face with light that paths leave to photons.
+    pub(super) fn leave<L: Lanes>(&mut self, weights: &[f64], counted: &Counted<'_, L>) {
+        let sums = &mut self.faces[counted.channel()];
+        sums.photons += 1;
+        for (b, power) in counted.power.values().iter().take(self.bands).enumerate() {
+            let flux = f64::from(*power) * weights[b];
+            sums.flux[b] += flux;
+            sums.left[b] += flux * flux;
+        }
+    }
+
     /// Ends the sums after this number of photons. `None` if there is no light that paths find by
     /// chance alone.
     pub(super) fn of(self, photons: u64) -> Option<Self> {
-        let any = self.faces.iter().any(|sums| sums.second.iter().any(|&second| second > 0.0));
+        let adds = |sums: &Sums| sums.second.iter().chain(&sums.left).any(|&second| second > 0.0);
+        let any = self.faces.iter().any(adds);
         any.then_some(Self { photons, ..self })
     }
 
     /// Returns, for each channel of captors and groups, whether the standard errors of a run with
-    /// this number of paths from each face are too small for what such light must add to them.
-    pub fn too_small(&self, scene: &Scene, totals: &Totals, paths: u64) -> Vec<bool> {
+    /// this number of paths from each face, and of photons beside them, are too small for what such
+    /// light, and light that is left to photons, must add to them.
+    pub fn too_small(
+        &self,
+        scene: &Scene,
+        totals: &Totals,
+        paths: u64,
+        beside: Option<u64>,
+    ) -> Vec<bool> {
         let (bands, captors) = (self.bands, scene.channels());
         let mut all = Sums::new(bands);
         self.faces.iter().for_each(|sums| all.add(sums));
@@ -217,7 +235,8 @@ impl ByChance {
                 let own = &self.faces[channel];
                 let known = own.photons >= FEW;
                 let sums = if known { own } else { &all };
-                for b in (0..bands).filter(|&b| sums.second[b] > 0.0) {
+                let adds = |&b: &usize| sums.second[b] + sums.left[b] > 0.0;
+                for b in (0..bands).filter(adds) {
                     let flux = sums.flux[b] / self.photons as f64;
                     let relative = sums.second[b] * sums.area / self.photons as f64 / flux.powi(2);
                     // the photons measure what arrives, but a sensor with a response reads
@@ -226,7 +245,10 @@ impl ByChance {
                         true => flux,
                         false => totals.running(channel)[b].estimate(totals.batches).mean,
                     };
-                    let variance = relative * flux.powi(2) / paths as f64;
+                    // of a photon, for each unit of light
+                    let left = sums.left[b] / sums.flux[b];
+                    let variance = relative * flux.powi(2) / paths as f64
+                        + beside.map_or(0.0, |photons| left * flux / photons as f64);
                     variances[channel * bands + b] = variance;
                     for &group in &captor.groups {
                         let channel = captors + group * scene.group_channels() + face;
@@ -249,13 +271,18 @@ impl ByChance {
 
 impl Sums {
     fn new(bands: usize) -> Self {
-        Self { flux: vec![0.0; bands], second: vec![0.0; bands], ..Self::default() }
+        let [flux, second, left] = [0.0; 3].map(|zero| vec![zero; bands]);
+        Self { flux, second, left, ..Self::default() }
     }
 
     fn add(&mut self, other: &Self) {
         self.photons += other.photons;
         self.area += other.area;
-        for (sums, more) in [(&mut self.flux, &other.flux), (&mut self.second, &other.second)] {
+        for (sums, more) in [
+            (&mut self.flux, &other.flux),
+            (&mut self.second, &other.second),
+            (&mut self.left, &other.left),
+        ] {
             sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
         }
     }

@@ -76,7 +76,7 @@ fn aimed_paths_find_the_same_and_with_less_error() {
     let reflectors = Reflectors::find(&scene, 1);
     assert!(reflectors.is_some());
     let face = Face::new(&scene, 0, Channel::Front);
-    let pilots = [Pilot::NONE, Pilot { reflectors, spots: None }];
+    let pilots = [Pilot::NONE, Pilot { reflectors, ..Pilot::NONE }];
     let [free, aimed] = pilots.map(|pilot| {
         let mut mean = Mean::default();
         for path in 0..2_000_000 {

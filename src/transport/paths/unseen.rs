@@ -54,7 +54,7 @@ pub struct Finding<'a> {
 
 impl<'a> Finding<'a> {
     /// Starts with a photon that leaves a light. `delta` tells whether no path meets this light by
-    /// chance.
+    /// chance, or none counts it then.
     pub fn new(scene: &'a Scene, light: usize, delta: bool) -> Self {
         let images = scene.flat_mirrors().filter(|mirrors| mirrors.suns().contains(&light));
         Self { delta, images, diffused: false, mirrored: false, hidden: false }
@@ -154,6 +154,7 @@ fn count<L: Lanes>(
     };
     let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
     let mut by_chance = pilot.map(|_| ByChance::new(scene));
+    let has_photons = pilot.is_some_and(Pilot::has_photons);
     let photons = PHOTONS.max(2 * scene.sources() as u64);
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
     let (mut done, mut rays) = (0, 0);
@@ -166,16 +167,19 @@ fn count<L: Lanes>(
             done += 1;
             continue;
         }
-        let delta = strata.is_delta(&scene.lights, photon.source);
+        let left = pilot.is_some_and(|pilot| pilot.leaves(photon.light));
+        let delta = left || strata.is_delta(&scene.lights, photon.source);
         let mut finding = Finding::new(scene, photon.light, delta);
         let mut source = pilot.map(|pilot| Source::new(scene, pilot, photon.light, photon.ray));
         trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
             if let Some(counted) = event.counted(scene) {
                 on_captors.add(photon.weights, counted.power, finding.hidden);
-                if let (Some(by_chance), Some(source)) = (&mut by_chance, &source)
-                    && !finding.hidden
-                {
-                    by_chance.add(source, photon.weights, &counted, &event);
+                if let (Some(by_chance), Some(source)) = (&mut by_chance, &source) {
+                    match finding.hidden {
+                        false => by_chance.add(source, photon.weights, &counted, &event),
+                        true if has_photons => by_chance.leave(photon.weights, &counted),
+                        true => {}
+                    }
                 }
             }
             if let Event::Arrival { hit, surface, power, lobe, .. } = event {

@@ -156,12 +156,21 @@ impl Run<'_> {
                 }
                 (most, vec![0.0; bands])
             }
-            Work::Paths(..) => {
+            Work::Paths(_, pilot) => {
                 let irradiance = brightest;
                 // where no path has found anything, assume that one may bring all the power there
                 // is
                 let none = |(power, most): (&f64, &f64)| if *most > 0.0 { 0.0 } else { *power };
-                (powers.iter().zip(&irradiance).map(none).collect(), irradiance)
+                let mut flux: Vec<f64> = powers.iter().zip(&irradiance).map(none).collect();
+                if let Some((_, photons)) = schedule.photons_beside(batch, schedule.cuts - 1) {
+                    let strata = pilot.strata(self.scene, photons, schedule.range(batch, 0).1);
+                    for source in 0..strata.sources() {
+                        for (band, most) in flux.iter_mut().enumerate() {
+                            *most = most.max(strata.most(&self.scene.lights, source, band));
+                        }
+                    }
+                }
+                (flux, irradiance)
             }
         };
         let of_batch = |most: Vec<f64>| {
@@ -179,7 +188,8 @@ impl Run<'_> {
 /// bands.
 struct Brightest {
     /// For photons: the power of the heaviest one that is emitted or, where photons are guided, has
-    /// come to a captor, W or umol/s, divided by the histories of a batch.
+    /// come to a captor, W or umol/s, divided by the histories of a batch. The same for photons
+    /// beside paths.
     flux: Vec<f64>,
     /// For paths: the largest irradiance that one has found on any face, W/m2 or umol/m2/s, divided
     /// likewise.

@@ -10,6 +10,7 @@ use std::{sync::Arc, time::Instant};
 use super::{
     Choice, Control, Keep, Run,
     pilot::Pilot,
+    trial::TriedPaths,
     tried::{Found, RAYS, affordable, of_a_trial},
 };
 use crate::{
@@ -51,6 +52,8 @@ pub struct Plan<'a> {
     pub(super) guidance: Option<Guidance<'a>>,
     /// What pilot photons have found for paths, if a trial of paths has needed it.
     pub(super) of_paths: Option<Arc<paths::Pilot>>,
+    /// For complete paths: the number of photons beside one path from each face.
+    pub(super) beside: Option<f64>,
     /// When planning began, from where a limit on time counts.
     pub(super) started: Instant,
 }
@@ -61,7 +64,8 @@ impl<'a> Plan<'a> {
         let started = Instant::now();
         let control = &Control { progress: &|_| {}, ..*control };
         let mut settings = settings.clone();
-        if settings.estimator == Estimator::Paths || scene.captors.is_empty() {
+        let of_paths = matches!(settings.estimator, Estimator::Paths | Estimator::Complete);
+        if of_paths || scene.captors.is_empty() {
             settings.guiding = Guiding::Off;
         }
         if scene.lattice().is_some() {
@@ -76,15 +80,23 @@ impl<'a> Plan<'a> {
         if settings.guiding == Guiding::Auto {
             settings.guiding = guidance.as_ref().map_or(Guiding::Off, Guidance::guiding);
         }
-        let (choice, of_paths) = match settings.estimator {
+        let (choice, tried) = match settings.estimator {
             Estimator::Auto => {
-                let (choice, pilot) = Choice::make(scene, &settings, guidance.clone(), control)?;
-                (Some(choice), pilot)
+                let (choice, tried) = Choice::make(scene, &settings, guidance.clone(), control)?;
+                (Some(choice), tried)
+            }
+            Estimator::Complete if !scene.captors.is_empty() => {
+                (None, Some(TriedPaths::complete(scene, &settings, control)?))
             }
             _ => (None, None),
         };
         settings.estimator = choice.as_ref().map_or(settings.estimator, |choice| choice.estimator);
-        Ok(Self { settings, choice, guidance, of_paths, started })
+        let (of_paths, beside) = tried.map_or((None, None), |tried| {
+            let TriedPaths { pilot, beside, .. } = tried;
+            (Some(pilot), beside.filter(|_| settings.estimator == Estimator::Complete))
+        });
+        let guidance = guidance.filter(|_| settings.estimator == Estimator::Photons);
+        Ok(Self { settings, choice, guidance, of_paths, beside, started })
     }
 }
 

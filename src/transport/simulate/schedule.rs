@@ -21,15 +21,34 @@ pub(super) struct Schedule {
     /// Number of histories of a task.
     pub task: u64,
     /// Number of tasks that share one range of histories. The tasks of paths share it by the faces
-    /// that the paths start from; for photons the number is 1.
+    /// that the paths start from, and photons beside them are one task more; for photons alone the
+    /// number is 1.
     pub cuts: u64,
+    /// For paths beside which photons are traced: how many photons.
+    pub beside: Option<Beside>,
+}
+
+/// How many photons are traced beside a range of histories of paths.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Beside {
+    /// Number of photons for each history, which is one path from each face.
+    pub ratio: f64,
+    /// The least number of photons of a task: one of each source.
+    pub least: u64,
+}
+
+impl Beside {
+    /// Returns the number of photons beside so many histories.
+    pub fn photons(self, histories: u64) -> u64 {
+        self.least.max((self.ratio * histories as f64) as u64)
+    }
 }
 
 impl Schedule {
     /// Cuts `histories` into batches of at least `least` histories, and into tasks of `task`
     /// histories.
     pub fn new(histories: u64, least: u64, task: u64) -> Self {
-        Self { batches: BATCHES.min(histories / least), histories, task, cuts: 1 }
+        Self { batches: BATCHES.min(histories / least), histories, task, cuts: 1, beside: None }
     }
 
     /// Returns the number of histories of a batch.
@@ -56,10 +75,26 @@ impl Schedule {
         (first, if last { self.batch(batch) - first } else { self.task })
     }
 
-    /// Returns which of `faces` faces the paths of a task start from.
+    /// Returns which of `faces` faces the paths of a task start from: none if it is one of photons
+    /// beside paths.
     pub fn faces(&self, task: u64, faces: usize) -> Range<usize> {
-        let (cut, cuts) = ((task % self.cuts) as usize, self.cuts as usize);
-        cut * faces / cuts..(cut + 1) * faces / cuts
+        let cuts = (self.cuts - u64::from(self.beside.is_some())) as usize;
+        let cut = (task % self.cuts) as usize;
+        if cut == cuts { faces..faces } else { cut * faces / cuts..(cut + 1) * faces / cuts }
+    }
+
+    /// Returns the first photon of a task of photons beside paths, within its batch, and their
+    /// number. `None` for other tasks.
+    pub fn photons_beside(&self, batch: u64, task: u64) -> Option<(u64, u64)> {
+        let beside = self.beside.filter(|_| task % self.cuts + 1 == self.cuts)?;
+        let before = task / self.cuts * beside.photons(self.task);
+        Some((before, beside.photons(self.range(batch, task).1)))
+    }
+
+    /// Returns the number of photons beside the paths of all batches.
+    pub fn all_beside(&self) -> u64 {
+        let of = |(_, task, batch)| Some(self.photons_beside(batch, task)?.1);
+        self.keys(0..1, 0..self.batches).filter_map(of).sum()
     }
 
     /// Returns the tasks of some batches of some rounds, in the order in which their sums are
@@ -136,5 +171,25 @@ mod tests {
             }
         }
         assert!(seen.into_iter().all(|times| times == 1));
+    }
+
+    /// Every photon beside paths belongs to exactly one task, and such a task follows no paths.
+    #[test]
+    fn photons_beside_paths_are_whole() {
+        let beside = Some(Beside { ratio: 0.75, least: 5 });
+        let schedule = Schedule { cuts: 3, beside, ..Schedule::new(1000, 1, 3) };
+        for batch in 0..schedule.batches {
+            let tasks = || 0..schedule.tasks(batch);
+            let photons = tasks().filter_map(|task| schedule.photons_beside(batch, task));
+            let mut next = 0;
+            for (first, number) in photons {
+                assert!(first == next && number >= 5);
+                next += number;
+            }
+            let alone = |&task: &u64| schedule.faces(task, 7).is_empty();
+            assert_eq!(tasks().filter(alone).count() as u64, schedule.tasks(batch) / 3);
+            let faces: usize = tasks().map(|task| schedule.faces(task, 7).len()).sum();
+            assert_eq!(faces as u64, 7 * schedule.tasks(batch) / 3);
+        }
     }
 }

@@ -7,8 +7,8 @@ use std::{
 };
 
 use super::{
-    Choice, Control, End, Keep, Plan, Run, Simulation, batches::Turn, memory::most_open, part_of,
-    parts, schedule::Schedule,
+    Choice, Control, End, Plan, Run, Simulation, batches::Turn, memory::most_open, part_of, parts,
+    schedule::Schedule,
 };
 use crate::{
     error::{Error, Result, catch_panic},
@@ -122,9 +122,8 @@ impl<'a> Joined<'a> {
         control: &'a Control<'a>,
     ) -> Result<Self> {
         check_shardable(settings)?;
-        let Plan { guidance, .. } = Plan::make(scene, settings, control)?;
-        let run = Run::new(scene, settings, part_of(scene, settings), Keep::OnCaptors, control)?;
-        let run = run.guided_by(guidance);
+        let plan = Plan::make(scene, settings, control)?;
+        let run = Run::of_plan(scene, settings, &plan, part_of(scene, settings), control)?;
         let (schedule, totals, tally) = (run.shard_schedule()?, run.totals(), run.tally());
         let map = run.map_builder();
         let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));

@@ -43,6 +43,7 @@ impl Run<'_> {
         with_lanes!(self.scene.lanes(), L => match &self.work {
             Work::Paths(faces, pilot) => {
                 self.paths::<L>(schedule, key, faces, pilot, tally);
+                self.photons_beside::<L>(schedule, key, pilot, tally);
             }
             Work::Photons(strata) => {
                 let own = (strata.histories() != histories).then(|| self.strata(histories));

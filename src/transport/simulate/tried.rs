@@ -65,6 +65,17 @@ impl Found {
         Self { rays: totals.segments, histories, variances }
     }
 
+    /// Returns the relative variance of one history for each channel that was asked for, and each
+    /// band; `None` where nothing arrived.
+    pub(super) fn each(&self) -> impl Iterator<Item = Option<f64>> {
+        self.variances.iter().copied()
+    }
+
+    /// Returns the same with other relative variances.
+    pub(super) fn with(&self, variances: Vec<Option<f64>>) -> Self {
+        Self { variances, ..*self }
+    }
+
     /// Returns whether no light arrived in most of the channels and bands.
     pub(super) fn is_dark(&self) -> bool {
         2 * self.variances.iter().flatten().count() < self.variances.len()

@@ -33,6 +33,9 @@ pub struct Totals {
     #[serde(default)]
     weighed: Vec<[f64; 2]>,
     ledger: Ledger,
+    /// Whether photons count beside paths.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    beside_paths: bool,
     /// Per band, then per sum: power that each material absorbed, that left the scene, that was
     /// lost, and that games of chance took. Empty unless the scene says what its lights cost.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -71,6 +74,7 @@ impl Totals {
             arrived: vec![0; scene.channels()],
             weighed: Vec::new(),
             ledger: Ledger::new(scene.bands.len(), scene.materials.len()),
+            beside_paths: false,
             spent: match scene.watts.is_empty() {
                 true => Vec::new(),
                 false => vec![Running::default(); (scene.materials.len() + 3) * columns],
@@ -80,6 +84,11 @@ impl Totals {
             group_values: vec![0.0; group_channels * columns],
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
         }
+    }
+
+    /// Returns the same totals, for paths beside which photons count.
+    pub fn beside_paths(self) -> Self {
+        Self { beside_paths: true, ..self }
     }
 
     /// Returns about how many bytes totals take for `scene`, split into so many parts.
@@ -298,7 +307,8 @@ impl Totals {
     /// Returns the mean and the standard error of a channel, per band, then per sum.
     pub fn estimates(&self, channel: usize) -> impl Iterator<Item = Estimate> {
         // paths emit nothing, and their batches are alike because they find what they look for
-        let of_photons = self.ledger.emitted.iter().any(|power| *power > 0.0);
+        let emits = || self.ledger.emitted.iter().any(|power| *power > 0.0);
+        let of_photons = !self.beside_paths && emits();
         let counted = self.histories_in(channel).unwrap_or(self.photons(channel));
         let histories = if of_photons { counted } else { 0 };
         let running = self.running(channel).iter();
