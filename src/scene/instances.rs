@@ -289,9 +289,21 @@ pub struct Met {
 }
 
 impl Forest {
-    /// Builds the search structures, in the caller's rayon pool.
-    pub fn new(placed: &Placed, lattice: Option<(&Lattice, f64)>) -> Self {
-        let trees = placed.prototypes.iter().map(|p| Bvh::build(&p.triangles)).collect();
+    /// Builds the search structures, in the caller's rayon pool. `doubles` finds the triangles of an
+    /// object that coincide with an earlier one, in rising order, of which light meets only the
+    /// first.
+    pub fn new(
+        placed: &Placed,
+        lattice: Option<(&Lattice, f64)>,
+        doubles: impl Fn(&[Triangle]) -> Vec<[u32; 2]>,
+    ) -> Self {
+        let tree = |triangles: &[Triangle]| {
+            let doubles = doubles(triangles);
+            let is_double =
+                |i: &u32| doubles.binary_search_by_key(i, |[double, _]| *double).is_ok();
+            Bvh::build_of(triangles, (0..triangles.len() as u32).filter(|i| !is_double(i)))
+        };
+        let trees = placed.prototypes.iter().map(|p| tree(&p.triangles)).collect();
         let (mut boxes, mut images) = (placed.boxes(), Vec::new());
         if let Some((lattice, slack)) = lattice {
             let mut all = Vec::new();

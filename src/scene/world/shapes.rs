@@ -172,7 +172,7 @@ impl Shapes {
             &outlines;
         let repeats = repeats.as_deref();
         let lattice = repeats.map(|repeats| (&repeats.lattice, repeats.layers.slack));
-        let forest = (!placed.instances.is_empty()).then(|| Forest::new(placed, lattice));
+        let forest = (!placed.instances.is_empty()).then(|| Forest::new(placed, lattice, copies));
         let all = with_images(triangles, repeats.map(|repeats| &repeats.surfaces));
         let mut copies = copies(&all);
         let is_copy = |i: &u32| copies.binary_search_by_key(i, |[copy, _]| *copy).is_ok();
