@@ -349,7 +349,7 @@ def test_electricity_and_absorbed_by_face(tmp_path):
 
 def test_sunlit_shares(tmp_path):
     pd = pytest.importorskip("pandas")
-    scene = px.Scene("leaf in the sun", sunlit=True, sun_at={"elevation_deg": 90})
+    scene = px.Scene("leaf in the sun", sunlit=True, sun_at={"elevation_deg": 90, "azimuth_deg": 180})
     scene.material("leaf", type="lambert", reflectance=0.1)
     shade = [[0, 0, 1], [0.5, 0, 1], [0.5, 1, 1], [0, 1, 1]]
     floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
