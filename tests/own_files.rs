@@ -364,7 +364,9 @@ fn what_does_not_fit_into_memory_has_its_sentence() {
     }
     fs::write(scene.path("field.obj"), field).expect("a mesh");
     let copies: Vec<_> = (0..500).map(|i| serde_json::json!({ "translate": [0, 0, i] })).collect();
-    let field = serde_json::json!([{ "name": "f", "obj": "field.obj", "material": "grey", "instances": copies }]);
+    let field = serde_json::json!([{
+        "name": "f", "obj": "field.obj", "material": "grey", "instances": copies, "share": false
+    }]);
     fs::write(scene.path("fields.json"), with("objects", field).to_string()).expect("a scene");
     for line in ["run fields.json -o r.json", "check fields.json", "view fields.json -o v.html"] {
         limited(&folder, 800_000, line, "triangles take");

@@ -180,6 +180,9 @@ mod tests {
         assert!(error.to_string().ends_with("; did you mean --photons?"), "{error}");
         let error = settings(&["--estimator=none"]).unwrap_err();
         assert!(error.to_string().starts_with("estimator: invalid value 'none'"), "{error}");
-        assert!(error.to_string().ends_with("; there are photons, paths, complete, auto"), "{error}");
+        assert!(
+            error.to_string().ends_with("; there are photons, paths, complete, auto"),
+            "{error}"
+        );
     }
 }
