@@ -240,6 +240,38 @@ fn shared_balls_are_tight() {
     assert_eq!(result.captors[0].front.flux[0], 0.0);
 }
 
+/// Copies share triangles where that pays: many of them, of an object of many triangles. `share`
+/// decides otherwise.
+#[test]
+fn copies_share_where_it_pays() {
+    // balls of 5,040 and of 120 triangles
+    for (rows, each, copies, share, shared) in [
+        (36, 5_040, 40, None, true),
+        (36, 5_040, 39, None, false),
+        (36, 5_040, 40, Some(false), false),
+        (6, 120, 1_700, None, false),
+        (6, 120, 3, Some(true), true),
+    ] {
+        let ball = Mesh::sphere([0.0; 3], 0.4, rows);
+        let table: String = (0..copies).map(|i| format!("{i},0,0\n")).collect();
+        let world = World::new()
+            .lambert("a", 0.5)
+            .light(json!({ "type": "point", "position": [0, 0, 3], "power": 1 }))
+            .with_file("field.csv", &format!("x,y,z\n{table}"))
+            .surface("ball", "a", &ball)
+            .edited(|scene| {
+                scene["objects"][0]["instances"] = json!({ "csv": "field.csv" });
+                if let Some(share) = share {
+                    scene["objects"][0]["share"] = json!(share);
+                }
+            });
+        let loaded = phylux::load(&world.write().path("scene.json")).expect("a scene");
+        let distinct = if shared { each } else { each * copies };
+        assert_eq!(loaded.scene.triangles().len(), each * copies);
+        assert_eq!(loaded.scene.distinct_triangles(), distinct, "{copies} of {each}");
+    }
+}
+
 /// Layers know the areas of shared copies, and where they absorb.
 #[test]
 fn layers_know_shared_copies() {

@@ -27,13 +27,10 @@ use crate::{
     },
 };
 
-/// Number of triangles of all copies of an object from which on they share them: below it copies of
-/// their own are traced as fast, and take at most 90 MB.
-const SHARED_FROM: usize = 200_000;
-
-/// Objects of fewer triangles than this do not share them unless asked to: a copy would be entered
-/// for nearly nothing.
-const DETAILED: usize = 100;
+/// Where copies of an object share its triangles unless they are asked to: from this number of
+/// triangles of the object, and of all copies together, on. Copies of small objects with triangles of
+/// their own are traced faster, so that they share them only where these would take about a gigabyte.
+const PAYS: [[usize; 2]; 2] = [[5_000, 200_000], [100, 2_000_000]];
 
 /// An object whose file is read and whose materials are found.
 struct Object<'a> {
@@ -322,7 +319,7 @@ impl Loader<'_> {
     }
 
     /// Returns whether the copies of an object share its triangles: where they may, and are asked to
-    /// or have [many](SHARED_FROM) triangles together. Error: they are asked to, and may not.
+    /// or it [pays](PAYS). Error: they are asked to, and may not.
     fn shares_triangles(
         &mut self,
         object: &Object,
@@ -331,7 +328,8 @@ impl Loader<'_> {
     ) -> Result<bool> {
         let asked = object.file.share;
         let triangles: usize = own.surfaces.iter().map(|surface| surface.triangles.len()).sum();
-        let pays = triangles >= DETAILED && triangles * placements.len() >= SHARED_FROM;
+        let all = triangles * placements.len();
+        let pays = PAYS.iter().any(|&[each, together]| triangles >= each && all >= together);
         if asked == Some(false) || (asked.is_none() && !pays) || triangles == 0 {
             return Ok(false);
         }

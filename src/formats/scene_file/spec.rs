@@ -934,7 +934,8 @@ pub struct ObjectSpec {
     /// Copies of the object, each placed after `transform`.
     pub instances: Option<InstancesSpec>,
     /// Whether the copies share the triangles of the object, and the memory that these take (default:
-    /// from 200,000 triangles of all copies together on).
+    /// from 200,000 triangles of all copies together on, of objects of less than 5,000 from 2 million
+    /// on).
     pub share: Option<bool>,
     /// Whether the surfaces count light: true (one captor per OBJ group and instance), "instance"
     /// (one per instance) or "triangle" (one per triangle).
