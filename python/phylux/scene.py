@@ -96,7 +96,7 @@ class Scene:
                 - the path of an OBJ, PLY, STL or glTF file.
             material: a material of the scene, for all of the shape; OBJ and glTF files may name their own.
             keys: as in a scene file: ``captor`` (True: one per group; ``"triangle"``: one per triangle), ``group``,
-                ``transform``, ``instances``.
+                ``transform``, ``instances``, ``share`` (whether the copies share the triangles).
         """
         entry: dict[str, Any] = {"name": name, "obj": self._shape(name, shape, group=name)}
         if material is not None:
