@@ -84,7 +84,7 @@ const SHARE_POINTS: u64 = 64;
 
 /// Returns the fraction of each captor's area that has a straight path to the sun, also through thin
 /// panes, by one of its faces, or by the front of a sensor that counts one side; with its standard
-/// error. The scene has one sun. The same seed gives the same values on any number of threads. `None`
+/// error, at least half a point. The scene has one sun. The same seed gives the same values on any number of threads. `None`
 /// if no sun is there, or if there are several.
 pub fn sunlit_shares(scene: &Scene, seed: u64) -> Option<Vec<[f64; 2]>> {
     let mut suns = scene.infinite_lights().filter(|(_, light)| light.suns() > 0);
@@ -95,10 +95,13 @@ pub fn sunlit_shares(scene: &Scene, seed: u64) -> Option<Vec<[f64; 2]>> {
     let captors = scene.captors.len() as u64;
     let rays = SunRays::new((SHARE_POINTS * SunRays::CAPTORS / captors.max(1)).min(SHARE_POINTS));
     let (channels, never) = (CHANNELS.len(), AtomicBool::new(false));
+    // where all sets of points agree by chance, half a point is still not known
+    let least = 0.5 / rays.count() as f64;
     let share = |captor: usize| {
         let light = std::slice::from_ref(light);
         let row = direct_sun(scene, captor, channels, light, seed, rays, &never);
-        row.last().map_or([0.0; 2], |pair| pair.map(f64::from))
+        let [mean, error] = row.last().map_or([0.0; 2], |pair| pair.map(f64::from));
+        [mean, error.hypot(least)]
     };
     Some((0..scene.captors.len()).into_par_iter().map(share).collect())
 }

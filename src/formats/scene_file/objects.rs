@@ -329,7 +329,8 @@ impl Loader<'_> {
         let asked = object.file.share;
         let triangles: usize = own.surfaces.iter().map(|surface| surface.triangles.len()).sum();
         let all = triangles * placements.len();
-        let pays = PAYS.iter().any(|&[each, together]| triangles >= each && all >= together);
+        let pays = placements.len() > 1
+            && PAYS.iter().any(|&[each, together]| triangles >= each && all >= together);
         if asked == Some(false) || (asked.is_none() && !pays) || triangles == 0 {
             return Ok(false);
         }
@@ -350,7 +351,15 @@ impl Loader<'_> {
             (Some(problem), Some(true)) => Err(self
                 .error(format!("{}/share", object.pointer), format!("the object {problem}"))
                 .remedy("leave `share` out: each copy then has triangles of its own")),
-            (Some(_), _) => Ok(false),
+            (Some(problem), None | Some(false)) => {
+                self.warn(
+                    object.pointer,
+                    format!(
+                        "its copies do not share their triangles, {all} in all, because the object {problem}"
+                    ),
+                );
+                Ok(false)
+            }
         }
     }
 

@@ -1,4 +1,5 @@
-//! Builds a binary tree from triangles or boxes: splits them from the top down, then improves the tree.
+//! Builds a binary tree from triangles or boxes: splits them from the top down, then improves the
+//! tree.
 
 use glam::UVec3;
 use obvhs::aabb::Aabb;

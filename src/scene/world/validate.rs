@@ -291,7 +291,8 @@ impl SharedPart {
             let problem = "a transform that stretches or shears";
             return Err(Problem::new(problem, "give such copies surfaces of their own"));
         }
-        let end = self.first_captor + self.captors * self.transforms.len();
+        let captors = self.captors.saturating_mul(self.transforms.len());
+        let end = self.first_captor.saturating_add(captors);
         let kinds = parts
             .captors
             .get(self.first_captor..end)
