@@ -276,6 +276,37 @@ fn copies_share_where_it_pays() {
     }
 }
 
+/// A matrix that a file rounds to six digits turns what it moves by less than that, so its copies
+/// share their triangles; the plant stands where its own copy stands.
+#[test]
+fn rounded_matrices_share() {
+    let (sin, cos) = 0.4f64.sin_cos();
+    let row = |digits: usize| {
+        let [a, b] = [1.5 * cos, 1.5 * sin].map(|x| format!("{x:.digits$}"));
+        format!("{a},-{b},0,2,{b},{a},0,1,0,0,1.5,0\n")
+    };
+    let head = "m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\n";
+    let found = |digits: usize, share: bool| {
+        let world = World::new()
+            .lambert("a", 0.5)
+            .light(json!({ "type": "point", "position": [0, 0, 3], "power": 1 }))
+            .with_file("field.csv", &format!("{head}{}", row(digits)))
+            .surface("ball", "a", &Mesh::sphere([0.5, 0.0, 0.0], 0.4, 12))
+            .edited(|scene| {
+                scene["objects"][0]["instances"] = json!({ "csv": "field.csv" });
+                scene["objects"][0]["share"] = json!(share);
+            });
+        phylux::load(&world.write().path("scene.json")).expect("a scene").scene
+    };
+    let (shared, own) = (found(6, true), found(15, false));
+    assert_eq!(shared.triangles().len(), own.triangles().len());
+    for (a, b) in shared.triangles().iter().zip(own.triangles().iter()) {
+        for (a, b) in [(a.a, b.a), (a.b, b.b), (a.c, b.c)] {
+            assert!(a.distance(b) < 3e-6, "{a} {b}");
+        }
+    }
+}
+
 /// Layers know the areas of shared copies, and where they absorb.
 #[test]
 fn layers_know_shared_copies() {

@@ -13,10 +13,11 @@ use std::{
 use glam::DVec3;
 use phylux::{
     Control, Error, ErrorKind, Estimator, RunResult, Scene, Settings,
+    math::Transform,
     scene::{
         Band, BandSum, CaptorKind, CaptorPart, Dielectric, Lambert, Leaf, LeafFace, LightPart,
         LightShape, Material, Mirror, NamedMaterial, Pane, Phong, PhongFractions, SceneParts,
-        SurfacePart,
+        SharedPart, SurfacePart,
     },
     simulate,
     transport::light_surfaces,
@@ -138,7 +139,31 @@ fn tube(to: DVec3, radius: f64) -> LightShape {
     LightShape::Tube { from: DVec3::Z, to, radius }
 }
 
+/// Returns a shared copy whose only captor is the first of the scene, the floor.
+fn copy_of_floor() -> SharedPart {
+    let surface =
+        SurfacePart { object: None, material: 0, captor: Some(0), triangles: square(0.3) };
+    SharedPart {
+        object: None,
+        surfaces: vec![surface],
+        transforms: vec![Transform::default()],
+        first_captor: 0,
+        captors: 1,
+    }
+}
+
 const SPOILED: &[Spoiled] = &[
+    (
+        |p| p.shared.push(copy_of_floor()),
+        "shared copies: captor `floor` is of a shared copy and of another surface; give each its own",
+    ),
+    (
+        |p| {
+            p.surfaces[0].captor = None;
+            p.shared = vec![copy_of_floor(), copy_of_floor()];
+        },
+        "shared copies: captor `floor` is of a shared copy and of another surface",
+    ),
     (|p| p.lights.clear(), "it has no light"),
     (|p| p.bands.clear(), "0 bands, must be 1 to 4096"),
     (|p| p.bands[1].name = "blue".into(), "a second band or sum named `blue`"),

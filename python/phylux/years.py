@@ -71,6 +71,12 @@ class Year:
         return self._table("ratios")
 
     @property
+    def hour_ratios(self) -> Any:
+        """Ratios of the light of each hour: captor, time, ratio, front, front_se, back, absorbed. Written where the scene
+        has ratios."""
+        return self._table("hour-ratios")
+
+    @property
     def captors(self) -> Any:
         """Captors and groups: captor, kind, x, y, z, nx, ny, nz, area, groups."""
         return self._table("captors")

@@ -14,7 +14,7 @@ use super::{
     outputs,
     progress::{during, show, terminal_bar},
     run,
-    style::Style,
+    style::Plots,
     tracing::TracingArguments,
 };
 use crate::{
@@ -56,7 +56,7 @@ const RECORD: &str = "chart.written.json";
 pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// Folder for the pictures (SVG) and their numbers (CSV, JSON); made if it does not exist
+    /// Folder for the charts and their numbers (CSV, JSON); made if it does not exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Table of true irradiances: columns captor, band, irradiance and, if wanted, face and
@@ -73,7 +73,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_values_t = [20, 50, 200], value_delimiter = ',', value_parser = run::k)]
     k: Vec<usize>,
     #[command(flatten)]
-    style: Style,
+    plots: Plots,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
@@ -97,7 +97,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
 fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     let folder = &arguments.output;
-    let charts = ConvergenceStudy::CHARTS.map(|name| format!("{name}.svg"));
+    let style = arguments.plots.style();
+    let charts = ConvergenceStudy::CHARTS.map(|name| format!("{name}.{}", style.ending()));
     let names = [&[ROWS.to_string(), STUDY.to_string()][..], &charts].concat();
     let written = Written::read(folder, RECORD, "move it away, or write into another folder")?;
     written.check(&names)?;
@@ -154,8 +155,7 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     study.push(b'\n');
     write(STUDY, &study)?;
     for (name, chart) in found.charts() {
-        let svg = chart.svg(arguments.style.width()).map_err(|e| Error::run(name, e))?;
-        write(&format!("{name}.svg"), svg.as_bytes())?;
+        write(&format!("{name}.{}", style.ending()), &style.chart(chart)?)?;
     }
     written.put(complete)?;
     super::terminal::print(&format!("{}wrote {}\n", found.words(), folder.display()))

@@ -76,7 +76,8 @@ pub(super) fn text(
     let mut text = String::new();
     for (name, file) in [("a", a), ("b", b)] {
         let ResultsFile { scene, photons, estimator, seed, .. } = file;
-        let _ = writeln!(text, "{name}: {scene}, {photons} {estimator}, seed {seed}");
+        let what = if estimator == "complete" { "complete paths" } else { estimator };
+        let _ = writeln!(text, "{name}: {scene}, {photons} {what}, seed {seed}");
     }
     describe(&mut text, comparison, worst);
     text

@@ -212,16 +212,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     let read = FilesRead::new(&files);
     check_places(place.as_slice(), &read)?;
-    match png {
-        true => {
-            let picture = plot.picture(arguments.style.width())?;
-            file.write(&read, |writer| picture.write_png(writer))?;
-        }
-        false => {
-            let svg = plot.svg(arguments.style.width())?;
-            file.write(&read, |writer| writer.write_all(svg.as_bytes()))?;
-        }
-    }
+    let drawn = arguments.style.plots(png).plot(&plot)?;
+    file.write(&read, |writer| writer.write_all(&drawn))?;
     let notes: String = plot.notes.iter().map(|note| format!("{note}\n")).collect();
     super::terminal::print(&format!("{notes}wrote {}\n", place_of(output)))
 }

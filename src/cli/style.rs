@@ -2,13 +2,23 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::show::chart::Width;
+use crate::show::{chart::Width, plot::PlotStyle};
 
 #[derive(Args)]
 pub(super) struct Style {
     /// Width of plots in inches: of a column of a journal, or of a page
     #[arg(long, value_enum, value_name = "INCHES", default_value = "7")]
     width: Inches,
+}
+
+/// The options of commands that name the files of plots themselves.
+#[derive(Args)]
+pub(super) struct Plots {
+    #[command(flatten)]
+    style: Style,
+    /// Write plots as PNG, 300 pixels to the inch, and not as SVG
+    #[arg(long)]
+    png: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -20,10 +30,19 @@ enum Inches {
 }
 
 impl Style {
-    pub fn width(&self) -> Width {
-        match self.width {
+    /// Returns the style of plots in the one format or the other.
+    pub fn plots(&self, png: bool) -> PlotStyle {
+        let width = match self.width {
             Inches::Column => Width::Column,
             Inches::Page => Width::Page,
-        }
+        };
+        PlotStyle { width, png }
+    }
+}
+
+impl Plots {
+    /// Returns the style of the plots.
+    pub fn style(&self) -> PlotStyle {
+        self.style.plots(self.png)
     }
 }

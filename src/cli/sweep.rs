@@ -13,6 +13,7 @@ use super::{
     interrupt::{Interrupt, check_folder},
     outputs::{check_places, place_of},
     progress::{during, terminal_bar},
+    style::Plots,
     summary::summary,
     tracing::TracingArguments,
     year,
@@ -20,6 +21,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::{output::FilesRead, result_file::write_json, sweep_file::Sweep, year_work::WorkFile},
+    show::plot::PlotStyle,
     studies::{
         check::check_meshes,
         join::Shards,
@@ -58,6 +60,8 @@ pub(super) struct Arguments {
     /// The most runs at the same time; 0 takes as many as there are threads. Fewer take less memory
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = jobs, allow_negative_numbers = true)]
     jobs: usize,
+    #[command(flatten)]
+    plots: Plots,
 }
 
 fn jobs(text: &str) -> Checked<usize> {
@@ -77,6 +81,8 @@ pub(super) struct MergeArguments {
     /// Scene file of a run or year, if it is not where it was when the shards were traced
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
+    #[command(flatten)]
+    plots: Plots,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
@@ -90,9 +96,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     super::terminal::warn(&base.warnings);
     super::terminal::warn(&check_meshes(&base.scene)?);
     drop(base);
+    let style = arguments.plots.style();
     match &arguments.output {
         Some(folder) if !arguments.dry_run => {
-            let outcome = watched(&interrupt, |control| sweep(&file, folder, &plan, control))?;
+            let outcome =
+                watched(&interrupt, style, |control| sweep(&file, folder, &plan, control))?;
             finish(&outcome, folder)
         }
         folder => dry_run(&file, folder.as_deref(), &plan, &interrupt),
@@ -100,8 +108,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
+    let style = arguments.plots.style();
     if arguments.shards.iter().any(|shard| WorkFile::is_shard(shard)) {
-        return year::merge(&arguments.shards, arguments.scene.as_deref(), &arguments.output);
+        return year::merge(
+            &arguments.shards,
+            arguments.scene.as_deref(),
+            &arguments.output,
+            style,
+        );
     }
     if arguments.shards.iter().any(|shard| shard.is_file()) {
         return run_join(arguments);
@@ -113,7 +127,7 @@ pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
     check_folder(&arguments.output)?;
     let interrupt = Interrupt::install()?;
     let outcome =
-        watched(&interrupt, |control| merge(&arguments.shards, &arguments.output, control))?;
+        watched(&interrupt, style, |control| merge(&arguments.shards, &arguments.output, control))?;
     finish(&outcome, &arguments.output)
 }
 
@@ -146,11 +160,15 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
 }
 
 /// Does `work` with a progress bar, and ends it in an orderly way at a signal.
-fn watched<T>(interrupt: &Interrupt, work: impl FnOnce(&SweepControl) -> Result<T>) -> Result<T> {
+fn watched<T>(
+    interrupt: &Interrupt,
+    plots: PlotStyle,
+    work: impl FnOnce(&SweepControl) -> Result<T>,
+) -> Result<T> {
     interrupt.writing();
     let bar = terminal_bar("{bar:30} {msg}, {elapsed} so far, {eta} left");
     let progress = |progress| show(&bar, progress);
-    let control = SweepControl { stop: interrupt.stop(), progress: &progress };
+    let control = SweepControl { stop: interrupt.stop(), progress: &progress, plots };
     let late = Error::interrupted("sweep", "what is done stays in its folder")
         .remedy("the same command goes on from there");
     let done = interrupt.listening(Some(late), || work(&control));
@@ -210,7 +228,9 @@ fn dry_run(
     plan: &SweepPlan,
     interrupt: &Interrupt,
 ) -> Result<()> {
-    let forecast = watched(interrupt, |control| Forecast::make(file, folder, plan, control))?;
+    let forecast = watched(interrupt, PlotStyle::default(), |control| {
+        Forecast::make(file, folder, plan, control)
+    })?;
     let mut text = String::new();
     for (run, state) in &forecast.runs {
         let state = match state {

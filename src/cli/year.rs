@@ -17,6 +17,7 @@ use super::{
     outputs::{check_places, place_of},
     progress::{during, show, terminal_bar},
     run::{LONG_RUNS, photons, threads},
+    style::Plots,
     summary::short,
 };
 use crate::{
@@ -27,6 +28,7 @@ use crate::{
         year_work::{TableSettings, WorkFile},
     },
     scene::captor::Channel,
+    show::plot::PlotStyle,
     studies::year::{
         HoursOf, Kept, Needs, Year, YearOptions, YearShards, gigabytes, months_of,
         tables::{YearTables, write},
@@ -87,6 +89,8 @@ pub(super) struct Arguments {
     /// `view` and `compare`
     #[arg(long)]
     results: bool,
+    #[command(flatten)]
+    plots: Plots,
     /// Do the I-th of N shards of the work; `phylux merge` joins their files to the tables
     #[arg(long, help_heading = LONG_RUNS, value_name = "I/N", value_parser = Shard::parse)]
     shard: Option<Shard>,
@@ -134,6 +138,7 @@ impl Arguments {
             guiding: self.guiding,
             sun_rays: self.sun_rays,
             tables: TableSettings { hours: hours.text(), csv: self.csv, results: self.results },
+            plots: self.plots.style(),
             hours,
             threads: self.threads,
         }
@@ -158,10 +163,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Joins the shards of a year.
-pub(super) fn merge(shards: &[PathBuf], scene: Option<&Path>, output: &Path) -> Result<()> {
+pub(super) fn merge(
+    shards: &[PathBuf],
+    scene: Option<&Path>,
+    output: &Path,
+    plots: PlotStyle,
+) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let shards = YearShards::open(shards)?;
-    let asked = Asked::of_shards(&shards.head, scene);
+    let asked = Asked::of_shards(&shards.head, scene, plots);
     for path in [Some(&asked.scene), asked.control.as_ref()].into_iter().flatten() {
         if !path.is_file() {
             let problem = "a file that the shards were traced with is not there";
@@ -187,7 +197,7 @@ fn in_folder(
     check_folder(folder)?;
     let made = make_folder(folder, interrupt)?;
     let mut places = Vec::new();
-    let tables = YearTables::create(folder, asked.tables.csv, |path| {
+    let tables = YearTables::create(folder, asked.tables.csv, asked.plots, |path| {
         let file = interrupt.file(path)?;
         places.extend(file.place().map(Path::to_path_buf));
         Ok(file)
@@ -276,12 +286,16 @@ fn find(
     ready.read = FilesRead::new(ready.scenes.files.iter().chain(&shards));
     places.extend(kept.1.and_then(WorkFile::place).map(Path::to_path_buf));
     let loaded = &ready.scenes.scenes[0].loaded;
+    let mut file = |path: &Path| {
+        let file = interrupt.file(path)?;
+        places.extend(file.place().map(Path::to_path_buf));
+        Ok(file)
+    };
+    if !loaded.scene.ratios.is_empty() {
+        tables = tables.with_ratios(&mut file)?;
+    }
     if let (Some(hourly), true) = (&loaded.hourly, asked.tables.results) {
-        tables = tables.with_results(months_of(&hourly.slots).iter(), |path| {
-            let file = interrupt.file(path)?;
-            places.extend(file.place().map(Path::to_path_buf));
-            Ok(file)
-        })?;
+        tables = tables.with_results(months_of(&hourly.slots).iter(), &mut file)?;
     }
     check_places(places, &ready.read)?;
     let year = watched(asked, ready, &scratch, kept, interrupt, |options, control, _| {

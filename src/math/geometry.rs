@@ -329,6 +329,11 @@ impl Extent {
         Self { min: self.min - margin, max: self.max + margin }
     }
 
+    /// Returns whether a point lies in the box.
+    pub fn holds(&self, point: Vec3) -> bool {
+        point.cmpge(self.min).all() && point.cmple(self.max).all()
+    }
+
     /// Returns whether a ray meets the box or starts in it (Kay and Kajiya, SIGGRAPH 1986).
     pub fn is_met(&self, ray: &Ray) -> bool {
         let along = ray.direction.recip();

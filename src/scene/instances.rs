@@ -17,8 +17,9 @@ use super::{
 };
 use crate::math::geometry::{Extent, NORMAL, ROUNDING, Ray, Transform, Triangle};
 
-/// How far a transform may be from one that only turns, mirrors and scales, relative to its scale.
-const UNEVEN: f64 = 1e-9;
+/// How far a transform may be from one that only turns, mirrors and scales, relative to its scale:
+/// matrices in files are rounded.
+const UNEVEN: f64 = 1e-5;
 
 /// Where a copy of an object stands. A point p of the object is at `linear` p + `at`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,14 +34,15 @@ pub struct Instance {
 
 impl Instance {
     /// Makes the copy of an object, relative to `origin` (in its own coordinates, m), in a scene
-    /// whose coordinates are relative to `center`. The transform must be [even](is_even).
+    /// whose coordinates are relative to `center`. The transform must be [even](is_even); the copy
+    /// stands by the nearest one that is exactly so.
     fn new(transform: &Transform, origin: DVec3, center: DVec3, prototype: u32) -> Self {
         let axes = DMat3::IDENTITY.to_cols_array_2d().map(|axis| transform.turned(axis.into()));
-        let linear = DMat3::from_cols(axes[0], axes[1], axes[2]);
+        let (linear, scale) = straightened(DMat3::from_cols(axes[0], axes[1], axes[2]));
         Self {
             linear: linear.as_mat3(),
             at: (transform.point(origin) - center).as_vec3(),
-            scale: linear.determinant().abs().cbrt() as f32,
+            scale: scale as f32,
             is_mirrored: transform.is_mirrored(),
             prototype,
         }
@@ -98,6 +100,15 @@ pub fn is_even(transform: &Transform) -> bool {
     square > 0.0
         && axes.iter().all(|axis| (axis.length_squared() / square - 1.0).abs() <= UNEVEN)
         && pairs.iter().all(|&(i, j)| axes[i].dot(axes[j]).abs() <= UNEVEN * square)
+}
+
+/// Returns the nearest matrix that only turns, mirrors and scales, and its scale. The error of each
+/// step is the square of the one before (Higham, "Computing the polar decomposition", SIAM Journal
+/// on Scientific and Statistical Computing 7, 1986).
+fn straightened(linear: DMat3) -> (DMat3, f64) {
+    let scale = linear.determinant().abs().cbrt();
+    let step = |unit: DMat3, _| (unit + unit.inverse().transpose()) * 0.5;
+    ((0..3).fold(linear * scale.recip(), step) * scale, scale)
 }
 
 /// An object whose copies share its triangles.

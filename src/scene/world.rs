@@ -53,7 +53,7 @@ use shapes::{Found, Shapes, has_parallel};
 use tubes::Tubes;
 
 pub use flush::FlushLight;
-pub use mirrors::{ChosenImage, FlatMirrors};
+pub use mirrors::{ChosenImage, FlatMirrors, MirrorPlane};
 pub use outline::Outline;
 pub use outside::Outside;
 pub use parts::{

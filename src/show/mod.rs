@@ -23,6 +23,7 @@ pub use chart::{Chart, Series, Stroke, Width};
 pub use export::{Colours, ExportFormat, check_export, write_export};
 pub use glb::Shown;
 pub use picture::{Legend, Picture, Scale};
+pub use plot::PlotStyle;
 pub use render::{
     FirstVisible, Fragments, Gather, Pixels, Sampling, Show, Viewpoint, painted, render,
 };

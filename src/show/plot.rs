@@ -3,7 +3,7 @@
 //! They read a results file, or the folder of a year, and no scene.
 //!
 //! `chosen` picks the band and the captors, `map`, `profile`, `plants`, `layers` and `spectrum` each make one
-//! kind of plot, `year`, `months` and `carpet` those of a year, and `drawing` writes it as SVG or as pixels.
+//! kind of plot, `year`, `months` and `carpet` those of a year, `drawing` makes it SVG or pixels, and `style` a file.
 
 mod carpet;
 mod chosen;
@@ -15,6 +15,7 @@ mod months;
 mod plants;
 mod profile;
 mod spectrum;
+mod style;
 mod year;
 
 use crate::{error::Result, results::result::RunResult};
@@ -22,6 +23,7 @@ use chosen::Chosen;
 pub use chosen::{PlotKind, PlotRequest};
 pub use drawing::Plot;
 pub use months::{DailyLight, OfId};
+pub use style::PlotStyle;
 pub use year::{YearPlotKind, YearPlotRequest};
 
 impl Plot {

@@ -130,9 +130,12 @@ pub fn study(
     let budgets: Vec<u64> = (1 - RUNGS..=0)
         .map(|i| ((plan.photons as f64 * RUNG.powi(i)).round() as u64).max(scene.sources() as u64))
         .collect();
-    let all = 3 * plan.seeds * budgets.iter().sum::<u64>()
+    let all = 4 * plan.seeds * budgets.iter().sum::<u64>()
         + if truth.is_none() { LONG_RUN * plan.photons } else { 0 };
-    let ladder = Ladder { scene, plan, control, all, done: Cell::new(0) };
+    let mut ladder = Ladder { scene, plan, control, all, complete: false, done: Cell::new(0) };
+    // where paths leave no light to photons, complete paths are the same
+    let settings = ladder.settings(Estimator::Complete, least_paths(scene), plan.seed, 0);
+    ladder.complete = ladder.simulate(&settings)?.beside.is_some_and(|photons| photons > 0);
 
     let reference = match truth {
         Some(reference) => reference,
@@ -181,6 +184,8 @@ struct Ladder<'a> {
     scene: &'a Scene,
     plan: &'a ConvergencePlan,
     control: &'a Control<'a>,
+    /// Whether complete paths differ from paths.
+    complete: bool,
     /// Number of photons of all runs together, and of those that are done.
     all: u64,
     done: Cell<u64>,
@@ -211,6 +216,9 @@ impl Ladder<'_> {
         // smaller budgets than the least for paths would all be the same run
         if photons >= least_paths(self.scene) || photons == self.plan.photons {
             runs.push(self.summed(Estimator::Paths, photons, seed)?);
+            if self.complete {
+                runs.push(self.summed(Estimator::Complete, photons, seed)?);
+            }
         }
         let Some(&most) = self.plan.k.iter().max() else { return Ok(runs) };
 
@@ -232,7 +240,7 @@ impl Ladder<'_> {
         Ok(runs)
     }
 
-    /// Estimates flux by photons or by paths.
+    /// Estimates flux by photons, by paths or by complete paths.
     fn summed(&self, estimator: Estimator, photons: u64, seed: u64) -> Result<Run> {
         let started = ProcessTime::now();
         let settings = self.settings(estimator, photons, seed, 0);

@@ -68,8 +68,11 @@ fn running_is_reported_before_the_first_run() {
             first.lock().expect("no panic").get_or_insert(progress.runs);
         }
     };
-    let control =
-        phylux::studies::SweepControl { stop: &AtomicBool::new(false), progress: &progress };
+    let control = phylux::studies::SweepControl {
+        stop: &AtomicBool::new(false),
+        progress: &progress,
+        plots: Default::default(),
+    };
     let plan =
         phylux::studies::SweepPlan { shard: phylux::transport::Shard::WHOLE, threads: 1, jobs: 1 };
     phylux::studies::sweep(&file, &folder.path("out"), &plan, &control).expect("it runs");

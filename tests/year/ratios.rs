@@ -78,6 +78,26 @@ fn the_table_of_ratios_has_days_months_and_all() {
         let error: f64 = row[4].parse().expect("an error");
         assert!(ratio > 0.01 && error > 0.0 && error < 0.5 * ratio, "{days}: {ratio} +- {error}");
     }
+    // each hour has its own, which stands beside the light that it is made of
+    let (hours, light) = (read("hour-ratios.csv"), read("hours.csv"));
+    let rows: Vec<Vec<&str>> = hours.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0].join(","), head.replace("period", "time"));
+    let mut lit = 0;
+    for (row, light) in rows[1..].iter().zip(light.lines().skip(1)) {
+        let light: Vec<&str> = light.split(',').collect();
+        assert_eq!((row[0], row[1], row[2]), (light[0], light[1], "R:FR"));
+        let number = |cell: &str| cell.parse::<f64>().expect("a number");
+        match number(light[4]) {
+            0.0 => assert_eq!(row[3..5], ["", ""]),
+            far => {
+                let ratio = number(light[2]) / far;
+                assert!((number(row[3]) / ratio - 1.0).abs() < 1e-5, "{row:?} {light:?}");
+                assert!(number(row[4]) > 0.0 && number(row[4]) < ratio, "{row:?}");
+                lit += 1;
+            }
+        }
+    }
+    assert!(lit > 20, "{lit} hours with light");
     // the sums that ratios are made of are in no table
     assert_eq!(read("hours.csv").lines().count(), 1 + 48);
     assert!(!read("days.csv").contains("numerator"));

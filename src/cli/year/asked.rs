@@ -11,6 +11,7 @@ use crate::{
         scene_file::SkyDivision,
         year_work::{TableSettings, WorkHead, WorkSettings},
     },
+    show::plot::PlotStyle,
     studies::{
         check::check_meshes,
         year::{HoursOf, YearScenes},
@@ -29,12 +30,13 @@ pub struct Asked {
     pub hours: HoursOf,
     pub sun_rays: Option<u64>,
     pub tables: TableSettings,
+    pub plots: PlotStyle,
     pub threads: Option<usize>,
 }
 
 impl Asked {
     /// What was asked for when shards were traced.
-    pub fn of_shards(head: &WorkHead, scene: Option<&Path>) -> Self {
+    pub fn of_shards(head: &WorkHead, scene: Option<&Path>, plots: PlotStyle) -> Self {
         let hours = head.tables.hours.as_deref().and_then(|text| HoursOf::parse(text).ok());
         Self {
             scene: scene.map_or_else(|| PathBuf::from(&head.scene), Path::to_path_buf),
@@ -49,6 +51,7 @@ impl Asked {
             hours: hours.unwrap_or_default(),
             sun_rays: head.settings.sun_rays,
             tables: head.tables.clone(),
+            plots,
             threads: None,
         }
     }

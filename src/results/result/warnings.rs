@@ -113,15 +113,21 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
     if rough.is_empty() {
         return warnings;
     }
+    // complete paths keep no lights apart
+    let by_light = result.captors.iter().any(|captor| captor.front.by_light.is_some());
     match result.estimator {
         Estimator::Paths | Estimator::Complete => {
+            let other = match result.estimator {
+                Estimator::Paths if !by_light => "complete",
+                _ => "photons",
+            };
             let faces = || result.captors.iter().flat_map(CaptorResult::faces);
             warn(
                 "errors that rest on few paths",
                 format!(
                     "the errors at {} of {} faces of captors rest on few paths that found much light, as by way of \
                      a mirror, or on none though photons know of such light there: values and errors may be far \
-                     too small; trace more, or --estimator photons",
+                     too small; trace more, or --estimator {other}",
                     faces().filter(|face| face.few_paths).count(),
                     faces().count()
                 ),
@@ -131,8 +137,9 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
             "few photons on a face of a captor",
             format!(
                 "fewer than {FEW_HISTORIES} photons on a face of {}, or so few that brought most of its light: \
-                 neither their values nor their errors are reliable; trace more, or try --estimator paths",
-                some(&rough, LISTED)
+                 neither their values nor their errors are reliable; trace more, or try --estimator {}",
+                some(&rough, LISTED),
+                if by_light { "paths" } else { "complete" }
             ),
         ),
     }

@@ -1,5 +1,5 @@
-//! Flat panes and mirrors under the sun: all of one material that lie in parallel planes show one
-//! image of it.
+//! Flat panes and mirrors. Under the sun all of one material that lie in parallel planes show one
+//! image of it; captors have an image in each plane.
 
 use std::collections::HashMap;
 
@@ -8,22 +8,70 @@ use glam::Vec3;
 use super::{Scene, Surface};
 use crate::{
     math::{
-        geometry::{Extent, Ray, Triangle},
-        spectrum::Lanes,
+        geometry::{Extent, Frame, Ray, Triangle, closeness},
+        spectrum::{Lanes, Wide},
     },
     scene::{
-        light::Light,
+        light::{Light, MARGIN},
         material::{Interaction, Material, Transport},
     },
 };
 
-/// Limit on the number of images of the sun. Images beyond it, in smaller surfaces, are not looked
-/// for.
+/// Limit on the number of images of the sun, and of planes. Those beyond it, in smaller surfaces, are
+/// not looked for.
 const MOST: usize = 64;
 
 /// Sine of the angle between normals that count as parallel: far below the sun's angular radius,
 /// and above the rounding error in the normal of a small pane.
 const PARALLEL: f32 = 1e-4;
+
+/// A plane with flat panes or mirrors of one material.
+#[derive(Clone, Copy, Debug)]
+pub struct MirrorPlane {
+    /// Unit normal of the plane.
+    pub normal: Vec3,
+    /// A point of the plane.
+    point: Vec3,
+    /// The largest fraction per band of light at 45 degrees that is mirrored.
+    mirrored: f32,
+    material: u32,
+    /// A box around the panes or mirrors, and their area, m2.
+    extent: Extent,
+    area: f32,
+}
+
+impl MirrorPlane {
+    /// Returns the height of a point above the plane, m; below it is negative.
+    #[inline]
+    pub fn height(&self, point: Vec3) -> f32 {
+        (point - self.point).dot(self.normal)
+    }
+
+    /// Returns the mirror image of a point.
+    pub fn image(&self, point: Vec3) -> Vec3 {
+        point - 2.0 * self.height(point) * self.normal
+    }
+
+    /// Returns the mirror image of a direction.
+    pub fn turned(&self, direction: Vec3) -> Vec3 {
+        direction - 2.0 * direction.dot(self.normal) * self.normal
+    }
+
+    /// Returns the fraction of the light towards the box around the panes and mirrors that is
+    /// mirrored.
+    pub fn share(&self) -> f32 {
+        let (size, normal) = (self.extent.size(), self.normal.abs());
+        let sides = Vec3::new(size.y * size.z, size.z * size.x, size.x * size.y);
+        self.mirrored * (self.area / sides.dot(normal)).min(1.0)
+    }
+
+    /// Returns whether a point of the plane lies less than a `distance`, m, outside the box around
+    /// the panes or mirrors.
+    #[inline]
+    pub fn is_near(&self, point: Vec3, distance: f32) -> bool {
+        self.extent.wider(distance).holds(point)
+    }
+}
 
 /// The flat panes and mirrors in which a scene's suns are seen.
 #[derive(Debug)]
@@ -138,6 +186,61 @@ impl FlatMirrors {
 }
 
 impl Scene {
+    /// Returns the planes with flat panes and mirrors, at most so many: those that mirror most of
+    /// the light that falls evenly on all. A scene that repeats has none, as its images have no end.
+    pub(crate) fn mirror_planes(&self, most: usize) -> Vec<MirrorPlane> {
+        let shows = |material: u32| shows_images(&self.materials[material as usize].material);
+        let any = self.materials.iter().any(|named| shows_images(&named.material));
+        if !any || self.lattice().is_some() {
+            return Vec::new();
+        }
+        let triangles = self.triangles();
+        let is_flat = |t: &usize| {
+            let Surface { normal, material, .. } = self.surface(*t);
+            normal != Vec3::ZERO && shows(material)
+        };
+        let mut flat: Vec<(usize, f32)> =
+            (0..triangles.len()).filter(is_flat).map(|t| (t, triangles.at(t).area())).collect();
+        flat.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let near = MARGIN * closeness(Vec3::splat(self.radius));
+        let mut planes: Vec<MirrorPlane> = Vec::new();
+        for (t, area) in flat {
+            let (triangle, Surface { normal, material, .. }) = (triangles.at(t), self.surface(t));
+            let is_there = |plane: &MirrorPlane| {
+                plane.material == material
+                    && plane.normal.cross(normal).length() < PARALLEL
+                    && plane.height(triangle.a).abs() < near
+            };
+            let extent = Extent::of_triangles([&triangle]);
+            match planes.iter().position(is_there) {
+                Some(plane) => {
+                    let plane = &mut planes[plane];
+                    plane.extent = plane.extent.join(extent);
+                    plane.area += area;
+                }
+                None if planes.len() < MOST => {
+                    let mirrored = self.mirrored(material, normal);
+                    let point = triangle.a;
+                    planes.push(MirrorPlane { normal, mirrored, point, material, extent, area });
+                }
+                None => {}
+            }
+        }
+        planes.retain(|plane| plane.mirrored > 0.0);
+        planes.sort_by(|a, b| (b.area * b.mirrored).total_cmp(&(a.area * a.mirrored)));
+        planes.truncate(most);
+        planes
+    }
+
+    /// Returns the largest fraction per band that a material mirrors at 45 degrees.
+    fn mirrored(&self, material: u32, normal: Vec3) -> f32 {
+        let direction = -(Frame::new(normal).tangent + normal).normalize();
+        let at = Interaction::new(direction, normal);
+        let material = &self.materials[material as usize].material;
+        let [mirrored, _] = material.smooth_ways::<Wide>(&at, Transport::Light);
+        mirrored.map_or(0.0, |way| way.weight.largest())
+    }
+
     /// Returns the flat panes and mirrors in which the suns of the scene are seen, if there are
     /// any.
     #[inline]

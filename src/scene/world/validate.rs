@@ -73,6 +73,7 @@ impl SceneParts {
         for (i, shared) in self.shared.iter().enumerate() {
             check(shared.check(self), format_args!("shared copies {i}"), place)?;
         }
+        check(self.check_shared_captors(), "shared copies", place)?;
         for copy in &self.copies {
             if copy.surfaces.is_empty() || copy.surfaces.end > self.surfaces.len() {
                 let problem =
@@ -109,6 +110,33 @@ impl SceneParts {
             check(captor.check(self), format_args!("captor `{}`", captor.id), place)?;
         }
         Ok(())
+    }
+
+    /// Refuses captors that belong to copies and to other surfaces as well.
+    fn check_shared_captors(&self) -> Checked {
+        let of_copies = |shared: &SharedPart| {
+            let captors = shared.captors * shared.transforms.len();
+            shared.first_captor..shared.first_captor + captors
+        };
+        let mut ranges: Vec<_> = self.shared.iter().map(of_copies).collect();
+        ranges.retain(|range| !range.is_empty());
+        ranges.sort_by_key(|range| range.start);
+        let of_two = ranges.windows(2).find(|two| two[1].start < two[0].end);
+        let own = self.surfaces.iter().filter_map(|surface| surface.captor);
+        let both = of_two.map(|two| two[1].start).or_else(|| {
+            own.into_iter().find(|captor| {
+                let after = ranges.partition_point(|range| range.start <= *captor);
+                after > 0 && ranges[after - 1].contains(captor)
+            })
+        });
+        match both {
+            Some(captor) => {
+                let id = &self.captors[captor].id;
+                let problem = format!("captor `{id}` is of a shared copy and of another surface");
+                Err(Problem::new(problem, "give each its own captor"))
+            }
+            None => Ok(()),
+        }
     }
 
     fn check_names(&self) -> Checked {

@@ -5,7 +5,7 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-use crate::{math::machine, transport::shard::Shard};
+use crate::{math::machine, show::plot::PlotStyle, transport::shard::Shard};
 
 /// The options of a sweep.
 #[derive(Clone, Copy, Debug)]
@@ -24,12 +24,14 @@ impl SweepPlan {
     }
 }
 
-/// Progress and stopping of a sweep.
+/// Progress and stopping of a sweep, and how its plots look.
 pub struct SweepControl<'a> {
     /// Set it to end the sweep with an error. Finished runs stay in the folder.
     pub stop: &'a AtomicBool,
     /// Called now and then, from any thread.
     pub progress: &'a (dyn Fn(SweepProgress) + Sync),
+    /// How plots are written.
+    pub plots: PlotStyle,
 }
 
 impl SweepControl<'_> {

@@ -17,7 +17,6 @@ use crate::{
     },
     results::result::Uniformity,
     results::saved::{CaptorValues, EnergyValues, FaceValues, ResultsFile},
-    show::chart::Width,
     studies::table::{Cell, Kind},
 };
 
@@ -133,12 +132,12 @@ pub fn write(
         ratios.finish()?;
     }
     let charts = responses.charts(sweep);
-    let pictures = file_names(charts.iter().map(|(name, _)| name.as_str()), "svg");
-    for ((_, chart), name) in charts.iter().zip(pictures) {
-        let svg = chart.svg(Width::Page).map_err(|e| Error::run(&name, e))?;
+    let ending = control.plots.ending();
+    let pictures = file_names(charts.iter().map(|(name, _)| name.as_str()), ending);
+    for ((_, chart), name) in charts.into_iter().zip(pictures) {
+        let drawn = control.plots.chart(chart)?;
         let mut file = folder.picture(&name)?;
-        file.write_all(svg.as_bytes())
-            .map_err(|e| Error::run(&name, format!("cannot be written: {e}")))?;
+        file.write_all(&drawn).map_err(|e| Error::run(&name, format!("cannot be written: {e}")))?;
         file.finish()?;
     }
 

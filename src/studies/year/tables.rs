@@ -22,8 +22,8 @@ use crate::{
     },
     scene::captor::Channel,
     show::{
-        chart::Width,
-        plot::{DailyLight, OfId},
+        chart::Chart,
+        plot::{DailyLight, OfId, PlotStyle},
     },
     studies::table::{Cell as Entry, Kind, TableFile},
 };
@@ -33,7 +33,10 @@ const TABLES: [&str; 4] = ["hours", "days", "months", "year"];
 /// The other files, of which tables are always CSV.
 const OTHERS: [&str; 6] =
     ["lamps.csv", CHART, "captors.csv", "states.csv", "ratios.csv", YearFolder::FACTS];
-const CHART: &str = "dli.svg";
+/// The chart, without ending.
+const CHART: &str = "dli";
+/// The table of the ratios of hours, if the scene has ratios.
+const HOUR_RATIOS: &str = "hour-ratios";
 /// The record of these files in their folder, and what to do about one that is not of it.
 const RECORD: &str = "year.written.json";
 const REMEDY: &str = "move it away, or write into another folder";
@@ -42,11 +45,15 @@ const REMEDY: &str = "move it away, or write into another folder";
 pub struct YearTables {
     written: Written,
     folder: PathBuf,
-    /// The files and their names: tables of values, the others, and results of months.
+    /// The files and their names: tables of values, the others, ratios of hours, and results of
+    /// months.
     files: Vec<(String, OutputFile)>,
     /// Whether the tables of values are Parquet.
     parquet: bool,
-    /// Whether there are results of months.
+    /// How the chart is written.
+    style: PlotStyle,
+    /// Whether there are ratios of hours, and results of months.
+    ratios: bool,
     results: bool,
 }
 
@@ -57,16 +64,23 @@ impl YearTables {
     pub fn create(
         folder: &Path,
         csv: bool,
+        style: PlotStyle,
         file: impl FnMut(&Path) -> Result<OutputFile>,
     ) -> Result<Self> {
         let ending = if csv { "csv" } else { TableFile::<OwnFile>::ENDING };
         let names = TABLES.iter().map(|name| format!("{name}.{ending}"));
-        let names = names.chain(OTHERS.map(String::from)).collect();
+        let named = |name| match name {
+            CHART => format!("{CHART}.{}", style.ending()),
+            other => other.to_string(),
+        };
+        let names = names.chain(OTHERS.map(named)).collect();
         let mut tables = Self {
             written: Written::read(folder, RECORD, REMEDY)?,
             folder: folder.to_path_buf(),
             files: Vec::new(),
             parquet: ending == "parquet",
+            style,
+            ratios: false,
             results: false,
         };
         tables.add(names, file)?;
@@ -76,6 +90,14 @@ impl YearTables {
     /// Returns the folder.
     pub fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// Prepares a table of the ratios of hours besides. Error: as for [`create`](Self::create).
+    pub fn with_ratios(mut self, file: impl FnMut(&Path) -> Result<OutputFile>) -> Result<Self> {
+        let ending = if self.parquet { "parquet" } else { "csv" };
+        self.add(vec![format!("{HOUR_RATIOS}.{ending}")], file)?;
+        self.ratios = true;
+        Ok(self)
     }
 
     /// Prepares results of each of these months, and of the whole period, besides. Error: as for
@@ -108,7 +130,10 @@ impl YearTables {
 impl Year {
     /// Writes the tables into an existing folder.
     pub fn write_tables(&self, folder: &Path, csv: bool) -> Result<()> {
-        let tables = YearTables::create(folder, csv, OutputFile::create)?;
+        let mut tables = YearTables::create(folder, csv, PlotStyle::default(), OutputFile::create)?;
+        if !self.places.ratios.is_empty() {
+            tables = tables.with_ratios(OutputFile::create)?;
+        }
         write(self, tables, &FilesRead::default(), &|_, _| {})
     }
 }
@@ -121,7 +146,7 @@ pub fn write(
     read: &FilesRead,
     progress: &dyn Fn(u64, u64),
 ) -> Result<()> {
-    let YearTables { written, files, parquet, results, .. } = tables;
+    let YearTables { written, files, parquet, style, ratios: with_ratios, results, .. } = tables;
     let mut files = files.into_iter();
     let mut next = || {
         let (name, file) = files.next().ok_or_else(|| Error::run("tables", "one is missing"))?;
@@ -130,17 +155,19 @@ pub fn write(
     let counted = Counted::new(year, progress);
     let all: Vec<usize> = (0..year.places.ids.len()).collect();
     let with_hours: Vec<usize> = year.with_hours().collect();
-    let hours = year.slots.iter().enumerate();
-    let hours = hours.map(|(s, slot)| (Cow::Owned(time(slot)), year.hour(s)));
-    let hours = hours.filter(|_| !with_hours.is_empty());
-    let days = year.days.keys().enumerate().map(|(d, name)| (name.into(), year.day(d)));
-    let months = year.months.keys().enumerate().map(|(m, name)| (name.into(), year.month(m)));
-    let whole = std::iter::once((Cow::Borrowed("all"), year.whole()));
+    let hours = || {
+        let hours = year.slots.iter().enumerate();
+        let hours = hours.map(|(s, slot)| (Cow::Owned(time(slot)), year.hour(s)));
+        hours.filter(|_| !with_hours.is_empty())
+    };
+    let days = || year.days.keys().enumerate().map(|(d, name)| (name.into(), year.day(d)));
+    let months = || year.months.keys().enumerate().map(|(m, name)| (name.into(), year.month(m)));
+    let whole = || std::iter::once((Cow::Borrowed("all"), year.whole()));
     let mut complete = vec![
-        values(year, next()?, ("time", &with_hours), parquet, hours, &counted)?,
-        values(year, next()?, ("day", &all), parquet, days, &counted)?,
-        values(year, next()?, ("month", &all), parquet, months, &counted)?,
-        values(year, next()?, ("period", &all), parquet, whole, &counted)?,
+        values(year, next()?, ("time", &with_hours), parquet, hours(), &counted)?,
+        values(year, next()?, ("day", &all), parquet, days(), &counted)?,
+        values(year, next()?, ("month", &all), parquet, months(), &counted)?,
+        values(year, next()?, ("period", &all), parquet, whole(), &counted)?,
     ];
     let columns = [
         ("light", Kind::Text),
@@ -150,15 +177,22 @@ pub fn write(
     ];
     complete.push(table(next()?, &columns, false, |file| lamps(year, file))?);
     let mut file = next()?;
-    file.write_all(chart(year)?.as_bytes()).map_err(unwritten)?;
+    file.write_all(&style.chart(chart(year)?)?).map_err(unwritten)?;
     complete.push(file.complete()?);
     complete.push(table(next()?, &CAPTORS, false, |file| captors(year, file))?);
     let columns = [("state", Kind::Text), ("month", Kind::Text), ("hours", Kind::Number)];
     complete.push(table(next()?, &columns, false, |file| states(year, file))?);
-    complete.push(table(next()?, &RATIOS, false, |file| ratios(year, file))?);
+    let sums = days().chain(months()).chain(whole()).filter(|_| !year.places.ratios.is_empty());
+    let columns = ratio_columns("period", Kind::Number);
+    complete.push(table(next()?, &columns, false, |file| ratios(year, &all, sums, file))?);
     let mut file = next()?;
     write_lines(&year.facts(), &mut file).map_err(unwritten)?;
     complete.push(file.complete()?);
+    if with_ratios {
+        let columns = ratio_columns("time", Kind::Single);
+        let rows = |file: &mut _| ratios(year, &with_hours, hours(), file);
+        complete.push(table(next()?, &columns, parquet, rows)?);
+    }
     if results {
         for month in (0..year.months.len()).map(Some).chain([None]) {
             let mut file = next()?;
@@ -254,8 +288,8 @@ fn values<'y>(
     })
 }
 
-/// Draws the daily light integral in the last band or sum that has one.
-fn chart(year: &Year) -> Result<String> {
+/// Returns the chart of the daily light integral in the last band or sum that has one.
+fn chart(year: &Year) -> Result<Chart> {
     let mut light = DailyLight::default();
     if let Some(band) = year.charted.band {
         light.band.clone_from(&year.bands[band].name);
@@ -280,7 +314,7 @@ fn chart(year: &Year) -> Result<String> {
             ids.for_each(|(&id, of)| of.months.push(mean(&values, id)));
         }
     }
-    light.chart().svg(Width::Page).map_err(|e| Error::run(CHART, e))
+    Ok(light.chart())
 }
 
 /// Adds the hours and energy of each lamp for every month, then for the whole period.
@@ -308,30 +342,26 @@ fn states<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> 
     Ok(())
 }
 
-const RATIOS: [(&str, Kind); 9] = [
-    ("captor", Kind::Text),
-    ("period", Kind::Text),
-    ("ratio", Kind::Text),
-    ("front", Kind::Number),
-    ("front_se", Kind::Number),
-    ("back", Kind::Number),
-    ("back_se", Kind::Number),
-    ("absorbed", Kind::Number),
-    ("absorbed_se", Kind::Number),
-];
+/// Returns the columns of a table of ratios at times, which stand in a column called `of`.
+fn ratio_columns(of: &str, kind: Kind) -> Vec<(&str, Kind)> {
+    let texts = ["captor", of, "ratio"].map(|name| (name, Kind::Text));
+    let numbers = ["front", "front_se", "back", "back_se", "absorbed", "absorbed_se"];
+    texts.into_iter().chain(numbers.map(|name| (name, kind))).collect()
+}
 
-/// Adds the ratios of the light of each day, then of each month, then of the whole period.
-fn ratios<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
-    if year.places.ratios.is_empty() {
-        return Ok(());
-    }
-    let days = year.days.keys().enumerate().map(|(d, name)| (name.as_str(), year.day(d)));
-    let months = year.months.keys().enumerate().map(|(m, name)| (name.as_str(), year.month(m)));
-    for (when, values) in days.chain(months).chain(std::iter::once(("all", year.whole()))) {
+/// Adds a row for each time, each of these ids and each ratio.
+fn ratios<'y, W: Write + Send>(
+    year: &'y Year,
+    ids: &[usize],
+    times: impl Iterator<Item = (Cow<'y, str>, Result<Values<'y>>)>,
+    table: &mut TableFile<W>,
+) -> Result<()> {
+    for (when, values) in times {
         let values = values?;
-        for (id, name) in year.places.ids.iter().enumerate() {
+        for &id in ids {
             for (r, ratio) in year.places.ratios.iter().enumerate() {
-                let mut cells = vec![Entry::Text(name), Entry::Text(when), Entry::Text(ratio)];
+                let texts = [&*year.places.ids[id], &*when, &**ratio];
+                let mut cells: Vec<Entry> = texts.map(Entry::Text).into();
                 for channel in [Channel::Front, Channel::Back, Channel::Absorbed] {
                     let found = values.ratio(id, channel, r);
                     cells.push(Entry::number(found.map(|found| found.mean)));

@@ -1,5 +1,10 @@
 //! The virtual captors as targets of aimed flights: which of them a point, or a beam from
 //! infinitely far away, sees well, and where they are.
+//!
+//! A captor is also a target where a flat pane or mirror shows it: the flight is aimed at its mirror
+//! image, and the pane sends it to the captor. Without such flights the little light that comes to a
+//! small captor by way of a window pane would rest on single photons, each of which brings far more
+//! than all flights that are aimed.
 
 use std::f32::consts::PI;
 
@@ -14,7 +19,7 @@ use crate::{
     scene::{
         captor::{Captor, CaptorKind, Moments},
         material::Material,
-        world::Scene,
+        world::{MirrorPlane, Scene},
     },
 };
 
@@ -35,6 +40,10 @@ const GROUP: usize = 128;
 const LEAF: usize = 8;
 /// A captor is flat if its corners are off their mean plane by less than this fraction of its size.
 const FLAT: f32 = 0.02;
+/// The largest number of mirror images of captors at which flights are aimed, and of the planes of
+/// panes and mirrors that show them. Less is found by the mirrors beyond, which show less.
+const IMAGES: usize = 1024;
+const PLANES: usize = 16;
 
 /// The directions into which light leaves a point.
 #[derive(Clone, Copy, Debug)]
@@ -89,13 +98,15 @@ enum Shape {
     Ball,
 }
 
-/// A captor at which flights are aimed.
+/// A captor, or the mirror image of one, at which flights are aimed.
 #[derive(Clone, Copy, Debug)]
 struct Target {
     center: Vec3,
     /// The radius of a ball around the captor, m.
     radius: f32,
     shape: Shape,
+    /// Index of the plane that shows it, if it is an image.
+    plane: Option<usize>,
 }
 
 /// A node of the tree of targets: a set of neighbouring targets.
@@ -107,6 +118,8 @@ struct Node {
     /// The range of the node's targets in the list is `from..to`.
     from: usize,
     to: usize,
+    /// The number of these targets, in which an image counts as the fraction that is mirrored.
+    number: f32,
     /// The index of the node of their first half; the node of the other half follows it in the
     /// list.
     halves: Option<usize>,
@@ -120,6 +133,9 @@ pub struct Seen(Option<(usize, f32)>);
 #[derive(Clone, Debug)]
 pub struct Targets {
     targets: Vec<Target>,
+    /// The planes of panes and mirrors that show captors, each with the fraction of the light towards
+    /// it that is mirrored.
+    planes: Vec<(MirrorPlane, f32)>,
     /// The tree; its first node holds all targets.
     nodes: Vec<Node>,
     /// The share of the flights that aim at a shape larger than the captor.
@@ -133,17 +149,23 @@ impl Targets {
     pub fn of(scene: &Scene) -> Option<Self> {
         let captors = scene.captors.iter().enumerate();
         let sensors = captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface);
-        let targets: Vec<Target> =
+        let mut targets: Vec<Target> =
             sensors.map(|(c, captor)| Target::new(scene, c, captor)).collect();
         if targets.is_empty() {
             return None;
         }
+        let planes = scene.mirror_planes((IMAGES / targets.len()).min(PLANES));
+        let planes: Vec<_> = planes.into_iter().map(|plane| (plane, plane.share())).collect();
+        let images = planes.iter().enumerate().flat_map(|(number, (plane, _))| {
+            targets.iter().filter_map(move |target| target.image(number, plane))
+        });
+        targets.extend(images.collect::<Vec<_>>());
         let used =
             |of: fn(&Material) -> bool| scene.materials.iter().any(|named| of(&named.material));
         let wide_share = if used(Material::is_solid) { WIDE_SHARE } else { 0.0 };
         let passes_surfaces = used(|material| material.has_mirror() && !material.is_diffuse());
         let reach = if wide_share > 0.0 { WIDE } else { 1.0 };
-        let mut all = Self { targets, nodes: Vec::new(), wide_share, passes_surfaces };
+        let mut all = Self { targets, planes, nodes: Vec::new(), wide_share, passes_surfaces };
         let whole = all.node(0, all.targets.len(), reach);
         all.nodes.push(whole);
         let mut next = 0;
@@ -159,7 +181,8 @@ impl Targets {
         let center = Extent::of(targets.iter().map(|target| target.center)).center();
         let far = |target: &Target| target.center.distance(center) + reach * target.radius;
         let radius = targets.iter().map(far).fold(0.0, f32::max);
-        Node { center, radius, from, to, halves: None }
+        let number = targets.iter().map(|target| target.strength(&self.planes)).sum();
+        Node { center, radius, from, to, number, halves: None }
     }
 
     /// Cuts a node into halves across its longest side, unless it is small.
@@ -196,7 +219,7 @@ impl Targets {
         let mut weights = [0.0; GROUP];
         let mut total = 0.0;
         for (weight, target) in weights.iter_mut().zip(targets) {
-            *weight = target.weight(view);
+            *weight = target.weight(view, &self.planes);
             total += *weight;
         }
         let seen = Seen(Some((number, total)));
@@ -250,11 +273,14 @@ impl Targets {
                     continue;
                 }
                 // a target without weight is seen from behind
-                let weight = target.weight(view);
+                let weight = target.weight(view, &self.planes);
                 if weight > 0.0 {
                     let total = match known {
                         Some((of, total)) if of == group => total,
-                        _ => self.targets_of(group).iter().map(|target| target.weight(view)).sum(),
+                        _ => {
+                            let all = self.targets_of(group).iter();
+                            all.map(|target| target.weight(view, &self.planes)).sum()
+                        }
                     };
                     known = Some((group, total));
                     density += chance * weight / total * there;
@@ -274,7 +300,7 @@ impl Targets {
     #[inline]
     fn shares(&self, first: usize, view: View) -> Option<(f32, f32)> {
         let seen = |node: &Node| {
-            let number = (node.to - node.from) as f32;
+            let number = node.number;
             let View::Point(point, facing) = view else { return number };
             let to = node.center - point;
             let d2 = to.length_squared() + node.radius * node.radius;
@@ -317,7 +343,8 @@ impl Target {
         let fronts = triangles.iter().all(|t| t.cross().dot(normal) >= 0.0);
         let is_flat = normal != Vec3::ZERO && corners().all(|c| off(c) <= FLAT * radius);
         if !is_flat || !fronts {
-            return Self { center: middle, radius: MARGIN * radius, shape: Shape::Ball };
+            let radius = MARGIN * radius;
+            return Self { center: middle, radius, shape: Shape::Ball, plane: None };
         }
         let axes = axes(middle, normal, &triangles).map(|axis| MARGIN * axis);
         let [a, b] = axes.map(Vec3::length);
@@ -329,14 +356,65 @@ impl Target {
             one_sided: !captor.kind.has_back(),
         };
         let center = middle + scene.lift(index) * normal;
-        Self { center, radius: a.max(b), shape }
+        Self { center, radius: a.max(b), shape, plane: None }
+    }
+
+    /// Returns the image of the target in a plane, by the plane's number; `None` for a target that
+    /// the plane cuts.
+    fn image(&self, number: usize, plane: &MirrorPlane) -> Option<Self> {
+        let shape = match self.shape {
+            Shape::Ellipse { normal, axes, inverse, area, one_sided } => Shape::Ellipse {
+                normal: plane.turned(normal),
+                axes: axes.map(|axis| plane.turned(axis)),
+                inverse: inverse.map(|axis| plane.turned(axis)),
+                area,
+                one_sided,
+            },
+            Shape::Ball => Shape::Ball,
+        };
+        let center = plane.image(self.center);
+        let is_clear = plane.height(self.center).abs() > self.radius;
+        is_clear.then_some(Self { center, shape, plane: Some(number), ..*self })
+    }
+
+    /// Returns the fraction of the light towards the target that comes to the captor.
+    fn strength(&self, planes: &[(MirrorPlane, f32)]) -> f32 {
+        self.plane.map_or(1.0, |plane| planes[plane].1)
+    }
+
+    /// Returns the same fraction for a view; 0 where the plane's panes and mirrors do not show the
+    /// image there.
+    fn shown(&self, view: View, (plane, share): &(MirrorPlane, f32)) -> f32 {
+        let height = plane.height(self.center);
+        // the way from the view to the image, and the part of it from the plane on
+        let (way, beyond) = match view {
+            View::Point(point, _) => {
+                let before = plane.height(point);
+                (self.center - point, height / (height - before))
+            }
+            View::Beam(direction) => (direction, height / direction.dot(plane.normal)),
+        };
+        let is_shown = match view {
+            View::Point(..) => (0.0..1.0).contains(&beyond),
+            View::Beam(_) => beyond > 0.0 && beyond.is_finite(),
+        };
+        let meets = || plane.is_near(self.center - beyond * way, self.radius);
+        if is_shown && meets() { *share } else { 0.0 }
     }
 
     /// Returns the weight of the target in a view, in proportion to which flights aim at it: the
     /// approximate light of the view per unit of the target's area, cos cos' / d2 or the cosine of
-    /// a beam.
+    /// a beam, and of that the fraction that an image gets.
     #[inline]
-    fn weight(&self, view: View) -> f32 {
+    fn weight(&self, view: View, planes: &[(MirrorPlane, f32)]) -> f32 {
+        match self.plane {
+            None => self.weight_in_sight(view),
+            Some(plane) => self.shown(view, &planes[plane]) * self.weight_in_sight(view),
+        }
+    }
+
+    #[inline]
+    fn weight_in_sight(&self, view: View) -> f32 {
         let height = |to: Vec3| match self.shape {
             Shape::Ellipse { normal, one_sided, .. } => {
                 let height = -to.dot(normal);
