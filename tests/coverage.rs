@@ -45,6 +45,10 @@ const fn paths(count: u64) -> Method {
     Method { name: "paths", estimator: Estimator::Paths, ..photons(count) }
 }
 
+const fn complete(count: u64) -> Method {
+    Method { name: "complete paths", estimator: Estimator::Complete, ..photons(count) }
+}
+
 fn run(path: &Path, method: Method, seed: u64) -> RunResult {
     run_file(path, |settings| {
         let Method { estimator, guiding, count, .. } = method;
@@ -150,6 +154,7 @@ fn nightly_intervals_hold_the_truth() {
     for (name, methods) in [
         ("box.json", [photons(10_000), aimed_photons(5_000), paths(10_000)]),
         ("growth-chamber.json", [photons(10_000), aimed_photons(5_000), paths(20_000)]),
+        ("greenhouse-day.json", [photons(20_000), aimed_photons(5_000), complete(100_000)]),
     ] {
         let path = shipped(name);
         for method in methods {

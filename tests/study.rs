@@ -190,6 +190,17 @@ fn the_command_draws_and_says() {
     for words in ["CPU time, s", "relative RMS error of irradiance", "slope -1/2", "5 nearest"] {
         assert!(error.contains(words), "{words}");
     }
+    // the same as pixels of a column's width, in place of the others
+    let wide =
+        [&arguments[..], &["--k", "5,20", "-o", "charts", "--png", "--width", "3.5"]].concat();
+    let output = phylux(&folder, &wide);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for name in pictures {
+        assert!(!charts.join(name).exists(), "{name}");
+        let bytes = std::fs::read(charts.join(name.replace("svg", "png"))).expect("a picture");
+        let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("PNG");
+        assert_eq!(reader.info().width, 1050, "{name}");
+    }
     // 7 budgets and 2 seeds for photons and two k; paths for the 5 budgets that allow 100 of them
     let rows = std::fs::read_to_string(charts.join("rows.csv")).expect("rows");
     assert_eq!(rows.lines().count(), 1 + 2 * (7 * 3 + 5));

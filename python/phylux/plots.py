@@ -394,11 +394,12 @@ def _pyplot() -> Any:
 
 
 def _rows(result: Result, captors: str | Sequence[str] | None) -> list[int]:
-    """Returns the indices of captors, given the beginning of their ids or a list of ids."""
+    """Returns the indices of captors, given the beginning of their ids, a pattern with ``*``, or a list of ids."""
     if captors is None:
         rows = list(range(len(result.ids)))
     elif isinstance(captors, str):
-        rows = [row for row, id in enumerate(result.ids) if id.startswith(captors)]
+        pattern = ".*".join(re.escape(part) for part in captors.removesuffix("*").split("*"))
+        rows = [row for row, id in enumerate(result.ids) if re.match(pattern, id)]
     else:
         index = {id: row for row, id in enumerate(result.ids)}
         lacking = [id for id in captors if id not in index]

@@ -132,6 +132,8 @@ class Year:
         return xr.Dataset(data, coords=coords)
 
     def _table(self, name: str) -> Any:
+        if not (self.folder / "year.json").is_file():
+            raise FileNotFoundError(f"{self.folder} holds no whole year: run `phylux year` again")
         whole = self.folder / f"{name}.parquet"
         if whole.is_file():
             return _pandas().read_parquet(whole)

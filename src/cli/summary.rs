@@ -108,6 +108,14 @@ pub(super) fn far_off(worst: &WorstResult) -> String {
     format!("{error} at {kind}{captor}, {face}, {band}{few}")
 }
 
+/// Returns the bands and sums that are shown, by index: all, or the first bands and the sums.
+fn shown_bands(result: &RunResult) -> Vec<usize> {
+    let (bands, sums): (Vec<usize>, Vec<usize>) =
+        (0..result.bands.len()).partition(|&band| result.bands[band].sum_of.is_none());
+    let sums = &sums[..sums.len().min(SHOWN_BANDS)];
+    bands.into_iter().take(SHOWN_BANDS - sums.len()).chain(sums.iter().copied()).collect()
+}
+
 fn energy(text: &mut String, result: &RunResult) {
     let energy = &result.energy;
     if energy.emitted.is_empty() {
@@ -126,7 +134,9 @@ fn energy(text: &mut String, result: &RunResult) {
         "escaped",
         "lost"
     );
-    for (b, band) in result.bands.iter().enumerate().take(SHOWN_BANDS) {
+    let shown = shown_bands(result);
+    for &b in &shown {
+        let band = &result.bands[b];
         let missed =
             if daylight { format!("{:>11}", short(energy.missed[b])) } else { String::new() };
         let _ = writeln!(
@@ -138,6 +148,10 @@ fn energy(text: &mut String, result: &RunResult) {
             short(energy.escaped[b]),
             short(energy.lost[b])
         );
+    }
+    if shown.len() < result.bands.len() {
+        let more = result.bands.len() - shown.len();
+        let _ = writeln!(text, "  and {more} more bands, here and below: the files have all");
     }
 }
 
@@ -161,7 +175,7 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
         if faces.is_empty() {
             continue;
         }
-        for b in 0..result.bands.len().min(SHOWN_BANDS) {
+        for b in shown_bands(result) {
             let irradiance = Spread::of(faces.iter().map(|face| face.irradiance[b]).collect());
             let relative = |face: &&FaceResult| Some(face.flux_se[b]? / face.flux[b]);
             let errors: Vec<f64> = faces.iter().filter_map(relative).collect();
@@ -266,29 +280,34 @@ fn groups(text: &mut String, result: &RunResult) {
     if several.is_empty() {
         return;
     }
-    let bands = result.bands.len().min(SHOWN_BANDS);
+    let bands = shown_bands(result);
     let title = format!("groups, mean {}", result.unit.irradiance);
     let _ = write!(text, "\n{title:<24}{:>9}", "captors");
-    (0..bands).for_each(|band| {
+    for &band in &bands {
         let _ = write!(text, "{:>11}", named(result, band));
-    });
+    }
     text.push_str("   relative error\n");
+    let row = |text: &mut String, name: &str, values: &[f64], errors: &[Option<f64>]| {
+        let values: Vec<f64> = bands.iter().map(|&band| values[band]).collect();
+        let errors: Vec<Option<f64>> = bands.iter().map(|&band| errors[band]).collect();
+        line(text, name, &values, &errors);
+    };
     for group in several.iter().take(SHOWN_GROUPS) {
         let GroupResult { id, captors, front, absorbed, absorbed_se, .. } = group;
         let name = format!("  {id:<22}{captors:>9}");
-        row(text, &name, &front.irradiance[..bands], &front.irradiance_se[..bands]);
+        row(text, &name, &front.irradiance, &front.irradiance_se);
         if let (Some(absorbed), Some(errors)) = (absorbed, absorbed_se) {
             let name = format!("{:<33}", format!("    absorbed in all, {}", result.unit.flux));
-            row(text, &name, &absorbed[..bands], &errors[..bands]);
+            row(text, &name, absorbed, errors);
         }
         if let (Some(share), Some(error)) = (group.sunlit, group.sunlit_se) {
-            row(text, &format!("{:<33}", "    sunlit, of the area"), &[share], &[Some(error)]);
+            line(text, &format!("{:<33}", "    sunlit, of the area"), &[share], &[Some(error)]);
         }
         if let Some(faces) = &group.absorbed_by_face {
             let AbsorbedByFace { front, front_se, back, back_se } = faces;
             for (face, values, errors) in [("front", front, front_se), ("back", back, back_se)] {
                 let name = format!("{:<33}", format!("      of light on the {face}"));
-                row(text, &name, &values[..bands], &errors[..bands]);
+                row(text, &name, values, errors);
             }
         }
     }
@@ -358,7 +377,7 @@ fn electricity(text: &mut String, result: &RunResult) {
 }
 
 /// Writes a line of values, with the range of their relative errors.
-fn row(text: &mut String, name: &str, values: &[f64], errors: &[Option<f64>]) {
+fn line(text: &mut String, name: &str, values: &[f64], errors: &[Option<f64>]) {
     let relative = values.iter().zip(errors).filter_map(|(value, error)| Some((*error)? / value));
     let relative: Vec<f64> = relative.collect();
     let spread = if relative.is_empty() { "-".into() } else { Spread::of(relative).percent() };
@@ -382,7 +401,8 @@ fn uniformity(text: &mut String, result: &RunResult) {
     };
     let _ = writeln!(text, "\n{:<33}{:>20}{:>20}", "uniformity of groups", "min / mean", "CV");
     for (name, even) in even.iter().take(SHOWN_GROUPS) {
-        for (b, band) in result.bands.iter().enumerate().take(SHOWN_BANDS) {
+        for b in shown_bands(result) {
+            let band = &result.bands[b];
             let least = cell(even.min_over_mean[b], even.min_over_mean_se[b]);
             let cv = cell(even.cv[b], even.cv_se[b]);
             let name = format!("  {name} {}", band.name);

@@ -78,16 +78,19 @@ impl Written {
             return Err(self.foreign(name));
         }
         for (name, _) in own {
-            let path = self.folder.join(name);
-            fs::remove_file(&path)
-                .map_err(|e| Error::run(path.display(), format!("cannot be removed: {e}")))?;
+            self.remove(name)?;
         }
         hashes.clear();
-        match fs::remove_file(self.folder.join(self.record)) {
-            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(Error::run(
-                self.folder.join(self.record).display(),
-                format!("cannot be removed: {e}"),
-            )),
+        self.remove(self.record)
+    }
+
+    /// Removes the file `name`, if it is there.
+    fn remove(&self, name: &str) -> Result<()> {
+        let path = self.folder.join(name);
+        match fs::remove_file(&path) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => {
+                Err(Error::run(path.display(), format!("cannot be removed: {e}")))
+            }
             _ => Ok(()),
         }
     }
@@ -115,7 +118,8 @@ impl Written {
     }
 
     /// Puts files in their places, which are all of the record from then on: whatever else it named
-    /// is removed. Error: there is a file that is not of the record.
+    /// is removed. Meanwhile the last of them is not there: readers take it for the sign that the
+    /// others belong together. Error: there is a file that is not of the record.
     pub fn put(&self, files: Vec<CompleteOwn>) -> Result<()> {
         let names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
         self.check(&names)?;
@@ -129,6 +133,9 @@ impl Written {
                 .or_insert_with(|| hash.clone());
         }
         self.record(both)?;
+        if let Some(last) = names.last().filter(|last| old.contains_key(*last)) {
+            self.remove(last)?;
+        }
         let mut new = BTreeMap::new();
         for CompleteOwn { name, hash, file } in files {
             file.put()?;

@@ -118,7 +118,7 @@ pub fn render(
                         row.add(guide, (0..bands).map(|b| found.in_band(b)));
                         continue;
                     }
-                    let Some(First { hit, front, .. }) = first else { continue };
+                    let Some((hit, front)) = first.and_then(|first| first.opaque) else { continue };
                     if let Show::Absorbed = show {
                         let found = whitted.absorbed::<L>(&ray, &hit, gather, &mut shared, &mut rng);
                         row.add(guide, (0..bands).map(|b| found.in_band(b)));
@@ -150,10 +150,11 @@ pub fn render(
     Ok(all)
 }
 
-/// The first surface along a camera ray that cannot be seen through.
+/// What a camera ray meets first.
 struct First {
-    hit: SurfaceHit,
-    front: bool,
+    /// The first surface that cannot be seen through, and whether its front is seen.
+    opaque: Option<(SurfaceHit, bool)>,
+    /// This surface with the glass before it; where the sky is seen through glass, the glass.
     guide: Guide,
 }
 
@@ -170,13 +171,16 @@ impl First {
         if !scene.material(&surface).is_clear() {
             let guide =
                 Guide { face, through: None, material: surface.material, normal: surface.normal };
-            return Some(Self { hit: first, front, guide });
+            return Some(Self { opaque: Some((first, front)), guide });
         }
-        let (normal, through) = (surface.normal, Some(face));
-        let hit = viewpoint.opaque(ray)?;
+        let (normal, glass) = (surface.normal, face);
+        let Some(hit) = viewpoint.opaque(ray) else {
+            let guide = Guide { face: glass, through: None, material: surface.material, normal };
+            return Some(Self { opaque: None, guide });
+        };
         let (surface, front, face) = facing(&hit);
-        let guide = Guide { face, through, material: surface.material, normal };
-        Some(Self { hit, front, guide })
+        let guide = Guide { face, through: Some(glass), material: surface.material, normal };
+        Some(Self { opaque: Some((hit, front)), guide })
     }
 }
 

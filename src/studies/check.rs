@@ -40,6 +40,8 @@ const WIDE: f64 = 1.05;
 const BRIGHT: f64 = 5.0;
 /// A lamp is suspiciously bright if it has more than this many times the power of the median lamp.
 const ODD: f64 = 300.0;
+/// Lamps that are farther than this many times the size of everything else are worth a warning.
+const FAR: f32 = 3.0;
 
 /// The usual range of the size of a scene, m.
 const USUAL_SIZE: [f64; 2] = [0.01, 1000.0];
@@ -105,6 +107,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_spectra(loaded, &mut remarks);
     note_tables(loaded, &mut remarks);
     check_lights(scene, &mut remarks);
+    check_distances(scene, &mut remarks);
     // of a scene in the wrong unit all powers look wrong
     if usual {
         let extent = lit.join(Extent::of_triangles(scene.captor_triangles()));
@@ -189,7 +192,7 @@ fn check_spectra(loaded: &LoadedScene, remarks: &mut Remarks) {
     remarks.warn_of(wide, |list| {
         format!(
             "bands too wide for spectra, with the mean square over the square of the mean (1.05 is much): {list}; \
-            use bands of at most 50 nm"
+            use narrower bands there"
         )
     });
 }
@@ -228,6 +231,20 @@ fn check_powers(scene: &Scene, around: &Extent, remarks: &mut Remarks) {
             units.flux,
             number(most),
             units.flux
+        )
+    });
+}
+
+/// Warns of lamps that are so far from everything that their unit is in doubt.
+fn check_distances(scene: &Scene, remarks: &mut Remarks) {
+    let around = scene.triangles().extent().join(Extent::of_triangles(scene.captor_triangles()));
+    let reach = FAR * around.size().length();
+    let lamps = scene.lights.iter().filter(|light| light.entrance().is_none());
+    let far = lamps.filter(|light| reach > 0.0 && light.extent().is_clear_of(&around, reach));
+    remarks.warn_of(quoted(far.map(|light| &light.name)), |list| {
+        format!(
+            "lights more than {FAR} times the scene's size from all surfaces and captors: {list}; check their \
+            position and its unit"
         )
     });
 }
@@ -271,7 +288,8 @@ fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
     // in a scene that repeats nothing is outside
     let bounded = !scene.triangles().is_empty() && scene.lattice().is_none();
     let outside = scene.captors.iter().filter(|captor| {
-        bounded && matches!(captor.kind, CaptorKind::Virtual { .. }) && {
+        // above a canopy there is sky
+        bounded && !scene.has_daylight() && matches!(captor.kind, CaptorKind::Virtual { .. }) && {
             let extent = Extent::of_triangles(&*scene.triangles_of(captor));
             extent.is_clear_of(lit, closeness(extent.max.abs().max(extent.min.abs())))
         }

@@ -13,9 +13,12 @@ use super::{
     spec::*,
 };
 use crate::{
-    error::Result,
+    error::{Result, number},
     formats::obj::longest_edge,
-    math::geometry::{Transform, triangulate},
+    math::{
+        geometry::{Transform, triangulate},
+        units::Quantity,
+    },
     scene::{
         light::{
             Intensity, LightShape, check_aperture, check_area, check_axis, check_direction,
@@ -39,7 +42,7 @@ impl Loader<'_> {
             }
             if let Some(watts) = file.watts() {
                 let place = self.place(format!("{pointer}/watts"));
-                check_watts(watts).map_err(|problem| problem.at(place))?;
+                check_watts(watts).map_err(|problem| problem.at(&place))?;
             }
             let (name, lights) = match file {
                 LightSpec::Point(light) => (&light.name, vec![self.point_light(&pointer, light)?]),
@@ -58,6 +61,17 @@ impl Loader<'_> {
                 let name = if several { format!("{name}#{copy}") } else { name.clone() };
                 self.make_solid(&name, &light);
                 let Glowing { power, shape, .. } = light;
+                let emitted: f64 = power.iter().sum();
+                if let (Some(watts), Quantity::Watt) = (file.watts(), self.parts.quantity)
+                    && emitted > watts
+                {
+                    let more = format!(
+                        "emits {} W of light and takes {} W; a power in umol/s needs `\"quantity\": \"umol/s\"`",
+                        number(emitted),
+                        number(watts)
+                    );
+                    self.warn(self.place(&pointer), more);
+                }
                 self.parts.watts.extend(file.watts().map(|watts| (name.clone(), watts)));
                 self.add_light(&pointer, LightPart { name, power, shape })?;
             }

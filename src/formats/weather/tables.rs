@@ -158,6 +158,10 @@ impl Head<'_, '_> {
             let (name, unit) = name_and_unit(whole);
             let known = NAMES.iter().find(|(_, names)| names.contains(&name.as_str()));
             let Some(&(what, _)) = known else {
+                if whole.trim_start().starts_with('{') {
+                    let remedy = "fetch it as CSV (of Open-Meteo by `&format=csv`)";
+                    return Err(self.error("this is JSON, not a table").remedy(remedy));
+                }
                 if self.source == Source::Plain && name != "time" {
                     let problem = format!("unknown column {}", quoted(whole));
                     return Err(self.error(problem).remedy(KINDS));

@@ -487,6 +487,10 @@ fn broken_files_get_their_sentence() {
     };
     for (text, start) in [
         ("time,ghi,note\n", "a.csv:1: unknown column `note`; weather files are"),
+        (
+            "{\"latitude\": 45.0, \"hourly\": {}}\n",
+            "a.csv:1: this is JSON, not a table; fetch it as",
+        ),
         ("time,dni\n", "a.csv:1: neither global irradiance nor both direct and diffuse (no `ghi`"),
         ("ghi,dni\n", "a.csv:1: no column `time`"),
         ("time,ghi,ghi\n", "a.csv:1: two columns ghi; keep one"),

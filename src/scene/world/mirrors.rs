@@ -57,19 +57,16 @@ impl MirrorPlane {
         direction - 2.0 * direction.dot(self.normal) * self.normal
     }
 
-    /// Returns the fraction of the light towards the box around the panes and mirrors that is
-    /// mirrored.
-    pub fn share(&self) -> f32 {
-        let (size, normal) = (self.extent.size(), self.normal.abs());
-        let sides = Vec3::new(size.y * size.z, size.z * size.x, size.x * size.y);
-        self.mirrored * (self.area / sides.dot(normal)).min(1.0)
+    /// Returns the area of the panes and mirrors times the fraction that they mirror, m2.
+    pub fn mirrored_area(&self) -> f32 {
+        self.area * self.mirrored
     }
 
-    /// Returns whether a point of the plane lies less than a `distance`, m, outside the box around
-    /// the panes or mirrors.
+    /// Returns whether a ray comes to the plane within the box around the panes and mirrors.
     #[inline]
-    pub fn is_near(&self, point: Vec3, distance: f32) -> bool {
-        self.extent.wider(distance).holds(point)
+    pub fn is_met(&self, ray: &Ray) -> bool {
+        let t = -self.height(ray.origin) / ray.direction.dot(self.normal);
+        t > 0.0 && t.is_finite() && self.extent.holds(ray.origin + t * ray.direction)
     }
 }
 
@@ -211,7 +208,7 @@ impl Scene {
                     && plane.normal.cross(normal).length() < PARALLEL
                     && plane.height(triangle.a).abs() < near
             };
-            let extent = Extent::of_triangles([&triangle]);
+            let extent = Extent::of_triangles([&triangle]).wider(near);
             match planes.iter().position(is_there) {
                 Some(plane) => {
                     let plane = &mut planes[plane];
@@ -227,7 +224,7 @@ impl Scene {
             }
         }
         planes.retain(|plane| plane.mirrored > 0.0);
-        planes.sort_by(|a, b| (b.area * b.mirrored).total_cmp(&(a.area * a.mirrored)));
+        planes.sort_by(|a, b| b.mirrored_area().total_cmp(&a.mirrored_area()));
         planes.truncate(most);
         planes
     }

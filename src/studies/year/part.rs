@@ -225,9 +225,16 @@ impl<'a> Part<'a> {
         Unit { part: self.index as u32, kind: UnitKind::Captor, index: captor as u64 }
     }
 
-    /// Returns whether daylight ever shines.
-    pub fn has_daylight(&self) -> bool {
-        self.hourly.iter().any(|light| !light.factors.is_empty())
+    /// Returns whether photons find any daylight: that of a sky or the ground, or sunlight that
+    /// surfaces scatter. Rays find the rest.
+    pub fn has_light_by_photons(&self) -> bool {
+        let scene = self.scene;
+        let scatters = scene.materials.iter().any(|named| named.material.is_diffuse());
+        let is_sun = |light: usize| {
+            scene.lights[light].entrance().is_some_and(|entrance| entrance.light.has_sun())
+        };
+        let found = |light: &HourlyLight| scatters || !is_sun(light.light);
+        self.hourly.iter().any(|light| !light.factors.is_empty() && found(light))
     }
 
     /// Returns what a light brings to the front of an id in a band.

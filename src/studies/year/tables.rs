@@ -187,7 +187,7 @@ pub fn write(
     complete.push(table(next()?, &columns, false, |file| ratios(year, &all, sums, file))?);
     let mut file = next()?;
     write_lines(&year.facts(), &mut file).map_err(unwritten)?;
-    complete.push(file.complete()?);
+    let facts = file.complete()?;
     if with_ratios {
         let columns = ratio_columns("time", Kind::Single);
         let rows = |file: &mut _| ratios(year, &with_hours, hours(), file);
@@ -200,6 +200,7 @@ pub fn write(
             complete.push(file.complete()?);
         }
     }
+    complete.push(facts);
     written.put(complete)
 }
 

@@ -15,7 +15,7 @@ const UNSEEN: f64 = 1e-3;
 pub(super) fn few_photons(parts: &[Part], lamps: &[(usize, Lamp)]) -> Vec<String> {
     let is_lit = |(_, lamp): &&(usize, Lamp)| lamp.on.iter().any(|on| *on > 0.0);
     let lit: Vec<usize> = lamps.iter().filter(is_lit).map(|(lamp, _)| *lamp).collect();
-    let daylight = parts.iter().any(Part::has_daylight).then(|| {
+    let daylight = parts.iter().any(Part::has_light_by_photons).then(|| {
         let of = "daylight, but for what comes straight from the sun or by one flat mirror,";
         too_few_photons(parts, of, None)
     });

@@ -100,16 +100,16 @@ impl<'a> Origin<'a> {
     /// Draws a ray from here to a captor. Returns with it what was learned of the captors that are
     /// seen from here.
     fn aim(&self, targets: &Targets, rng: &mut Stream) -> (Option<Ray>, Seen) {
-        let (chosen, seen) = targets.choose(self.view(), rng);
-        let to = |origin: Vec3, chosen: Option<Vec3>| Some(Ray { origin, direction: chosen? });
+        let chosen = targets.choose(self.view(), rng);
+        let from = |origin: Vec3| Some(Ray { origin, direction: chosen.to? });
         let ray = match *self {
-            Self::Light(_, start) => to(start.point, chosen),
-            Self::Surface { point, .. } => to(point, chosen),
+            Self::Light(_, start) => from(start.point),
+            Self::Surface { point, .. } => from(point),
             Self::Infinity(face, direction) => {
-                chosen.and_then(|through| face.entering(through, direction))
+                chosen.to.and_then(|through| face.entering(through, direction))
             }
         };
-        (ray, seen)
+        (ray.filter(|ray| targets.is_sent(&chosen, ray)), chosen.seen)
     }
 
     /// Returns the same ray, moved off the surface on which it starts.

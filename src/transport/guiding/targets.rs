@@ -1,10 +1,10 @@
 //! The virtual captors as targets of aimed flights: which of them a point, or a beam from
 //! infinitely far away, sees well, and where they are.
 //!
-//! A captor is also a target where a flat pane or mirror shows it: the flight is aimed at its mirror
-//! image, and the pane sends it to the captor. Without such flights the little light that comes to a
-//! small captor by way of a window pane would rest on single photons, each of which brings far more
-//! than all flights that are aimed.
+//! Some flights are aimed at what flat panes and mirrors show: the view is mirrored in their plane, a
+//! captor is chosen from there, and the flight to it is mirrored back. Without such flights the
+//! little light that comes to a small captor by way of a window pane would rest on single photons,
+//! each of which brings far more than all flights that are aimed.
 
 use std::f32::consts::PI;
 
@@ -40,9 +40,9 @@ const GROUP: usize = 128;
 const LEAF: usize = 8;
 /// A captor is flat if its corners are off their mean plane by less than this fraction of its size.
 const FLAT: f32 = 0.02;
-/// The largest number of mirror images of captors at which flights are aimed, and of the planes of
-/// panes and mirrors that show them. Less is found by the mirrors beyond, which show less.
-const IMAGES: usize = 1024;
+/// The fraction of the flights that are aimed by way of panes and mirrors, if there are any, and the
+/// largest number of planes in which these lie.
+const MIRRORED: f32 = 0.05;
 const PLANES: usize = 16;
 
 /// The directions into which light leaves a point.
@@ -78,6 +78,21 @@ pub enum View {
     Beam(Vec3),
 }
 
+impl View {
+    /// Returns the view in a mirror.
+    fn mirrored(self, plane: &MirrorPlane) -> Self {
+        let facing = |facing| match facing {
+            Facing::Front(normal) => Facing::Front(plane.turned(normal)),
+            Facing::Both(normal) => Facing::Both(plane.turned(normal)),
+            Facing::Anywhere => Facing::Anywhere,
+        };
+        match self {
+            Self::Point(point, towards) => Self::Point(plane.image(point), facing(towards)),
+            Self::Beam(direction) => Self::Beam(plane.turned(direction)),
+        }
+    }
+}
+
 /// The shape at which flights are aimed.
 #[derive(Clone, Copy, Debug)]
 enum Shape {
@@ -98,15 +113,13 @@ enum Shape {
     Ball,
 }
 
-/// A captor, or the mirror image of one, at which flights are aimed.
+/// A captor at which flights are aimed.
 #[derive(Clone, Copy, Debug)]
 struct Target {
     center: Vec3,
     /// The radius of a ball around the captor, m.
     radius: f32,
     shape: Shape,
-    /// Index of the plane that shows it, if it is an image.
-    plane: Option<usize>,
 }
 
 /// A node of the tree of targets: a set of neighbouring targets.
@@ -118,8 +131,6 @@ struct Node {
     /// The range of the node's targets in the list is `from..to`.
     from: usize,
     to: usize,
-    /// The number of these targets, in which an image counts as the fraction that is mirrored.
-    number: f32,
     /// The index of the node of their first half; the node of the other half follows it in the
     /// list.
     halves: Option<usize>,
@@ -129,12 +140,24 @@ struct Node {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Seen(Option<(usize, f32)>);
 
+/// A target that was chosen in a view.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Chosen {
+    /// A unit vector from the point of the view to it or, for a beam, a point that the beam is to
+    /// pass; `None` where no captor was chosen.
+    pub to: Option<Vec3>,
+    /// What [`Targets::density`] in the same view then need not compute again.
+    pub seen: Seen,
+    /// Index of the plane whose panes or mirrors are to send the flight to the captor.
+    by: Option<usize>,
+}
+
 /// The virtual captors of a scene.
 #[derive(Clone, Debug)]
 pub struct Targets {
     targets: Vec<Target>,
-    /// The planes of panes and mirrors that show captors, each with the fraction of the light towards
-    /// it that is mirrored.
+    /// The planes of panes and mirrors by way of which flights are aimed, each with its share of
+    /// these flights.
     planes: Vec<(MirrorPlane, f32)>,
     /// The tree; its first node holds all targets.
     nodes: Vec<Node>,
@@ -149,22 +172,20 @@ impl Targets {
     pub fn of(scene: &Scene) -> Option<Self> {
         let captors = scene.captors.iter().enumerate();
         let sensors = captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface);
-        let mut targets: Vec<Target> =
+        let targets: Vec<Target> =
             sensors.map(|(c, captor)| Target::new(scene, c, captor)).collect();
         if targets.is_empty() {
             return None;
         }
-        let planes = scene.mirror_planes((IMAGES / targets.len()).min(PLANES));
-        let planes: Vec<_> = planes.into_iter().map(|plane| (plane, plane.share())).collect();
-        let images = planes.iter().enumerate().flat_map(|(number, (plane, _))| {
-            targets.iter().filter_map(move |target| target.image(number, plane))
-        });
-        targets.extend(images.collect::<Vec<_>>());
         let used =
             |of: fn(&Material) -> bool| scene.materials.iter().any(|named| of(&named.material));
         let wide_share = if used(Material::is_solid) { WIDE_SHARE } else { 0.0 };
         let passes_surfaces = used(|material| material.has_mirror() && !material.is_diffuse());
         let reach = if wide_share > 0.0 { WIDE } else { 1.0 };
+        let planes = scene.mirror_planes(PLANES);
+        let whole: f32 = planes.iter().map(MirrorPlane::mirrored_area).sum();
+        let share = |plane: MirrorPlane| (plane, plane.mirrored_area() / whole);
+        let planes = planes.into_iter().map(share).collect();
         let mut all = Self { targets, planes, nodes: Vec::new(), wide_share, passes_surfaces };
         let whole = all.node(0, all.targets.len(), reach);
         all.nodes.push(whole);
@@ -181,8 +202,7 @@ impl Targets {
         let center = Extent::of(targets.iter().map(|target| target.center)).center();
         let far = |target: &Target| target.center.distance(center) + reach * target.radius;
         let radius = targets.iter().map(far).fold(0.0, f32::max);
-        let number = targets.iter().map(|target| target.strength(&self.planes)).sum();
-        Node { center, radius, from, to, number, halves: None }
+        Node { center, radius, from, to, halves: None }
     }
 
     /// Cuts a node into halves across its longest side, unless it is small.
@@ -201,10 +221,38 @@ impl Targets {
         self.nodes.extend(halves);
     }
 
-    /// Chooses a target in a view. Returns a unit vector from the point of the view to it or, for a
-    /// beam, a point that the beam is to pass. Also returns what [`density`](Self::density) in the
-    /// same view then need not compute again. `None` where no captor is chosen.
-    pub fn choose(&self, view: View, rng: &mut Stream) -> (Option<Vec3>, Seen) {
+    /// Chooses a target in a view.
+    pub fn choose(&self, view: View, rng: &mut Stream) -> Chosen {
+        if self.planes.is_empty() {
+            let (to, seen) = self.choose_in_sight(view, rng);
+            return Chosen { to, seen, by: None };
+        }
+        let mut rest = rng.uniform() / MIRRORED;
+        let by = self.planes.iter().position(|(_, share)| {
+            rest -= share;
+            rest < 0.0
+        });
+        let Some(by) = by else {
+            let (to, seen) = self.choose_in_sight(view, rng);
+            return Chosen { to, seen, by: None };
+        };
+        let (plane, _) = &self.planes[by];
+        let (to, _) = self.choose_in_sight(view.mirrored(plane), rng);
+        let to = to.map(|to| match view {
+            View::Point(..) => plane.turned(to),
+            View::Beam(_) => plane.image(to),
+        });
+        Chosen { to, seen: Seen::default(), by: Some(by) }
+    }
+
+    /// Returns whether a flight along `ray` to what was chosen is sent: one by way of a pane or
+    /// mirror must come to it.
+    pub fn is_sent(&self, chosen: &Chosen, ray: &Ray) -> bool {
+        chosen.by.is_none_or(|by| self.planes[by].0.is_met(ray))
+    }
+
+    /// Chooses a target that is seen without a mirror.
+    fn choose_in_sight(&self, view: View, rng: &mut Stream) -> (Option<Vec3>, Seen) {
         let mut u = rng.uniform();
         let mut number = 0;
         while let Some(first) = self.nodes[number].choice() {
@@ -219,7 +267,7 @@ impl Targets {
         let mut weights = [0.0; GROUP];
         let mut total = 0.0;
         for (weight, target) in weights.iter_mut().zip(targets) {
-            *weight = target.weight(view, &self.planes);
+            *weight = target.weight(view);
             total += *weight;
         }
         let seen = Seen(Some((number, total)));
@@ -235,9 +283,23 @@ impl Targets {
         (chosen.and_then(|target| target.aim(view, self.wide_share, rng)), seen)
     }
 
-    /// Returns the density with which [`choose`](Self::choose) draws a ray: of its direction from
-    /// the point of the view, 1/sr, or of its place across a beam, 1/m2.
+    /// Returns the density with which [`choose`](Self::choose) draws a ray that is sent: of its
+    /// direction from the point of the view, 1/sr, or of its place across a beam, 1/m2.
     pub fn density(&self, view: View, ray: &Ray, seen: Seen) -> f32 {
+        let in_sight = self.density_in_sight(view, ray, seen);
+        if self.planes.is_empty() {
+            return in_sight;
+        }
+        let met = self.planes.iter().filter(|(plane, _)| plane.is_met(ray));
+        let mirrored = met.map(|(plane, share)| {
+            let ray =
+                Ray { origin: plane.image(ray.origin), direction: plane.turned(ray.direction) };
+            share * self.density_in_sight(view.mirrored(plane), &ray, Seen::default())
+        });
+        (1.0 - MIRRORED) * in_sight + MIRRORED * mirrored.sum::<f32>()
+    }
+
+    fn density_in_sight(&self, view: View, ray: &Ray, seen: Seen) -> f32 {
         // nodes to visit, each with its chance and the node whose targets are compared one by one;
         // there are no more than the depth of the tree, which is the logarithm of the number of
         // targets
@@ -273,14 +335,11 @@ impl Targets {
                     continue;
                 }
                 // a target without weight is seen from behind
-                let weight = target.weight(view, &self.planes);
+                let weight = target.weight(view);
                 if weight > 0.0 {
                     let total = match known {
                         Some((of, total)) if of == group => total,
-                        _ => {
-                            let all = self.targets_of(group).iter();
-                            all.map(|target| target.weight(view, &self.planes)).sum()
-                        }
+                        _ => self.targets_of(group).iter().map(|target| target.weight(view)).sum(),
                     };
                     known = Some((group, total));
                     density += chance * weight / total * there;
@@ -300,7 +359,7 @@ impl Targets {
     #[inline]
     fn shares(&self, first: usize, view: View) -> Option<(f32, f32)> {
         let seen = |node: &Node| {
-            let number = node.number;
+            let number = (node.to - node.from) as f32;
             let View::Point(point, facing) = view else { return number };
             let to = node.center - point;
             let d2 = to.length_squared() + node.radius * node.radius;
@@ -343,8 +402,7 @@ impl Target {
         let fronts = triangles.iter().all(|t| t.cross().dot(normal) >= 0.0);
         let is_flat = normal != Vec3::ZERO && corners().all(|c| off(c) <= FLAT * radius);
         if !is_flat || !fronts {
-            let radius = MARGIN * radius;
-            return Self { center: middle, radius, shape: Shape::Ball, plane: None };
+            return Self { center: middle, radius: MARGIN * radius, shape: Shape::Ball };
         }
         let axes = axes(middle, normal, &triangles).map(|axis| MARGIN * axis);
         let [a, b] = axes.map(Vec3::length);
@@ -356,65 +414,14 @@ impl Target {
             one_sided: !captor.kind.has_back(),
         };
         let center = middle + scene.lift(index) * normal;
-        Self { center, radius: a.max(b), shape, plane: None }
-    }
-
-    /// Returns the image of the target in a plane, by the plane's number; `None` for a target that
-    /// the plane cuts.
-    fn image(&self, number: usize, plane: &MirrorPlane) -> Option<Self> {
-        let shape = match self.shape {
-            Shape::Ellipse { normal, axes, inverse, area, one_sided } => Shape::Ellipse {
-                normal: plane.turned(normal),
-                axes: axes.map(|axis| plane.turned(axis)),
-                inverse: inverse.map(|axis| plane.turned(axis)),
-                area,
-                one_sided,
-            },
-            Shape::Ball => Shape::Ball,
-        };
-        let center = plane.image(self.center);
-        let is_clear = plane.height(self.center).abs() > self.radius;
-        is_clear.then_some(Self { center, shape, plane: Some(number), ..*self })
-    }
-
-    /// Returns the fraction of the light towards the target that comes to the captor.
-    fn strength(&self, planes: &[(MirrorPlane, f32)]) -> f32 {
-        self.plane.map_or(1.0, |plane| planes[plane].1)
-    }
-
-    /// Returns the same fraction for a view; 0 where the plane's panes and mirrors do not show the
-    /// image there.
-    fn shown(&self, view: View, (plane, share): &(MirrorPlane, f32)) -> f32 {
-        let height = plane.height(self.center);
-        // the way from the view to the image, and the part of it from the plane on
-        let (way, beyond) = match view {
-            View::Point(point, _) => {
-                let before = plane.height(point);
-                (self.center - point, height / (height - before))
-            }
-            View::Beam(direction) => (direction, height / direction.dot(plane.normal)),
-        };
-        let is_shown = match view {
-            View::Point(..) => (0.0..1.0).contains(&beyond),
-            View::Beam(_) => beyond > 0.0 && beyond.is_finite(),
-        };
-        let meets = || plane.is_near(self.center - beyond * way, self.radius);
-        if is_shown && meets() { *share } else { 0.0 }
+        Self { center, radius: a.max(b), shape }
     }
 
     /// Returns the weight of the target in a view, in proportion to which flights aim at it: the
     /// approximate light of the view per unit of the target's area, cos cos' / d2 or the cosine of
-    /// a beam, and of that the fraction that an image gets.
+    /// a beam.
     #[inline]
-    fn weight(&self, view: View, planes: &[(MirrorPlane, f32)]) -> f32 {
-        match self.plane {
-            None => self.weight_in_sight(view),
-            Some(plane) => self.shown(view, &planes[plane]) * self.weight_in_sight(view),
-        }
-    }
-
-    #[inline]
-    fn weight_in_sight(&self, view: View) -> f32 {
+    fn weight(&self, view: View) -> f32 {
         let height = |to: Vec3| match self.shape {
             Shape::Ellipse { normal, one_sided, .. } => {
                 let height = -to.dot(normal);

@@ -132,11 +132,11 @@ fn places_across_a_beam_have_their_density() {
 /// Draws a direction or a place in a view. Its ray must have the same density with what the choice
 /// has learned as without.
 fn chosen(targets: &Targets, view: View, ray: impl Fn(Vec3) -> Ray, rng: &mut Stream) -> Vec3 {
-    let (chosen, seen) = targets.choose(view, rng);
-    let chosen = chosen.expect("one is in sight");
-    let [known, found] =
-        [seen, Seen::default()].map(|seen| targets.density(view, &ray(chosen), seen));
+    let chosen = targets.choose(view, rng);
+    let (seen, to) = (chosen.seen, chosen.to.expect("one is in sight"));
+    let [known, found] = [seen, Seen::default()].map(|seen| targets.density(view, &ray(to), seen));
     // rounding may make a ray to the rim miss it
     assert!((known - found).abs() <= 1e-5 * known, "{known} {found}");
-    chosen
+    assert!(targets.is_sent(&chosen, &ray(to)), "the pane is larger than what it shows");
+    to
 }
