@@ -134,8 +134,8 @@ pub fn study(
         + if truth.is_none() { LONG_RUN * plan.photons } else { 0 };
     let mut ladder = Ladder { scene, plan, control, all, complete: false, done: Cell::new(0) };
     // where paths leave no light to photons, complete paths are the same
-    let settings = ladder.settings(Estimator::Complete, least_paths(scene), plan.seed, 0);
-    ladder.complete = ladder.simulate(&settings)?.beside.is_some_and(|photons| photons > 0);
+    let settings = ladder.settings(Estimator::Paths, least_paths(scene), plan.seed, 0);
+    ladder.complete = ladder.simulate(&settings)?.unseen.is_some();
 
     let reference = match truth {
         Some(reference) => reference,

@@ -84,8 +84,14 @@ impl Carpets {
         let mut cells = carpet.cells.iter().map(|&(day, hour, value)| (day, hour, level(value)));
         let mut open = cells.next().map(|(day, hour, level)| (day, hour, hour, level));
         let mut rectangles = Vec::new();
+        // rectangles reach a little below those that are drawn after them, so that no pale lines are
+        // left between them where edges are smoothed
+        let (across, up) = chart.plotting_area().dim_in_pixel();
+        let [across, up] = [across, up].map(|units| f64::from(px(1)) / f64::from(units.max(1)));
+        let (days, more) = (self.days.len() as f64, [across * self.days.len() as f64, up * 24.0]);
         let mut close = |(day, from, last, level): (usize, f64, f64, f64)| {
-            let corners = [(day as f64, from), (day as f64 + 1.0, last + self.step)];
+            let end = (day as f64 + 1.0 + more[0], last + self.step + more[1]);
+            let corners = [(day as f64, from), (end.0.min(days), end.1.min(24.0))];
             rectangles.push(Rectangle::new(corners, paint(level)));
         };
         for (day, hour, level) in cells {
