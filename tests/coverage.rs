@@ -122,9 +122,9 @@ fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f6
 }
 
 /// Of the 95 % intervals of flux and of absorbed power (1.98 standard errors, because these come
-/// from 128 batches), 90 to 99 % hold the truth, in three scenes, for photons, for photons with
-/// aimed flights, and for paths; by day for photons. The truth is the closed form in a furnace; in
-/// the shipped scenes it is a run of seed 1000 with 200 times as many histories.
+/// from 128 batches), 90 to 99 % hold the truth, in four scenes, for photons, for photons with
+/// aimed flights, and for paths; in the one by day for photons. The truth is the closed form in a
+/// furnace; in the shipped scenes it is a run of seed 1000 with 200 times as many histories.
 ///
 /// Seeds 1 to 200. The fraction of 200 independent intervals has a standard error of 1.5 %, so one
 /// of them would leave the range by chance with odds of 6e-4; the bounds apply to means over

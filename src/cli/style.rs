@@ -16,7 +16,8 @@ pub(super) struct Style {
 pub(super) struct Plots {
     #[command(flatten)]
     style: Style,
-    /// Write plots as PNG, 300 pixels to the inch, and not as SVG
+    /// Write plots as PNG, 300 pixels to the inch, and not as SVG; of shards, say it when they are
+    /// merged
     #[arg(long)]
     png: bool,
 }

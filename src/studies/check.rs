@@ -40,8 +40,9 @@ const WIDE: f64 = 1.05;
 const BRIGHT: f64 = 5.0;
 /// A lamp is suspiciously bright if it has more than this many times the power of the median lamp.
 const ODD: f64 = 300.0;
-/// Lamps that are farther than this many times the size of everything else are worth a warning.
-const FAR: f32 = 3.0;
+/// Lamps, and captors in daylight, that are farther than this many times the size of everything else,
+/// and than so many metres, are worth a warning.
+const FAR: f32 = 10.0;
 
 /// The usual range of the size of a scene, m.
 const USUAL_SIZE: [f64; 2] = [0.01, 1000.0];
@@ -235,16 +236,21 @@ fn check_powers(scene: &Scene, around: &Extent, remarks: &mut Remarks) {
     });
 }
 
+/// Returns the distance from a box beyond which a unit is in doubt, m.
+fn far_from(around: &Extent) -> f32 {
+    FAR * around.size().length().max(1.0)
+}
+
 /// Warns of lamps that are so far from everything that their unit is in doubt.
 fn check_distances(scene: &Scene, remarks: &mut Remarks) {
     let around = scene.triangles().extent().join(Extent::of_triangles(scene.captor_triangles()));
-    let reach = FAR * around.size().length();
     let lamps = scene.lights.iter().filter(|light| light.entrance().is_none());
-    let far = lamps.filter(|light| reach > 0.0 && light.extent().is_clear_of(&around, reach));
+    let there = around.size() != Vec3::ZERO;
+    let far = lamps.filter(|light| there && light.extent().is_clear_of(&around, far_from(&around)));
     remarks.warn_of(quoted(far.map(|light| &light.name)), |list| {
         format!(
-            "lights more than {FAR} times the scene's size from all surfaces and captors: {list}; check their \
-            position and its unit"
+            "lights more than {FAR} m and {FAR} times the scene's size from all surfaces and captors: {list}; \
+            check their position and its unit"
         )
     });
 }
@@ -288,10 +294,14 @@ fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
     // in a scene that repeats nothing is outside
     let bounded = !scene.triangles().is_empty() && scene.lattice().is_none();
     let outside = scene.captors.iter().filter(|captor| {
-        // above a canopy there is sky
-        bounded && !scene.has_daylight() && matches!(captor.kind, CaptorKind::Virtual { .. }) && {
+        bounded && matches!(captor.kind, CaptorKind::Virtual { .. }) && {
             let extent = Extent::of_triangles(&*scene.triangles_of(captor));
-            extent.is_clear_of(lit, closeness(extent.max.abs().max(extent.min.abs())))
+            // above a canopy there is sky
+            let gap = match scene.has_daylight() {
+                true => far_from(lit),
+                false => closeness(extent.max.abs().max(extent.min.abs())),
+            };
+            extent.is_clear_of(lit, gap)
         }
     });
     remarks.warn_of(quoted(outside.map(|captor| &captor.id)), |list| {

@@ -130,12 +130,15 @@ pub fn study(
     let budgets: Vec<u64> = (1 - RUNGS..=0)
         .map(|i| ((plan.photons as f64 * RUNG.powi(i)).round() as u64).max(scene.sources() as u64))
         .collect();
-    let all = 4 * plan.seeds * budgets.iter().sum::<u64>()
-        + if truth.is_none() { LONG_RUN * plan.photons } else { 0 };
+    let each = plan.seeds * budgets.iter().sum::<u64>();
+    let all =
+        least_paths(scene) + 3 * each + if truth.is_none() { LONG_RUN * plan.photons } else { 0 };
     let mut ladder = Ladder { scene, plan, control, all, complete: false, done: Cell::new(0) };
     // where paths leave no light to photons, complete paths are the same
     let settings = ladder.settings(Estimator::Paths, least_paths(scene), plan.seed, 0);
-    ladder.complete = ladder.simulate(&settings)?.unseen.is_some();
+    if ladder.simulate(&settings)?.unseen.is_some() {
+        (ladder.complete, ladder.all) = (true, all + each);
+    }
 
     let reference = match truth {
         Some(reference) => reference,

@@ -84,8 +84,8 @@ const SHARE_POINTS: u64 = 64;
 
 /// Returns the fraction of each captor's area that has a straight path to the sun, also through thin
 /// panes, by one of its faces, or by the front of a sensor that counts one side; with its standard
-/// error, at least half a point. The scene has one sun. The same seed gives the same values on any number of threads. `None`
-/// if no sun is there, or if there are several.
+/// error, at least half a point. The scene has one sun. The same seed gives the same values on any
+/// number of threads. `None` if no sun is there, or if there are several.
 pub fn sunlit_shares(scene: &Scene, seed: u64) -> Option<Vec<[f64; 2]>> {
     let mut suns = scene.infinite_lights().filter(|(_, light)| light.suns() > 0);
     let (_, light) = suns.next().filter(|(_, light)| light.suns() == 1)?;

@@ -42,7 +42,7 @@ impl Loader<'_> {
             }
             if let Some(watts) = file.watts() {
                 let place = self.place(format!("{pointer}/watts"));
-                check_watts(watts).map_err(|problem| problem.at(&place))?;
+                check_watts(watts).map_err(|problem| problem.at(place))?;
             }
             let (name, lights) = match file {
                 LightSpec::Point(light) => (&light.name, vec![self.point_light(&pointer, light)?]),
@@ -64,6 +64,7 @@ impl Loader<'_> {
                 let emitted: f64 = power.iter().sum();
                 if let (Some(watts), Quantity::Watt) = (file.watts(), self.parts.quantity)
                     && emitted > watts
+                    && copy == 0
                 {
                     let more = format!(
                         "emits {} W of light and takes {} W; a power in umol/s needs `\"quantity\": \"umol/s\"`",

@@ -29,7 +29,7 @@ const PARALLEL: f32 = 1e-4;
 #[derive(Clone, Copy, Debug)]
 pub struct MirrorPlane {
     /// Unit normal of the plane.
-    pub normal: Vec3,
+    normal: Vec3,
     /// A point of the plane.
     point: Vec3,
     /// The largest fraction per band of light at 45 degrees that is mirrored.
@@ -43,7 +43,7 @@ pub struct MirrorPlane {
 impl MirrorPlane {
     /// Returns the height of a point above the plane, m; below it is negative.
     #[inline]
-    pub fn height(&self, point: Vec3) -> f32 {
+    fn height(&self, point: Vec3) -> f32 {
         (point - self.point).dot(self.normal)
     }
 
@@ -54,7 +54,7 @@ impl MirrorPlane {
 
     /// Returns the mirror image of a direction.
     pub fn turned(&self, direction: Vec3) -> Vec3 {
-        direction - 2.0 * direction.dot(self.normal) * self.normal
+        mirrored(direction, self.normal)
     }
 
     /// Returns the area of the panes and mirrors times the fraction that they mirror, m2.
@@ -103,8 +103,13 @@ pub struct ChosenImage {
 impl Image {
     /// Returns the direction in which a sun that stands towards `sun` is seen.
     fn of(&self, sun: Vec3) -> Vec3 {
-        sun - 2.0 * sun.dot(self.normal) * self.normal
+        mirrored(sun, self.normal)
     }
+}
+
+/// Returns a direction as a mirror with this unit normal sends it.
+fn mirrored(direction: Vec3, normal: Vec3) -> Vec3 {
+    direction - 2.0 * direction.dot(normal) * normal
 }
 
 impl FlatMirrors {
@@ -191,18 +196,19 @@ impl Scene {
         if !any || self.lattice().is_some() {
             return Vec::new();
         }
-        let triangles = self.triangles();
+        // copies that share their triangles have no panes and no mirrors
+        let triangles = &self.shapes.triangles;
         let is_flat = |t: &usize| {
-            let Surface { normal, material, .. } = self.surface(*t);
+            let Surface { normal, material, .. } = self.surfaces[*t];
             normal != Vec3::ZERO && shows(material)
         };
         let mut flat: Vec<(usize, f32)> =
-            (0..triangles.len()).filter(is_flat).map(|t| (t, triangles.at(t).area())).collect();
+            (0..triangles.len()).filter(is_flat).map(|t| (t, triangles[t].area())).collect();
         flat.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let near = MARGIN * closeness(Vec3::splat(self.radius));
         let mut planes: Vec<MirrorPlane> = Vec::new();
         for (t, area) in flat {
-            let (triangle, Surface { normal, material, .. }) = (triangles.at(t), self.surface(t));
+            let (triangle, Surface { normal, material, .. }) = (triangles[t], self.surfaces[t]);
             let is_there = |plane: &MirrorPlane| {
                 plane.material == material
                     && plane.normal.cross(normal).length() < PARALLEL
@@ -216,7 +222,7 @@ impl Scene {
                     plane.area += area;
                 }
                 None if planes.len() < MOST => {
-                    let mirrored = self.mirrored(material, normal);
+                    let mirrored = self.share_at_45_degrees(material, normal);
                     let point = triangle.a;
                     planes.push(MirrorPlane { normal, mirrored, point, material, extent, area });
                 }
@@ -230,7 +236,7 @@ impl Scene {
     }
 
     /// Returns the largest fraction per band that a material mirrors at 45 degrees.
-    fn mirrored(&self, material: u32, normal: Vec3) -> f32 {
+    fn share_at_45_degrees(&self, material: u32, normal: Vec3) -> f32 {
         let direction = -(Frame::new(normal).tangent + normal).normalize();
         let at = Interaction::new(direction, normal);
         let material = &self.materials[material as usize].material;

@@ -226,10 +226,11 @@ impl<'a> Part<'a> {
     }
 
     /// Returns whether photons find any daylight: that of a sky or the ground, or sunlight that
-    /// surfaces scatter. Rays find the rest.
+    /// surfaces scatter or refract. Rays find the rest, but for what several mirrors send.
     pub fn has_light_by_photons(&self) -> bool {
         let scene = self.scene;
-        let scatters = scene.materials.iter().any(|named| named.material.is_diffuse());
+        let mut materials = scene.materials.iter().map(|named| &named.material);
+        let scatters = materials.any(|material| material.is_diffuse() || material.is_solid());
         let is_sun = |light: usize| {
             scene.lights[light].entrance().is_some_and(|entrance| entrance.light.has_sun())
         };

@@ -223,16 +223,7 @@ impl Targets {
 
     /// Chooses a target in a view.
     pub fn choose(&self, view: View, rng: &mut Stream) -> Chosen {
-        if self.planes.is_empty() {
-            let (to, seen) = self.choose_in_sight(view, rng);
-            return Chosen { to, seen, by: None };
-        }
-        let mut rest = rng.uniform() / MIRRORED;
-        let by = self.planes.iter().position(|(_, share)| {
-            rest -= share;
-            rest < 0.0
-        });
-        let Some(by) = by else {
+        let Some(by) = self.choose_plane(rng) else {
             let (to, seen) = self.choose_in_sight(view, rng);
             return Chosen { to, seen, by: None };
         };
@@ -243,6 +234,18 @@ impl Targets {
             View::Beam(_) => plane.image(to),
         });
         Chosen { to, seen: Seen::default(), by: Some(by) }
+    }
+
+    /// Chooses the plane by way of which a flight is aimed; `None` for most flights.
+    fn choose_plane(&self, rng: &mut Stream) -> Option<usize> {
+        if self.planes.is_empty() {
+            return None;
+        }
+        let mut rest = rng.uniform() / MIRRORED;
+        self.planes.iter().position(|(_, share)| {
+            rest -= share;
+            rest < 0.0
+        })
     }
 
     /// Returns whether a flight along `ray` to what was chosen is sent: one by way of a pane or

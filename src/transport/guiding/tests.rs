@@ -55,9 +55,9 @@ fn squares(side: usize, material: Material) -> Scene {
 /// Over all directions the density integrates to 1, and the mean of a function with the density as
 /// weight is that over the directions that are chosen. With 9 squares, which are compared one by
 /// one, and with 400, for which a tree is descended first; from a point above, and from a surface
-/// that stands upright; also with solid glass, where flights aim at more than the captors, and with a pane
-/// that shows them. 200,000 uniform directions and as many chosen ones, seed 1; 24 comparisons with
-/// odds of 1e-6 each.
+/// that stands upright; also with solid glass, where flights aim at more than the captors, and with
+/// a pane that shows them. 200,000 uniform directions and as many chosen ones, seed 1; 24
+/// comparisons with odds of 1e-6 each.
 #[test]
 fn directions_have_their_density() {
     let wall = Material::Lambert(Lambert::new(&[0.5]));
