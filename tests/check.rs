@@ -308,6 +308,40 @@ fn scenes_of_unlikely_size() {
     is_clean(&of_size("mm", 6400.0));
 }
 
+/// A lamp ten times the scene's size away, and at least 10 m, is one whose unit is in doubt.
+#[test]
+fn lamps_far_from_everything_are_told() {
+    let at = |height: f64| {
+        let scene = scene("", "", "", &[]);
+        let text = std::fs::read_to_string(scene.path("scene.json")).expect("a scene");
+        let text = text.replace("[0, 0, 3]", &format!("[0, 0, {height}]"));
+        std::fs::write(scene.path("scene.json"), text).expect("a scene");
+        scene
+    };
+    // the scene is 4 x 4 x 1 m
+    warns(
+        &at(100.0),
+        &["10 times the scene's size", "`lamp`", "check their position and its unit"],
+    );
+    is_clean(&at(50.0));
+}
+
+/// A lamp of a scene in W cannot emit more than it takes.
+#[test]
+fn lamps_of_more_power_than_their_watts_are_told() {
+    let of = |quantity: &str, watts: f64| {
+        let scene = scene("", "", "", &[]);
+        let text = std::fs::read_to_string(scene.path("scene.json")).expect("a scene");
+        let text = text.replace("\"power\": 10", &format!("\"power\": 10, \"watts\": {watts}"));
+        let text = text.replacen('{', &format!("{{ \"quantity\": \"{quantity}\","), 1);
+        std::fs::write(scene.path("scene.json"), text).expect("a scene");
+        phylux::load(&scene.path("scene.json")).unwrap_or_else(|e| panic!("{e}")).warnings
+    };
+    let said = of("W", 9.0);
+    assert!(said.len() == 1 && said[0].contains("emits 10 W of light and takes 9 W"), "{said:?}");
+    assert!(of("W", 10.0).is_empty() && of("umol/s", 4.0).is_empty());
+}
+
 #[test]
 fn the_shipped_scenes_are_clean() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");

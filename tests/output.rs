@@ -441,7 +441,9 @@ fn what_is_replaced_keeps_its_mode() {
         |name: &str| fs::metadata(scene.path(name)).expect("a file").permissions().mode() & 0o777;
     for kept in [0o600, 0o640, 0o664] {
         for name in names {
-            fs::write(scene.path(name), "old").expect("a file");
+            // a file of a captor, which may be replaced, and files that are named
+            let old = r#"{"phylux": "0.0.1", "id": "a/a"}"#;
+            fs::write(scene.path(name), old).expect("a file");
             fs::set_permissions(scene.path(name), fs::Permissions::from_mode(kept))
                 .expect("a mode");
         }

@@ -192,6 +192,35 @@ fn leftovers_of_killed_commands_go() {
     assert_eq!(unfinished(), [""; 0]);
 }
 
+/// The files for single captors, and what a calibration found, have names that nobody gave: they
+/// replace files of their own kind, and nothing else.
+#[test]
+fn files_of_no_given_name_replace_only_their_kind() {
+    let scene = scene();
+    let folder = scene.path("");
+    fs::create_dir(scene.path("each")).expect("a folder");
+    fs::write(scene.path("m.csv"), "captor,band,value\na/a,all,1\n").expect("readings");
+    for (line, name) in [
+        ("run scene.json --per-captor each", "each/a_a.json"),
+        ("calibrate scene.json m.csv --model common", "calibration.json"),
+        ("calibrate scene.json m.csv --model common -o hall.json", "hall-calibration.json"),
+    ] {
+        for foreign in ["precious", "", "{}", r#"{"phylux": "0.1.0", "captors": []}"#] {
+            fs::write(scene.path(name), foreign).expect("a file");
+            let before = listing(&folder);
+            let problem = format!("{name}: is not what phylux has written there");
+            refuses(&folder, line, &[&problem]);
+            assert_eq!(fs::read_to_string(scene.path(name)).expect("a file"), foreign);
+            assert_eq!(listing(&folder), before);
+        }
+        fs::remove_file(scene.path(name)).expect("a file");
+        done(&folder, line);
+        let first = fs::read(scene.path(name)).expect("a file");
+        done(&folder, &format!("{line} --seed 7"));
+        assert!(fs::read(scene.path(name)).expect("a file") != first, "{name}");
+    }
+}
+
 /// The tables of a year and of a chart replace their own files, and nothing else; files that belong
 /// together change together.
 #[test]

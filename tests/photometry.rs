@@ -517,6 +517,48 @@ fn a_tm33_says_the_flux_of_each_band() {
     check(scene("umol/s", par, unit), &["/power/unit: a.xml says itself that it counts energy"]);
 }
 
+/// A luminaire of two emitters is two lights, each with the flux, the intensity and the spectrum of
+/// its own.
+#[test]
+fn a_light_is_one_emitter_of_a_tm33() {
+    let emitter = |text: &str| {
+        let (begin, end) = (text.find("<Emitter>"), text.find("</IESTM33"));
+        text[begin.expect("an emitter")..end.expect("an end")].to_string()
+    };
+    let red = tm33("<Multiplier>3</Multiplier>").replace("w='380'", "w='600'");
+    let both = tm33("").replace("</IESTM33>", &format!("{}</IESTM33>", emitter(&red)));
+    let scene = |more: [Value; 2]| {
+        let lights = more.map(|more| {
+            let mut light =
+                json!({ "type": "point", "position": [0, 0, 0], "photometry": "a.xml" });
+            light.as_object_mut().expect("keys").extend(more.as_object().expect("keys").clone());
+            light
+        });
+        let bands = json!([{ "name": "green", "from_nm": 500, "to_nm": 600 },
+                           { "name": "red", "from_nm": 600, "to_nm": 700 }]);
+        let scene = json!({ "quantity": "umol/s", "bands": bands, "lights": lights });
+        TestScene::new(&scene.to_string(), &[("a.xml", &both)])
+    };
+    let of = |column: u32| json!({ "spectrum": "a.xml", "column": column, "total": "file" });
+    let folder = scene([json!({ "power": of(2), "set": 1 }), json!({ "power": of(3), "set": 2 })]);
+    let loaded = phylux::load(&folder.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    // 40 pi umol/s from 400 to 700 nm, with a flat spectrum in W/nm; and three times that, of which
+    // all is red
+    let flux = 40.0 * PI;
+    let found = loaded.scene.lights.iter().flat_map(|light| light.power.to_vec());
+    for (found, right) in found.zip([flux * 11.0 / 33.0, flux * 13.0 / 33.0, 0.0, 3.0 * flux]) {
+        assert!((found - right).abs() < 1e-9 * flux, "{found} {right}");
+    }
+    for (set, words) in [
+        (None, "/photometry: a.xml has 2 emitters, which shine together; give a light for each"),
+        (Some(3), "/set: emitter 3, but a.xml has 2; give a number from 1 to 2"),
+    ] {
+        let light = json!({ "power": 5, "set": set });
+        refused(&scene([light.clone(), light]).path(""), &["check", "scene.json"], &[words]);
+    }
+}
+
 /// What a surface does, and light, are told apart in the files of the IES, which a table does not
 /// say.
 #[test]

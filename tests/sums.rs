@@ -334,6 +334,38 @@ fn sweeps_have_a_table_of_ratios() {
     }
 }
 
+/// Of many bands the tables on the screen show the first, and each sum.
+#[test]
+fn tables_show_the_sums_of_many_bands() {
+    let bands: Vec<Value> = (0..12)
+        .map(|i| json!({ "name": format!("b{i}"), "from_nm": 400 + 20 * i, "to_nm": 420 + 20 * i }))
+        .collect();
+    let names: Vec<Value> = bands.iter().map(|band| band["name"].clone()).collect();
+    let scene = scene("umol/s", |s| {
+        s["bands"] = bands.into();
+        s["sums"] = json!({ "everything": names });
+        s["materials"]["grey"]["reflectance"] = json!(0.3);
+        s["lights"] = json!([{ "name": "lamp", "type": "point", "position": [0.5, 0.5, 0.8],
+                               "power": vec![1; 12], "watts": 10 }]);
+        s["layers"] = json!({ "dz": 0.5 });
+        s.as_object_mut().expect("keys").remove("ratios");
+    });
+    let output = phylux(&scene.path(""), &["run", "scene.json"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let heads: Vec<&str> =
+        said.lines().filter(|line| line.contains("b6") && line.contains("everything")).collect();
+    for title in
+        ["light per electricity", "share of the light", "share of groups", "absorbed by layer"]
+    {
+        assert!(heads.iter().any(|head| head.contains(title)), "{title}: {said}");
+    }
+    assert!(!said.contains("b7 "), "{said}");
+    // 12 umol/s of 10 W
+    let all = said.lines().find(|line| line.starts_with("  all  ")).expect("a row");
+    assert!(all.ends_with(" 1.2"), "{all}");
+}
+
 /// What is wrong with a sum or ratio is said with its place and the cure; what depends on where in
 /// a wide band the light is, is warned of.
 #[test]

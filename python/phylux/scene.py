@@ -274,6 +274,8 @@ class Scene:
         results: bool = False,
         sun_rays: int | None = None,
         checkpoint: str | os.PathLike[str] | None = None,
+        width: float | None = None,
+        png: bool = False,
         shards: int | None = None,
         executor: Any = None,
         threads: int | None = None,
@@ -294,6 +296,8 @@ class Scene:
             results: also write the mean light of each month as results, for `Year.result` and maps.
             sun_rays: number of points of each captor from which the sun of an hour is looked for.
             checkpoint: a file that keeps what is done: after a kill, the same call goes on from there.
+            width: width of the plots, inches: 7, which is the default, or 3.5.
+            png: write the plots as PNG and not as SVG.
             shards: with ``executor``: the number of shards into which the work is divided.
             executor: as for `sweep`: does the shards on other machines, which see the folder of ``output``, or in
                 other processes; give ``threads`` with it. The tables have the same bytes.
@@ -316,10 +320,11 @@ class Scene:
             given: dict[str, Any] = {"control": control, "patches": patches, "photons": photons, "seed": seed}
             given |= {"guiding": guiding, "csv": csv, "hours": hours, "results": results, "sun_rays": sun_rays}
             given |= {"checkpoint": checkpoint, "threads": threads}
+            options, style = _options(given), _options({"width": _inches(width), "png": png})
             if executor is None:
-                year, warned = run_year(scene, Path(output), _options(given))
+                year, warned = run_year(scene, Path(output), options + style)
             else:
-                year, warned = run_shards(scene, Path(output), _options(given), shards or 1, executor)
+                year, warned = run_shards(scene, Path(output), options, style, shards or 1, executor)
         say(*warned)
         return year
 
@@ -410,6 +415,7 @@ class Scene:
         seeds: int | None = None,
         k: Sequence[int] | None = None,
         width: float | None = None,
+        png: bool = False,
         threads: int | None = None,
     ) -> Chart:
         """Charts the error of every estimator against its cost; docs/accuracy.md explains the charts.
@@ -422,12 +428,13 @@ class Scene:
             seeds: number of runs for each budget.
             k: values of k for the k-nearest estimates.
             width: width of the charts, inches: 7, which is the default, or 3.5.
+            png: write the charts as PNG and not as SVG.
             threads: number of threads; 0 uses all processors.
         """
         import tempfile
 
         given: dict[str, Any] = {"truth": truth, "photons": photons, "seed": seed, "seeds": seeds, "threads": threads}
-        given["width"] = None if width is None else f"{width:g}"
+        given |= {"width": _inches(width), "png": png}
         given["k"] = None if k is None else ",".join(map(str, k))
         with tempfile.TemporaryDirectory() as folder:
             scene = Path(folder, "scene.json")
@@ -812,6 +819,11 @@ def _options(given: Mapping[str, Any]) -> list[str]:
                     value = int(value) if float(value).is_integer() else repr(float(value))
                 options.append(f"{option}={value}")
     return options
+
+
+def _inches(width: float | None) -> str | None:
+    """Returns a width of plots in the spelling of the command."""
+    return None if width is None else f"{width:g}"
 
 
 class _progress:

@@ -84,7 +84,7 @@ class Comparison:
 class Chart:
     """The error of each estimator against its cost, as `Scene.chart` has found it.
 
-    The charts (SVG) and their numbers are files in ``folder``; ``pictures`` has the paths of the charts.
+    The charts and their numbers are files in ``folder``; ``pictures`` has the paths of the charts.
     """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
@@ -106,5 +106,5 @@ class Chart:
 
     @property
     def pictures(self) -> Sequence[Path]:
-        """The charts (SVG)."""
-        return sorted(self.folder.glob("*.svg"))
+        """The charts, SVG or PNG."""
+        return sorted(path for path in self.folder.iterdir() if path.suffix in (".svg", ".png"))

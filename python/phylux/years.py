@@ -150,10 +150,15 @@ def run_year(scene: Path, output: Path, options: list[str]) -> tuple[Year, list[
     return Year(output), warned
 
 
-def run_shards(scene: Path, output: Path, options: list[str], shards: int, executor: Any) -> tuple[Year, list[str]]:
-    """Runs the shards of ``phylux year`` by an executor, and merges them. All workers see the folder of ``scene``."""
+def run_shards(
+    scene: Path, output: Path, options: list[str], style: list[str], shards: int, executor: Any
+) -> tuple[Year, list[str]]:
+    """Runs the shards of ``phylux year`` by an executor, and merges them with plots in the style that options name.
+
+    All workers see the folder of ``scene``.
+    """
     files = [scene.parent / f"shard{i + 1}" for i in range(shards)]
     shares = [["-o", os.fspath(file), *options, "--shard", f"{i + 1}/{shards}"] for i, file in enumerate(files)]
     for done in [executor.submit(command, "year", [scene], share) for share in shares]:
         done.result()
-    return Year(output), command("merge", files, ["-o", os.fspath(output)])
+    return Year(output), command("merge", files, ["-o", os.fspath(output), *style])

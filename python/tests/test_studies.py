@@ -111,6 +111,9 @@ def test_a_chart_is_a_folder(tmp_path):
     chart = bench().chart(tmp_path / "chart", photons=2000, seeds=2, k=[20], threads=1)
     assert {"k", "seed"} & set(chart.rows.columns) and len(chart.pictures) >= 2
     assert chart.study and all(picture.read_text().startswith("<svg") for picture in chart.pictures)
+    drawn = bench().chart(tmp_path / "png", photons=2000, seeds=2, k=[20], threads=1, width=3.5, png=True)
+    names = [picture.stem for picture in chart.pictures]
+    assert [picture.name for picture in drawn.pictures] == [f"{name}.png" for name in names]
     with pytest.raises(px.InputError, match="seeds"):
         bench().chart(tmp_path / "other", seeds=1)
 

@@ -84,7 +84,8 @@ def test_shards_by_an_executor_make_the_same_year(greenhouse, tmp_path):
     options = {"photons": 20_000, "seed": 1, "threads": 1}
     one = greenhouse.year(tmp_path / "one", checkpoint=tmp_path / "kept", **options)
     with ThreadPoolExecutor(2) as executor:
-        both = greenhouse.year(tmp_path / "both", shards=2, executor=executor, **options)
+        both = greenhouse.year(tmp_path / "both", width=3.5, png=True, shards=2, executor=executor, **options)
+    assert list(one.folder.glob("*.svg")) and not list(both.folder.glob("*.svg")) and list(both.folder.glob("*.png"))
     assert one.hours.equals(both.hours) and one.total.equals(both.total) and not (tmp_path / "kept").exists()
     with pytest.raises(px.InputError, match="goes with `executor`"):
         greenhouse.year(tmp_path / "no", shards=2)

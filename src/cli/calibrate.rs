@@ -19,10 +19,11 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::{
+        calibration_file,
         input::read_bytes,
         json,
         measured_csv::{self, MeasuredRow},
-        output::{FilesRead, OutputFile, folder_of},
+        output::{FilesRead, NOT_OURS, OutputFile, folder_of},
         result_file::{read_json, write_lines},
         scene_file::{self, LoadedScene},
     },
@@ -149,6 +150,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let places = [&scene_output, &report].map(|file| file.place().map(Path::to_path_buf));
     let places: Vec<PathBuf> = places.into_iter().flatten().collect();
     check_places(&places, &FilesRead::default())?;
+    if report_path.is_file() && calibration_file::read(&report_path).is_err() {
+        return Err(Error::input(report_path.display(), NOT_OURS)
+            .remedy("move it away, or write into another folder"));
+    }
 
     let path = &arguments.scene;
     let bytes = read_bytes(path)

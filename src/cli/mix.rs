@@ -57,7 +57,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let calibration = calibration.map(|file| calibrated(file, &result)).transpose()?;
     let wrong = |e: Error| e.at(arguments.results.display());
     let mixed = mixed(&result, calibration.as_ref(), &factors).map_err(wrong)?;
-    places.extend(outputs.captor_places(mixed.captors.iter().map(|captor| captor.id.as_str()))?);
+    let ids = mixed.captors.iter().map(|captor| captor.id.as_str());
+    places.extend(outputs.captor_places(ids, &read)?);
     check_places(&places, &read)?;
     interrupt.writing();
     outputs.write(&read, &mixed)?;

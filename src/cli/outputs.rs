@@ -63,13 +63,13 @@ impl Outputs {
         self.files().filter_map(OutputFile::place).chain(folder).map(Path::to_path_buf).collect()
     }
 
-    /// Returns where the files of the captors with these ids will be. Error: one of them cannot be
-    /// there.
+    /// Returns where the files of these captors will be. Error: one of them cannot be there.
     pub(super) fn captor_places<'a>(
         &self,
         ids: impl Iterator<Item = &'a str>,
+        read: &FilesRead,
     ) -> Result<Vec<PathBuf>> {
-        self.per_captor.as_ref().map_or(Ok(Vec::new()), |folder| folder.places(ids))
+        self.per_captor.as_ref().map_or(Ok(Vec::new()), |folder| folder.places(ids, read))
     }
 
     /// Writes something other than results into the results file, and leaves out the other files.

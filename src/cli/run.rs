@@ -235,8 +235,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     })?;
     loaded.check_captors()?;
     let LoadedScene { scene, settings, warnings, files, .. } = loaded;
-    places.extend(outputs.captor_places(scene.captors.iter().map(|captor| captor.id.as_str()))?);
     let read = FilesRead::new(&files);
+    let ids = scene.captors.iter().map(|captor| captor.id.as_str());
+    places.extend(outputs.captor_places(ids, &read)?);
     check_places(&places, &read)?;
     super::terminal::warn(&warnings);
     super::terminal::warn(&check_meshes(&scene)?);

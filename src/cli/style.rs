@@ -2,7 +2,10 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::show::{chart::Width, plot::PlotStyle};
+use crate::{
+    error::{Error, Result},
+    show::{chart::Width, plot::PlotStyle},
+};
 
 #[derive(Args)]
 pub(super) struct Style {
@@ -45,5 +48,13 @@ impl Plots {
     /// Returns the style of the plots.
     pub fn style(&self) -> PlotStyle {
         self.style.plots(self.png)
+    }
+
+    /// Checks that no style is asked for where there are no plots. Error: one is, of `what`.
+    pub fn refuse(&self, what: &str, remedy: &str) -> Result<()> {
+        if self.style() == PlotStyle::default() {
+            return Ok(());
+        }
+        Err(Error::input("--png, --width", format!("{what} come without plots")).remedy(remedy))
     }
 }

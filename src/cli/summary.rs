@@ -319,22 +319,22 @@ fn groups(text: &mut String, result: &RunResult) {
 /// Writes what the light of each lamp costs, where it goes, and what groups have of it.
 fn electricity(text: &mut String, result: &RunResult) {
     let Some(found) = &result.electricity else { return };
-    let bands = result.bands.len().min(SHOWN_BANDS);
+    let bands = shown_bands(result);
     let head = |text: &mut String, title: &str, column: &str| {
         let _ = write!(text, "\n{title:<24}{column:>9}");
-        result.bands[..bands].iter().for_each(|band| {
-            let _ = write!(text, "{:>11}", band.name);
+        bands.iter().for_each(|&b| {
+            let _ = write!(text, "{:>11}", result.bands[b].name);
         });
     };
-    let cells = |values: &mut dyn Iterator<Item = Option<f64>>| -> String {
+    let cells = |value: &dyn Fn(usize) -> Option<f64>| -> String {
         let cell = |value: Option<f64>| value.map_or("-".into(), short);
-        values.take(bands).map(|value| format!("{:>11}", cell(value))).collect()
+        bands.iter().map(|&b| format!("{:>11}", cell(value(b)))).collect()
     };
-    let known = |values: &[f64]| cells(&mut values.iter().copied().map(Some));
+    let known = |values: &[f64]| cells(&|b| Some(values[b]));
     head(text, "light per electricity", "W");
     let _ = write!(text, "\n{:<33}", "");
-    found.unit[..bands].iter().for_each(|unit| {
-        let _ = write!(text, "{unit:>11}");
+    bands.iter().for_each(|&b| {
+        let _ = write!(text, "{:>11}", found.unit[b]);
     });
     text.push('\n');
     for (name, lamp) in found.lights.iter().take(SHOWN_GROUPS) {
@@ -351,9 +351,9 @@ fn electricity(text: &mut String, result: &RunResult) {
         return;
     };
     let line = |text: &mut String, name: &str, of: &[Option<f64>], errors: &[Option<f64>]| {
-        if of[..bands].iter().any(Option::is_some) {
-            let most = errors[..bands].iter().flatten().copied().fold(0.0, f64::max);
-            let cells = cells(&mut of.iter().copied());
+        if bands.iter().any(|&b| of[b].is_some()) {
+            let most = bands.iter().filter_map(|&b| errors[b]).fold(0.0, f64::max);
+            let cells = cells(&|b| of[b]);
             let _ = writeln!(text, "  {name:<31}{cells}   at most {}", short(most));
         }
     };
@@ -417,15 +417,15 @@ fn uniformity(text: &mut String, result: &RunResult) {
 /// Writes which shares of the light of sun and sky plants and ground take, per band.
 fn canopy(text: &mut String, result: &RunResult) {
     let Some(canopy) = &result.canopy else { return };
-    let names = result.bands.iter().take(SHOWN_BANDS);
-    let names: String = names.map(|band| format!("{:>20}", band.name)).collect();
+    let bands = shown_bands(result);
+    let names: String = bands.iter().map(|&b| format!("{:>20}", result.bands[b].name)).collect();
     let _ = writeln!(text, "\n{:<27}{names}", "share of sun and sky");
     for (name, shares, errors) in canopy.shares() {
-        let cell = |(share, error): (&f64, &Option<f64>)| match error {
-            Some(error) => format!("{:>20}", format!("{share:.4} ± {error:.4}")),
-            None => format!("{share:>20.4}"),
+        let cell = |&b: &usize| match (shares[b], errors[b]) {
+            (share, Some(error)) => format!("{:>20}", format!("{share:.4} ± {error:.4}")),
+            (share, None) => format!("{share:>20.4}"),
         };
-        let cells: String = shares.iter().zip(errors).take(SHOWN_BANDS).map(cell).collect();
+        let cells: String = bands.iter().map(cell).collect();
         let what = match name {
             "absorbed" => "absorbed by all but ground",
             "reflected" => "reflected upwards",
@@ -439,17 +439,17 @@ fn canopy(text: &mut String, result: &RunResult) {
 /// Writes what the surface captors of each layer absorb per area, from the highest layer down.
 fn layers(text: &mut String, result: &RunResult) {
     let Some(layers) = &result.layers else { return };
-    let names = result.bands.iter().take(SHOWN_BANDS);
-    let names: String = names.map(|band| format!("{:>14}", band.name)).collect();
+    let bands = shown_bands(result);
+    let names: String = bands.iter().map(|&b| format!("{:>14}", result.bands[b].name)).collect();
     let unit = &result.unit.irradiance;
     let _ = writeln!(text, "\n{:<24}{:>10}{names}   {unit}", "absorbed by layer, m", "area, m2");
     for layer in layers.iter().rev().take(SHOWN_LAYERS) {
         let name = format!("  {} to {}", short(layer.from), short(layer.to));
-        let per_area = |value: &f64| match layer.area > 0.0 {
-            true => format!("{:>14}", short(value / layer.area)),
+        let per_area = |&b: &usize| match layer.area > 0.0 {
+            true => format!("{:>14}", short(layer.absorbed[b] / layer.area)),
             false => format!("{:>14}", "-"),
         };
-        let cells: String = layer.absorbed.iter().take(SHOWN_BANDS).map(per_area).collect();
+        let cells: String = bands.iter().map(per_area).collect();
         let _ = writeln!(text, "{name:<24}{:>10}{cells}", short(layer.area));
     }
     if layers.len() > SHOWN_LAYERS {

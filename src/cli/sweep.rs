@@ -118,10 +118,7 @@ pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
         );
     }
     if arguments.shards.iter().any(|shard| shard.is_file()) {
-        if style != PlotStyle::default() {
-            let problem = "results of a run come without plots";
-            return Err(Error::input("--png, --width", problem).remedy("leave them out"));
-        }
+        arguments.plots.refuse("results of a run", "leave them out")?;
         return run_join(arguments);
     }
     if arguments.scene.is_some() {

@@ -147,6 +147,9 @@ impl Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
+    if arguments.shard.is_some() {
+        arguments.plots.refuse("shards", "give it when they are merged")?;
+    }
     let asked = arguments.asked();
     let checkpoint = arguments.checkpoint.as_deref();
     match arguments.shard {

@@ -12,6 +12,10 @@ use std::{
 use super::unfinished::{remove_leftovers, unfinished_file};
 use crate::error::{Error, Result};
 
+/// What is wrong with a file that would be replaced without having been asked for by its name, and
+/// that no command has written.
+pub(crate) const NOT_OURS: &str = "is not what phylux has written there";
+
 /// A file or folder on the disk that holds unfinished output.
 #[derive(Clone, Debug)]
 pub enum Temporary {

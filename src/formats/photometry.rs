@@ -15,7 +15,7 @@ mod tm33;
 
 use std::path::Path;
 
-pub use file::{FluxUnit, Photometry};
+pub use file::{FluxUnit, MeasuredLamp, Photometry};
 
 use crate::{error::Result, formats::xml};
 use file::File;

@@ -6,19 +6,19 @@ mod read;
 use std::{
     collections::{HashMap, HashSet},
     fs,
-    io::{self, BufWriter, Write},
+    io::{self, BufReader, BufWriter, Write},
     path::{Path, PathBuf},
 };
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::ser::{Formatter, Serializer};
 
 use crate::{
     error::{Error, Result},
     formats::{
         csv_text,
-        output::{FilesRead, Temporary, folder_of},
+        output::{FilesRead, NOT_OURS, Temporary, folder_of},
         unfinished::{keep_mode, remove_leftovers, unfinished_folder},
     },
     math::units::UnitNames,
@@ -128,19 +128,26 @@ impl OutputFolder {
     }
 
     /// Returns the paths, without links, that the files for captors with these ids will have.
-    /// Error: something other than a file stands at one of them, or it cannot be written.
-    pub fn places<'a>(&self, ids: impl Iterator<Item = &'a str>) -> Result<Vec<PathBuf>> {
+    /// Error: one of the files in `read`, or anything else than the file of a captor, stands at one
+    /// of them, or it cannot be written.
+    pub fn places<'a>(
+        &self,
+        ids: impl Iterator<Item = &'a str>,
+        read: &FilesRead,
+    ) -> Result<Vec<PathBuf>> {
         let places = file_names(ids, "json").into_iter().map(|name| self.place.join(name));
         places
-            .map(|place| match fs::symlink_metadata(&place) {
-                Ok(found) if !found.is_file() => {
-                    Err(Error::input(place.display(), "is not a file").remedy("write elsewhere"))
-                }
-                Err(e) if e.kind() != io::ErrorKind::NotFound => {
-                    let problem = format!("cannot be written: {}", e.kind());
-                    Err(Error::input(place.display(), problem).remedy("write elsewhere"))
-                }
-                _ => Ok(place),
+            .map(|place| {
+                read.check(&place)?;
+                let problem = match fs::symlink_metadata(&place) {
+                    Ok(found) if !found.is_file() => "is not a file".into(),
+                    Ok(_) if !is_of_captor(&place) => NOT_OURS.into(),
+                    Err(e) if e.kind() != io::ErrorKind::NotFound => {
+                        format!("cannot be written: {}", e.kind())
+                    }
+                    _ => return Ok(place),
+                };
+                Err(Error::input(place.display(), problem).remedy("write elsewhere"))
             })
             .collect()
     }
@@ -155,7 +162,7 @@ impl OutputFolder {
     /// replace one of the files in `read`, or cannot be written.
     pub(crate) fn complete(self, read: &FilesRead, result: &RunResult) -> Result<CompleteFolder> {
         let ids = result.captors.iter().map(|captor| captor.id.as_str());
-        self.places(ids)?.iter().try_for_each(|place| read.check(place))?;
+        self.places(ids, read)?;
         match self.stage(result) {
             Ok(names) => Ok(CompleteFolder { folder: self, names }),
             Err(e) => Err(self.unwritten(e)),
@@ -192,6 +199,19 @@ impl OutputFolder {
         }
         Ok(names)
     }
+}
+
+/// Returns whether the file at a path is one of those for single captors.
+fn is_of_captor(path: &Path) -> bool {
+    #[derive(Deserialize)]
+    struct Head {
+        #[serde(rename = "phylux")]
+        _phylux: String,
+        #[serde(rename = "id")]
+        _id: String,
+    }
+    fs::File::open(path)
+        .is_ok_and(|file| serde_json::from_reader::<_, Head>(BufReader::new(file)).is_ok())
 }
 
 /// The files of a folder, all of which are complete and wait to be moved to their places.

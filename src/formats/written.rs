@@ -17,7 +17,7 @@ use crate::{
     formats::{
         input::{hex, read_bytes},
         json,
-        output::{CompleteFile, FilesRead, OpenFile, OutputFile},
+        output::{CompleteFile, FilesRead, NOT_OURS, OpenFile, OutputFile},
         result_file::write_lines,
     },
 };
@@ -184,8 +184,7 @@ impl Written {
     }
 
     fn foreign(&self, name: &str) -> Error {
-        let problem = "is not what phylux has written there";
-        Error::input(self.folder.join(name).display(), problem).remedy(self.remedy)
+        Error::input(self.folder.join(name).display(), NOT_OURS).remedy(self.remedy)
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, String>> {

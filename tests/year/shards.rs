@@ -60,6 +60,12 @@ fn shards_make_the_same_year() {
         let more = [&year[..], &["--shard", shard, "--threads", threads]].concat();
         done(&folder, &arguments(&name, &more));
     }
+    let drawn = [&year[..], &["--shard", "1/3", "--png"]].concat();
+    refused(
+        &folder,
+        &arguments("drawn", &drawn),
+        &["shards come without plots; give it when they"],
+    );
     // a shard does not depend on threads
     done(&folder, &arguments("s4", &[&year[..], &["--shard", "2/3", "--threads", "1"]].concat()));
     assert!(
@@ -73,6 +79,13 @@ fn shards_make_the_same_year() {
         assert!(whole.1 == joined.1, "{} differs", whole.0);
     }
     assert_eq!(whole.len(), joined.len());
+    done(&folder, &["merge", "s1", "s2", "s3", "-o", "drawn", "--png"]);
+    let [of_svg, of_png] = ["svg", "png"].map(|end| {
+        let with =
+            |names: Vec<String>| names.into_iter().filter(|name| name.ends_with(end)).count();
+        [with(listing(&scene.path("joined"))), with(listing(&scene.path("drawn")))]
+    });
+    assert!(of_svg[0] > 0 && of_svg == [of_png[1], 0] && of_png[0] == 0, "{of_svg:?} {of_png:?}");
     // the lamp has the electric power that the scene says
     let lamps = fs::read_to_string(scene.path("whole/lamps.csv")).expect("lamps");
     let kwh: Vec<&str> = lamps.lines().last().expect("a row").split(',').collect();

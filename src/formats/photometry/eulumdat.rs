@@ -1,7 +1,7 @@
 //! Reads EULUMDAT (Stockmar 1990): one value per line, in a fixed order.
 
 use super::{
-    file::{FETCH, File, MOST, Photometry},
+    file::{FETCH, File, MOST, MeasuredLamp, Photometry},
     symmetry::{Plane, Symmetry},
 };
 use crate::error::Result;
@@ -128,6 +128,6 @@ pub(super) fn read(file: &File) -> Result<Photometry> {
         let problem = "a number comes after the last intensity";
         return Err(file.error(i, problem).remedy(FETCH));
     }
-    let read = Photometry::new(file.path, half_planes, symmetry, &v, &scales)?;
-    Ok(Photometry { usual, ..read })
+    let lamps = MeasuredLamp::of_planes(file.path, half_planes, symmetry, &v, &scales)?;
+    Ok(Photometry { lamps, usual: Some(usual) })
 }

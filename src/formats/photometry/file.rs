@@ -15,22 +15,30 @@ pub(super) const FETCH: &str = "the file is broken: fetch it again, or export it
 /// The largest number of intensities in a file.
 pub(super) const MOST: usize = 1_000_000;
 
-/// The intensity distribution of a lamp.
+/// What a photometric file says of the lamps in a luminaire.
 #[derive(Clone, Debug)]
 pub struct Photometry {
+    /// The sets of lamps that may be in the luminaire one at a time (EULUMDAT), or its emitters,
+    /// which shine together (TM-33); at least one.
+    pub lamps: Vec<MeasuredLamp>,
+    /// Index of the first set that has lamps and light; `None` where several emitters shine
+    /// together, so that none stands for all.
+    pub usual: Option<usize>,
+}
+
+/// The intensity distribution of a lamp, and its flux.
+#[derive(Clone, Debug)]
+pub struct MeasuredLamp {
     /// The shape of the distribution, scaled to a flux of 1.
     pub table: Arc<IntensityTable>,
     /// The flux that the lamp emits according to the file, in `unit`: the integral of its
-    /// intensities (times the factors of the file) over all directions. An EULUMDAT file has one for
-    /// each of the lamp sets that may be in the luminaire; a set without light has 0.
-    pub fluxes: Vec<f64>,
-    /// Index of the first set that has lamps and light.
-    pub usual: usize,
-    /// The unit of the fluxes.
+    /// intensities (times the factors of the file) over all directions; 0 for a set without light.
+    pub flux: f64,
+    /// The unit of the flux.
     pub unit: FluxUnit,
-    /// Wavelengths between which they count, nm; `None` where the file does not say it.
+    /// Wavelengths between which it counts, nm; `None` where the file does not say it.
     pub range: Option<[f64; 2]>,
-    /// What a user of the fluxes should know of them.
+    /// What a user of the flux should know of it.
     pub notes: Vec<String>,
 }
 
@@ -56,35 +64,31 @@ impl FluxUnit {
     }
 }
 
-impl Photometry {
-    /// Makes the distribution from the planes in the file at the vertical angles `v`, degrees. The
-    /// flux in candela is that of the planes times one of the `scales`. Error: the angles or
-    /// intensities make no distribution.
-    pub(super) fn new(
+impl MeasuredLamp {
+    /// Makes the distribution from the planes in the file at the vertical angles `v`, degrees, and
+    /// a lamp with it for each of the `scales`: its flux, in lumens, is that of the planes times the
+    /// scale. Error: the angles or intensities make no distribution.
+    pub(super) fn of_planes(
         path: &Path,
         planes: Vec<Plane>,
         symmetry: Symmetry,
         v: &[f64],
         scales: &[f64],
-    ) -> Result<Self> {
+    ) -> Result<Vec<Self>> {
         let (c, values) = round(planes, symmetry);
         let table =
             IntensityTable::new(&c, v, values).map_err(|problem| problem.at(path.display()))?;
-        let fluxes: Vec<f64> = scales.iter().map(|scale| scale * table.flux()).collect();
-        if let Some(flux) =
-            fluxes.iter().find(|flux| **flux != 0.0 && !(1e-30..1e30).contains(*flux))
-        {
-            let problem = format!("a flux of {flux:e}");
-            return Err(Error::input(path.display(), problem).remedy(FETCH));
-        }
-        Ok(Self {
-            fluxes,
-            usual: 0,
-            table: Arc::new(table),
-            unit: FluxUnit::Lumen,
-            range: None,
-            notes: Vec::new(),
-        })
+        let table = Arc::new(table);
+        let lamp = |scale: &f64| {
+            let flux = scale * table.flux();
+            if flux != 0.0 && !(1e-30..1e30).contains(&flux) {
+                let problem = format!("a flux of {flux:e}");
+                return Err(Error::input(path.display(), problem).remedy(FETCH));
+            }
+            let table = table.clone();
+            Ok(Self { table, flux, unit: FluxUnit::Lumen, range: None, notes: Vec::new() })
+        };
+        scales.iter().map(lamp).collect()
     }
 }
 

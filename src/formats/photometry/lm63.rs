@@ -2,7 +2,7 @@
 //! anywhere.
 
 use super::{
-    file::{FETCH, File, MOST, Photometry},
+    file::{FETCH, File, MOST, MeasuredLamp, Photometry},
     symmetry::{Plane, Symmetry, symmetry_of},
 };
 use crate::{
@@ -140,15 +140,13 @@ pub(super) fn read(file: &File, at: usize) -> Result<Photometry> {
         let problem = format!("{} comes after the last intensity", quoted(word));
         return Err(numbers.error(problem).remedy(FETCH));
     }
-    let mut photometry = Photometry::new(file.path, planes, symmetry, &v, &[factor])?;
+    let mut lamps = MeasuredLamp::of_planes(file.path, planes, symmetry, &v, &[factor])?;
     if tilted {
-        photometry.notes.push(
-            "its flux depends on the lamp's tilt (TILT=INCLUDE): that of tilt 0 is taken, the \
-             position in which it was measured"
-                .into(),
-        );
+        let note = "its flux depends on the lamp's tilt (TILT=INCLUDE): that of tilt 0 is taken, \
+                    the position in which it was measured";
+        lamps.iter_mut().for_each(|lamp| lamp.notes.push(note.into()));
     }
-    Ok(photometry)
+    Ok(Photometry { lamps, usual: Some(0) })
 }
 
 /// Returns the symmetry of the horizontal angles. Error: they do not rise, or have none.

@@ -75,6 +75,12 @@ fn ok(text: &str) -> Photometry {
     read(text).unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// Returns the lamp of a file that has one.
+fn lamp(text: &str) -> MeasuredLamp {
+    let [lamp] = ok(text).lamps.try_into().expect("one lamp");
+    lamp
+}
+
 /// A symmetric file gives, except for rounding, the same table as a file with the whole circle, in
 /// IES and in EULUMDAT.
 #[test]
@@ -87,15 +93,15 @@ fn symmetric_files_are_their_whole_circle() {
         (Symmetry::None, angles(0.0, 345.0), 0),
     ];
     for (symmetry, c, number) in cases {
-        let whole = ok(&ies(&angles(0.0, 360.0), symmetry));
+        let whole = lamp(&ies(&angles(0.0, 360.0), symmetry));
         // in EULUMDAT the planes run from C = 270 through 0
         let of_ldt = if symmetry == Symmetry::At90 { angles(270.0, 450.0) } else { c.clone() };
-        let mut files = vec![ok(&ldt(number, &of_ldt, symmetry))];
+        let mut files = vec![lamp(&ldt(number, &of_ldt, symmetry))];
         if symmetry != Symmetry::None {
-            files.push(ok(&ies(&c, symmetry)));
+            files.push(lamp(&ies(&c, symmetry)));
         }
         for file in files {
-            assert!((file.fluxes[0] / whole.fluxes[0] - 1.0).abs() < 1e-12, "{symmetry:?}");
+            assert!((file.flux / whole.flux - 1.0).abs() < 1e-12, "{symmetry:?}");
             let axes = |table: &Arc<IntensityTable>| {
                 let (aim, zero) = (glam::DVec3::NEG_Z, glam::DVec3::X);
                 crate::scene::light::Intensity::table(table.clone(), aim, zero).unwrap()
@@ -118,7 +124,7 @@ fn symmetric_files_are_their_whole_circle() {
 #[test]
 fn factors_count_as_they_should() {
     let even = |head: &str, numbers: &str| {
-        ok(&format!("{head}TILT=NONE\n{numbers}\n0 180\n0\n2 2\n")).fluxes[0] / (8.0 * PI)
+        lamp(&format!("{head}TILT=NONE\n{numbers}\n0 180\n0\n2 2\n")).flux / (8.0 * PI)
     };
     let modern = "IESNA:LM-63-1995\n[TEST] a\n";
     for (head, numbers, factor) in [
@@ -134,12 +140,12 @@ fn factors_count_as_they_should() {
     // candela per 1000 lm, with lamps of 1000 lm; the decimal sign may be a comma, and LORL does
     // not count
     let file = ldt(1, &[0.0], Symmetry::Axial);
-    let flux = ok(&file).fluxes[0];
+    let flux = lamp(&file).flux;
     let more = file.replace("\r\nLED\r\n1000\r\n", "\r\nLED\r\n2500\r\n");
-    assert!((ok(&more).fluxes[0] / flux - 2.5).abs() < 1e-12);
+    assert!((lamp(&more).flux / flux - 2.5).abs() < 1e-12);
     let factor =
         file.replace("\r\n80\r\n1\r\n0\r\n1\r\n1\r\n", "\r\n40\r\n0,5\r\n0\r\n1\r\n-1\r\n");
-    assert!(factor != file && (ok(&factor).fluxes[0] / flux - 0.5).abs() < 1e-12);
+    assert!(factor != file && (lamp(&factor).flux / flux - 0.5).abs() < 1e-12);
 }
 
 #[test]
@@ -186,7 +192,7 @@ fn bad_files_are_told() {
 #[test]
 fn other_forms_are_read() {
     let usual = ies(&angles(0.0, 360.0), Symmetry::None);
-    let flux = ok(&usual).fluxes[0];
+    let flux = lamp(&usual).flux;
     let changed = |from: &str, to: &str| usual.replacen(from, to, 1);
     for text in [
         changed("TILT=NONE", "TILT = NONE"),
@@ -196,20 +202,18 @@ fn other_forms_are_read() {
         usual.clone() + "[END]\nof the file\n",
         ies(&angles(0.0, 345.0), Symmetry::None),
     ] {
-        assert!((ok(&text).fluxes[0] / flux - 1.0).abs() < 1e-12, "{text}");
+        assert!((lamp(&text).flux / flux - 1.0).abs() < 1e-12, "{text}");
     }
-    let included = ok(&changed("TILT=NONE", "TILT=INCLUDE\n1\n3\n0 45 90\n0.9 0.8 0.7"));
-    assert!(
-        included.notes[0].contains("TILT=INCLUDE")
-            && (included.fluxes[0] / flux - 0.9).abs() < 1e-12
-    );
+    let included = lamp(&changed("TILT=NONE", "TILT=INCLUDE\n1\n3\n0 45 90\n0.9 0.8 0.7"));
+    assert!(included.notes[0].contains("TILT=INCLUDE"), "{:?}", included.notes);
+    assert!((included.flux / flux - 0.9).abs() < 1e-12);
     for little in [true, false] {
         for mark in ["\u{feff}", ""] {
             let units = mark.encode_utf16().chain(usual.encode_utf16());
             let bytes = |unit: u16| if little { unit.to_le_bytes() } else { unit.to_be_bytes() };
             let bytes: Vec<u8> = units.flat_map(bytes).collect();
             let read = Photometry::parse(&bytes, Path::new("lamp")).unwrap();
-            assert!((read.fluxes[0] / flux - 1.0).abs() < 1e-12);
+            assert!((read.lamps[0].flux / flux - 1.0).abs() < 1e-12);
         }
     }
     // a part of the circle is not guessed
@@ -230,11 +234,11 @@ fn lamp_sets_are_alternatives() {
         1,
     );
     assert_ne!(one, two);
-    let (one, two) = (ok(&one), ok(&two));
-    assert_eq!((one.fluxes.len(), two.fluxes.len()), (1, 2));
-    assert!((two.fluxes[0] / one.fluxes[0] - 1.0).abs() < 1e-12);
-    assert!((two.fluxes[1] / one.fluxes[0] - 2.5).abs() < 1e-12);
-    assert_eq!((one.usual, two.usual), (0, 0));
+    let (one, two) = (lamp(&one), ok(&two));
+    let ratios: Vec<f64> = two.lamps.iter().map(|lamp| lamp.flux / one.flux).collect();
+    assert!(ratios.len() == 2 && (ratios[0] - 1.0).abs() < 1e-12, "{ratios:?}");
+    assert!((ratios[1] - 2.5).abs() < 1e-12, "{ratios:?}");
+    assert_eq!(two.usual, Some(0));
 }
 
 /// A set of 0 lm is empty, and so is one without lamps where another one has some: the first of the
@@ -249,7 +253,8 @@ fn lamp_sets_may_be_empty() {
         let all: String = sets.iter().map(set).collect();
         let text = ldt(1, &[0.0], Symmetry::Axial);
         let text = text.replacen(one, &format!("\r\n{}\r\n{all}", sets.len()), 1);
-        read(&text).map(|read| (read.usual, read.fluxes.iter().map(|f| *f > 0.0).collect()))
+        let bright = |read: &Photometry| read.lamps.iter().map(|lamp| lamp.flux > 0.0).collect();
+        read(&text).map(|read| (read.usual.expect("a set"), bright(&read)))
     };
     let usual = |sets: &[(i32, u32)]| -> (usize, Vec<bool>) { of(sets).unwrap() };
     assert_eq!(usual(&[(1, 0), (1, 1000)]), (1, vec![false, true]));
@@ -279,7 +284,7 @@ fn check(text: &[u8]) {
     match Photometry::parse(text, path) {
         Err(error) => check_error(&error, path),
         Ok(photometry) => {
-            assert!(photometry.fluxes.iter().all(|flux| *flux >= 0.0 && flux.is_finite()))
+            assert!(photometry.lamps.iter().all(|lamp| lamp.flux >= 0.0 && lamp.flux.is_finite()))
         }
     }
 }
@@ -340,28 +345,49 @@ fn tm33_has_the_intensities_of_the_same_ies_file() {
         (Symmetry::At90, angles(90.0, 270.0), "<Symm>Symm _ Bi _90</Symm>"),
         (Symmetry::None, angles(0.0, 345.0), ""),
     ] {
-        let (own, ies) = (ok(&tm33(&c, symmetry, symm)), ok(&ies(&c, symmetry)));
+        let (own, ies) = (lamp(&tm33(&c, symmetry, symm)), lamp(&ies(&c, symmetry)));
         assert_eq!((own.unit, own.range), (FluxUnit::Micromole, Some([400.0, 700.0])));
-        assert_eq!((own.fluxes.clone(), own.notes.len()), (ies.fluxes, 0));
+        assert_eq!((own.flux, own.notes.len()), (ies.flux, 0));
         assert_eq!(format!("{:?}", own.table), format!("{:?}", ies.table));
     }
     let whole = tm33(&[0.0], Symmetry::Axial, "");
-    let flux = ok(&whole).fluxes[0];
-    let more = |from: &str, to: &str| ok(&whole.replace(from, to));
+    let flux = lamp(&whole).flux;
+    let more = |from: &str, to: &str| lamp(&whole.replace(from, to));
     let twice = more("<NumberHorz>", "<Multiplier>2</Multiplier><NumberHorz>");
-    assert!((twice.fluxes[0] / flux - 2.0).abs() < 1e-12);
+    assert!((twice.flux / flux - 2.0).abs() < 1e-12);
     let stated = more("</PhotonIntensity>", "</PhotonIntensity><PhotonFlux>7</PhotonFlux>");
-    assert!(stated.fluxes[0] == flux && stated.notes[0].contains("the flux that it states is 7"));
+    assert!(stated.flux == flux && stated.notes[0].contains("the flux that it states is 7"));
     let relative = whole
         .replace("<NumberHorz>", "<Absolute>false</Absolute><NumberHorz>")
         .replace("</PhotonIntensity>", "</PhotonIntensity><PhotonFlux>7</PhotonFlux>");
-    assert_eq!((ok(&relative).fluxes[0], ok(&relative).notes.len()), (7.0, 0));
+    let relative = lamp(&relative);
+    assert_eq!((relative.flux, relative.notes.len()), (7.0, 0));
     let watts = more("Photon", "Radiant");
     assert_eq!((watts.unit, watts.range), (FluxUnit::Watt, Some([400.0, 700.0])));
     let lumens = more("Photon", "Luminous");
     assert_eq!((lumens.unit, lumens.range), (FluxUnit::Lumen, None));
     let many = more("<Quantity>1", "<BallastFactor>0.9</BallastFactor><Quantity>4");
     assert_eq!(many.notes.len(), 2, "{:?}", many.notes);
+}
+
+/// The emitters of a TM-33 keep intensities and units of their own; one without any is passed over.
+#[test]
+fn emitters_of_tm33_are_lamps() {
+    let [wide, narrow] = [&[0.0][..], &[0.0, 90.0]]
+        .map(|c| tm33(c, if c.len() == 1 { Symmetry::Axial } else { Symmetry::Quadrant }, ""));
+    let emitter = |text: &str| {
+        let (begin, end) = (text.find("<Emitter>").unwrap(), text.find("</IESTM33").unwrap());
+        text[begin..end].to_string()
+    };
+    let more = format!("{}<Emitter></Emitter>", emitter(&narrow).replace("Photon", "Radiant"));
+    let both = wide.replacen("</IESTM33", &format!("{more}</IESTM33"), 1);
+    let Photometry { lamps, usual } = ok(&both);
+    let (wide, narrow) = (lamp(&wide), lamp(&narrow.replace("Photon", "Radiant")));
+    assert_eq!((lamps.len(), usual), (2, None));
+    for (found, own) in lamps.iter().zip([wide, narrow]) {
+        assert_eq!((found.flux, found.unit, found.range), (own.flux, own.unit, own.range));
+        assert_eq!(format!("{:?}", found.table), format!("{:?}", own.table));
+    }
 }
 
 #[test]
@@ -409,11 +435,6 @@ fn errors_in_tm33_name_the_line() {
         check_error(&error, path);
         assert!(error.to_string().contains(words), "{words}: {error}");
     }
-    let begin = whole.find("<Emitter>").unwrap();
-    let twice =
-        whole.replacen("<Emitter>", &whole[begin..].replace("</IESTM33-22>", "<Emitter>"), 1);
-    let error = Photometry::parse(twice.as_bytes(), path).unwrap_err().to_string();
-    assert!(error.contains("2 emitters with intensities of their own"), "{error}");
     let dark = tm33(&[0.0], Symmetry::Axial, "").replace("h=\"0\" v=\"15\"", "h=\"0\" v=\"0\"");
     let dark = dark.replace("<NumberVert>7<", "<NumberVert>6<");
     let error = Photometry::parse(dark.as_bytes(), path).unwrap_err().to_string();
@@ -429,7 +450,7 @@ proptest! {
         let path = Path::new("a.xml");
         match Photometry::parse(&text, path) {
             Err(error) => check_error(&error, path),
-            Ok(found) => prop_assert!(found.fluxes.iter().all(|flux| flux.is_finite())),
+            Ok(found) => prop_assert!(found.lamps.iter().all(|lamp| lamp.flux.is_finite())),
         }
     }
 }

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::{
-    file::{FETCH, FluxUnit, MOST, Photometry},
+    file::{FETCH, FluxUnit, MOST, MeasuredLamp, Photometry},
     symmetry::{Plane, Symmetry, symmetry_of},
 };
 use crate::{
@@ -42,30 +42,25 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Photometry> {
         let problem = format!("angles of the type {}, must be C", quoted(&kind.text));
         return Err(kind.error(path, problem).remedy("export it with type C coordinates"));
     }
-    let of_emitter = |emitter| {
-        let kind = KINDS.iter().find_map(|(names, unit)| {
-            let data: &Element = Element::first(emitter, names[0])?;
-            Some((data, data.first(names[1])?, names, *unit))
-        });
-        Some((emitter, kind?))
-    };
-    let mut found: Vec<_> = root.all("Emitter").filter_map(of_emitter).collect();
-    let (emitter, (data, table, names, unit)) = match (found.pop(), found.len()) {
-        (Some(one), 0) => one,
-        (None, _) => {
-            let problem = "no emitter with `PhotonIntensity`, `RadiantIntensity` or \
-                           `LuminousIntensity`";
-            return Err(root.error(path, problem).remedy("export it with intensities"));
-        }
-        (Some((emitter, _)), more) => {
-            let problem = format!("{} emitters with intensities of their own", more + 1);
-            return Err(emitter.error(path, problem).remedy(
-                "export each into a file of its own, and give the scene a light for each",
-            ));
-        }
-    };
+    let lamps = root.all("Emitter").filter_map(|emitter| read_emitter(emitter, path).transpose());
+    let lamps = lamps.collect::<Result<Vec<_>>>()?;
+    if lamps.is_empty() {
+        let problem =
+            "no emitter with `PhotonIntensity`, `RadiantIntensity` or `LuminousIntensity`";
+        return Err(root.error(path, problem).remedy("export it with intensities"));
+    }
+    let usual = (lamps.len() == 1).then_some(0);
+    Ok(Photometry { lamps, usual })
+}
+
+/// Reads an emitter; `None` if it has no intensities.
+fn read_emitter(emitter: &Element, path: &Path) -> Result<Option<MeasuredLamp>> {
+    let best = KINDS.iter().find_map(|(names, unit)| {
+        let data = emitter.first(names[0])?;
+        Some((data, data.first(names[1])?, names, *unit))
+    });
+    let Some((data, table, names, unit)) = best else { return Ok(None) };
     let planes = Planes::read(table, path)?;
-    let mut notes = Vec::new();
     let number = |element: &Element, what: &str| element.number(path, &element.text, what);
     let multiplier = table.first("Multiplier").map(|m| number(m, "the multiplier")).transpose()?;
     let scale = multiplier.unwrap_or(1.0);
@@ -75,23 +70,24 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Photometry> {
     let flux = data.first(names[2]).map(|flux| number(flux, "the flux")).transpose()?;
     let absolute = ["Absolute", "AbsolutePhotometry"].iter().find_map(|name| table.first(name));
     let relative = absolute.is_some_and(|word| word.text.eq_ignore_ascii_case("false"));
-    let mut photometry =
-        Photometry::new(path, planes.planes, planes.symmetry, &planes.v, &[scale])?;
+    let of_planes =
+        MeasuredLamp::of_planes(path, planes.planes, planes.symmetry, &planes.v, &[scale])?;
+    let Some(mut lamp) = of_planes.into_iter().next() else { return Ok(None) };
     match flux {
         Some(flux) if relative => {
             if !(1e-30..1e30).contains(&flux) {
                 let problem = format!("a flux of {flux} {}", unit.name());
                 return Err(data.error(path, problem).remedy(FETCH));
             }
-            photometry.fluxes = vec![flux];
+            lamp.flux = flux;
         }
         None if relative => {
             let problem = format!("relative intensities, and no `{}`", names[2]);
             return Err(table.error(path, problem).remedy("export it with absolute intensities"));
         }
-        Some(flux) if (photometry.fluxes[0] / flux - 1.0).abs() > SAME => notes.push(format!(
+        Some(flux) if (lamp.flux / flux - 1.0).abs() > SAME => lamp.notes.push(format!(
             "its intensities come to {:.4} {}, which is taken; the flux that it states is {flux}",
-            photometry.fluxes[0],
+            lamp.flux,
             unit.name()
         )),
         _ => {}
@@ -99,18 +95,18 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Photometry> {
     if let Some(factor) = emitter.first("BallastFactor")
         && number(factor, "the ballast factor")? != 1.0
     {
-        notes.push(format!("its ballast factor of {} is not applied", factor.text));
+        lamp.notes.push(format!("its ballast factor of {} is not applied", factor.text));
     }
     if let Some(quantity) = emitter.first("Quantity")
         && number(quantity, "the quantity")? != 1.0
     {
-        notes.push(format!(
+        lamp.notes.push(format!(
             "it has {} emitters of one kind: its flux is taken as that of all together",
             quantity.text
         ));
     }
     let end = |name| data.first(name).map(|nm| number(nm, "the wavelength")).transpose();
-    photometry.range = match (end("MinWavelength")?, end("MaxWavelength")?) {
+    lamp.range = match (end("MinWavelength")?, end("MaxWavelength")?) {
         (Some(from), Some(to)) if unit != FluxUnit::Lumen => {
             if !(from < to && from >= 0.0) {
                 let problem = format!("a flux from {from} to {to} nm");
@@ -120,7 +116,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Photometry> {
         }
         _ => None,
     };
-    Ok(Photometry { unit, notes, ..photometry })
+    Ok(Some(MeasuredLamp { unit, ..lamp }))
 }
 
 /// The intensities of a table, by planes of C.

@@ -586,8 +586,8 @@ impl<'a> Scan<'a> {
         }
         for file in &asked.files {
             let places = places(file, path).ok_or_else(|| {
-                error(format!("{} leads out of the folder", quoted(file)))
-                    .remedy("put the file beside this one, and name it relative to it")
+                error(format!("{} is no relative path", quoted(file)))
+                    .remedy("name the file relative to this one, or to the working directory")
             })?;
             let mut found = Err(String::new());
             for there in &places {
@@ -646,11 +646,12 @@ fn modified(modifier: &str, place: &str) -> Error {
 }
 
 /// Returns where a file may be that the file at `path` names: beside that one, or in the working
-/// directory, from which Radiance looks. `None` where the name leads out of these folders.
+/// directory, from which Radiance looks. `None` for a name that is no relative path: a room that
+/// somebody else made says nothing about this machine.
 fn places(file: &str, path: &Path) -> Option<Vec<PathBuf>> {
     let relative = Path::new(file);
-    let inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
-    relative.components().all(inside).then(|| {
+    let outside = |part: Component| matches!(part, Component::Prefix(_) | Component::RootDir);
+    (!relative.components().any(outside)).then(|| {
         let beside = path.parent().unwrap_or(Path::new("")).join(relative);
         let mut places = vec![beside, relative.to_path_buf()];
         places.dedup();
@@ -688,7 +689,8 @@ fn measured(
     let asked = xform(transform).map_err(|problem| wrong(&problem))?;
     let [turn] = asked.copies[..] else { return Err(wrong("a transform of several copies")) };
     let up = placement.transform.transform_vector3(turn.transform_vector3(DVec3::new(x, y, z)));
-    let files = places(file, path).ok_or_else(|| wrong("a file that leads out of the folder"))?;
+    let files =
+        places(file, path).ok_or_else(|| wrong("a file that is named by no relative path"))?;
     Ok(RadBsdf { files, up, through: *kind == "aBSDF" || thickness != 0.0 })
 }
 

@@ -7,7 +7,7 @@ use crate::{
     error::{LISTED, Result, some},
     formats::{
         input::quoted,
-        photometry::{FluxUnit, Photometry},
+        photometry::{FluxUnit, MeasuredLamp, Photometry},
     },
     math::{geometry::Transform, units::Quantity},
     scene::light::Intensity,
@@ -64,10 +64,22 @@ impl Aim {
     }
 }
 
-/// A photometry file, and the flux that it states for the lamp set that the scene file picks.
+/// A photometry file, and which of its lamps the scene file picks.
 pub(super) struct Measured {
     photometry: Photometry,
-    pub(super) flux: FileFlux,
+    picked: usize,
+}
+
+impl Measured {
+    fn lamp(&self) -> &MeasuredLamp {
+        &self.photometry.lamps[self.picked]
+    }
+
+    /// Returns the flux that the file states for the lamp.
+    pub(super) fn flux(&self) -> FileFlux {
+        let MeasuredLamp { flux: value, unit, range, .. } = *self.lamp();
+        FileFlux { value, unit, range }
+    }
 }
 
 /// The flux that a photometry file states.
@@ -96,25 +108,44 @@ impl Loader<'_> {
                 read
             }
         };
-        let usual = photometry.usual as u64 + 1;
-        let set = lamp.set.map_or(usual, |set| set.0);
-        let fluxes = &photometry.fluxes;
-        let index = usize::try_from(set).ok().and_then(|set| set.checked_sub(1));
-        let Some(&flux) = index.and_then(|index| fluxes.get(index)) else {
-            let problem = format!("lamp set {set}, but {file} has {}", fluxes.len());
-            let remedy = match fluxes.len() {
+        let picked = self.picked(pointer, file, lamp.set, &photometry)?;
+        Ok(Some(Measured { photometry, picked }))
+    }
+
+    /// Returns the index of the lamp of a file that is meant: that of the key `set`, or the usual
+    /// one. Errors: there is none, or it has no light.
+    fn picked(
+        &self,
+        pointer: &str,
+        file: &str,
+        set: Option<Count>,
+        photometry: &Photometry,
+    ) -> Result<usize> {
+        let Photometry { lamps, usual } = photometry;
+        let Some(set) = set else {
+            return usual.ok_or_else(|| {
+                let count = lamps.len();
+                let problem = format!("{file} has {count} emitters, which shine together");
+                self.error(format!("{pointer}/photometry"), problem).remedy(format!(
+                    "give a light for each of them, with `\"set\": 1` to `\"set\": {count}`"
+                ))
+            });
+        };
+        let error = |problem: String| self.error(format!("{pointer}/set"), problem);
+        let index = usize::try_from(set.0).ok().and_then(|set| set.checked_sub(1));
+        let Some(index) = index.filter(|&index| index < lamps.len()) else {
+            let what = usual.map_or("emitter", |_| "lamp set");
+            let problem = format!("{what} {}, but {file} has {}", set.0, lamps.len());
+            return Err(error(problem).remedy(match lamps.len() {
                 1 => "leave `set` out".into(),
                 count => format!("give a number from 1 to {count}"),
-            };
-            return Err(self.error(format!("{pointer}/set"), problem).remedy(remedy));
+            }));
         };
-        if flux == 0.0 {
-            let problem = format!("lamp set {set} of {file} has no light (0 lm)");
-            let remedy = format!("leave `set` out, which takes set {usual}, or pick another one");
-            return Err(self.error(format!("{pointer}/set"), problem).remedy(remedy));
+        if lamps[index].flux == 0.0 {
+            let problem = format!("lamp set {} of {file} has no light (0 lm)", set.0);
+            return Err(error(problem).remedy("leave `set` out, or pick another one"));
         }
-        let flux = FileFlux { value: flux, unit: photometry.unit, range: photometry.range };
-        Ok(Some(Measured { photometry, flux }))
+        Ok(index)
     }
 
     /// Returns the intensity of a measured lamp that a transform has `turned`, and which is aimed
@@ -133,7 +164,7 @@ impl Loader<'_> {
                 .remedy("say with `aim` where it does"));
         }
         let [aim, zero_plane] = aim.directions(turned, default);
-        Intensity::table(measured.photometry.table.clone(), aim, zero_plane)
+        Intensity::table(measured.lamp().table.clone(), aim, zero_plane)
             .map_err(|problem| problem.at(self.place(pointer)))
     }
 
@@ -171,7 +202,7 @@ impl Loader<'_> {
             }
         }
         let there = format!("{pointer}/power");
-        let flux = measured.map(|measured| measured.flux);
+        let flux = measured.map(Measured::flux);
         let power = match power {
             PowerSpec::Given(power) => return self.per_band(&there, power, f64::MAX),
             PowerSpec::Spectrum(spectrum) => {
@@ -283,24 +314,24 @@ impl Loader<'_> {
     /// Warns where a file has more than one flux, of which one had to be chosen, and of what it notes.
     fn remark_on_flux(&mut self, pointer: &str, lamp: LampFile, file: &str, measured: &Measured) {
         let place = self.place(format!("{pointer}/photometry"));
-        let Photometry { fluxes, usual, notes, .. } = &measured.photometry;
-        if lamp.set.is_none() && fluxes.len() > 1 {
-            let others = fluxes.iter().enumerate().filter(|(i, _)| i != usual);
-            let others = others.map(|(i, flux)| format!("set {}: {flux:.1} lm", i + 1));
-            let taken = match *usual {
+        let Measured { photometry: Photometry { lamps, .. }, picked } = measured;
+        if lamp.set.is_none() && lamps.len() > 1 {
+            let others = lamps.iter().enumerate().filter(|(i, _)| i != picked);
+            let others = others.map(|(i, lamp)| format!("set {}: {:.1} lm", i + 1, lamp.flux));
+            let taken = match *picked {
                 0 => "the first".into(),
-                usual => format!("set {}, the first with lamps and light,", usual + 1),
+                picked => format!("set {}, the first with lamps and light,", picked + 1),
             };
             let problem = format!(
                 "{file} has {} sets of lamps, of which one at a time is in the luminaire: {taken} is \
                 taken, {:.1} lm ({}); `set` picks one",
-                fluxes.len(),
-                fluxes[*usual],
+                lamps.len(),
+                lamps[*picked].flux,
                 some(others, LISTED)
             );
             self.warn(&place, problem);
         }
-        for note in notes {
+        for note in &measured.lamp().notes {
             self.warn(&place, format!("{file}: {note}"));
         }
     }

@@ -1202,8 +1202,8 @@ pub struct PointSpec {
     pub aim: Option<[f64; 3]>,
     /// With `photometry`: the direction of the half-plane C = 0 (default [1, 0, 0]).
     pub zero_plane: Option<[f64; 3]>,
-    /// With `photometry` of EULUMDAT: which of the file's lamp sets is in the lamp, from 1 (default
-    /// 1).
+    /// With `photometry`: which of an EULUMDAT's lamp sets is in the lamp (default: the first with
+    /// lamps and light), or which of a TM-33's emitters the light is, from 1.
     pub set: Option<Count>,
     /// With "power": "file": lumens per W of the lamp's light.
     #[serde(rename = "lm_per_W")]
@@ -1312,8 +1312,8 @@ pub struct AreaSpec {
     pub aim: Option<[f64; 3]>,
     /// With `photometry`: the direction of the half-plane C = 0 (default [1, 0, 0]).
     pub zero_plane: Option<[f64; 3]>,
-    /// With `photometry` of EULUMDAT: which of the file's lamp sets is in the lamp, from 1 (default
-    /// 1).
+    /// With `photometry`: which of an EULUMDAT's lamp sets is in the lamp (default: the first with
+    /// lamps and light), or which of a TM-33's emitters the light is, from 1.
     pub set: Option<Count>,
     /// With "power": "file": lumens per W of the lamp's light.
     #[serde(rename = "lm_per_W")]

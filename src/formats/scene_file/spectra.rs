@@ -83,7 +83,7 @@ impl Loader<'_> {
                         TotalSpec::File => self.measured(&format!("/lights/{i}"), lamp_file)?,
                         TotalSpec::Given(_) => None,
                     };
-                    let flux = measured.map(|measured| measured.flux);
+                    let flux = measured.map(|measured| measured.flux());
                     let (curve, unit, scale) = self.lamp(&pointer, lamp, flux)?;
                     Part::Lamp { curve, unit, scale }
                 }
