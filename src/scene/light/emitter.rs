@@ -1,146 +1,193 @@
-//! Shapes that light leaves from: lines, tubes and triangles.
+//! What every light does, in one interface. Each kind of light is a file with its own
+//! implementation: `cone` (points and spots), `line`, `tube`, `area`, `luminaire` (points and areas
+//! with an intensity by direction) and `entrance` (light from infinitely far away).
 
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::sync::Arc;
 
+use enum_dispatch::enum_dispatch;
+use glam::Vec3;
+
+use super::{
+    area::Area,
+    cone::Cone,
+    entrance::Entrance,
+    intensity::Intensity,
+    line::IsotropicLine,
+    luminaire::{Luminaire, LuminaireArea},
+    tube::Tube,
+};
 use crate::math::{
-    geometry::{ROUNDING, Triangle},
+    geometry::{Extent, Ray, Triangle},
     rng::Stream,
-    sampling::{uniform_circle, uniform_triangle, weighted_choice},
 };
 
-/// Fraction of a tube's circumference that shines, centred on the tangent of the tube's frame.
+/// Place on a light that a photon starts from.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Aperture(pub f32);
-
-impl Aperture {
-    /// The whole circumference.
-    pub const WHOLE: Self = Self(1.0);
-
-    /// Returns a unit vector turned from the tangent by an angle that is uniform in the aperture,
-    /// where `u` is a uniform number.
-    #[inline]
-    pub fn turn(self, u: f32) -> Vec2 {
-        if self.0 == 1.0 {
-            return uniform_circle(u);
-        }
-        let turn = self.0 * (u - 0.5);
-        uniform_circle(if turn < 0.0 { turn + 1.0 } else { turn })
-    }
-
-    /// Returns whether a vector across the axis, in coordinates along tangent and bitangent, points
-    /// into the aperture.
-    pub fn holds(self, across: DVec2) -> bool {
-        self.0 == 1.0 || across.y.atan2(across.x).abs() <= std::f64::consts::PI * f64::from(self.0)
-    }
-
-    /// Returns the area of a tube within the aperture, m2.
-    pub fn area(self, radius: f32, length: f32) -> f32 {
-        2.0 * std::f32::consts::PI * radius * length * self.0
-    }
-}
-
-/// Axis of a tube, or a line that shines.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
-    /// Start of the line, m.
-    pub from: Vec3,
-    /// Vector from the start of the line to its end, m.
-    pub whole: Vec3,
-    /// Length, m.
-    pub length: f32,
-    /// Bound of the error of points of the line, m.
-    pub blur: f32,
-}
-
-impl Line {
-    pub fn new(from: Vec3, whole: Vec3) -> Self {
-        let farthest = from.length().max((from + whole).length());
-        Self { from, whole, length: whole.length(), blur: ROUNDING * farthest }
-    }
-
-    pub fn middle(&self) -> Vec3 {
-        self.from + 0.5 * self.whole
-    }
-
-    /// Draws a point uniform on the line, but not closer to its ends than the error of its points.
-    #[inline]
-    pub fn choose(&self, rng: &mut Stream) -> Vec3 {
-        let margin = (self.blur / self.length).min(0.5);
-        self.from + rng.uniform().clamp(margin, 1.0 - margin) * self.whole
-    }
-}
-
-/// Triangles of an area light, with the values that each photon needs of them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct EmittingSurface {
-    pub triangles: Vec<Triangle>,
-    places: Vec<Place>,
-    cumulative_area: Vec<f64>,
-}
-
-/// How photons leave a triangle of an area light.
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    /// Unit normal of the front.
-    normal: Vec3,
-    /// Barycentric weights below which a point is too near to the edge opposite each corner.
-    margins: Vec3,
-    /// Distance from the triangle at which photons start, m.
-    offset: f32,
-}
-
-/// A point of an area light.
-pub(super) struct Chosen {
+pub struct Start {
+    /// Position, m.
     pub point: Vec3,
-    /// Unit normal of the front.
+    /// Unit normal of the side that the photon leaves from, or zero for a point or a line.
     pub normal: Vec3,
-    /// Distance from the surface at which photons start, m.
+    /// Distance from the surface at which the photon starts, m.
     pub offset: f32,
+    /// Whether photons leave from this place to both sides.
+    pub both_sides: bool,
 }
 
-impl Chosen {
-    /// Returns the point at which a shadow ray of length `distance`, m, ends, on the side of `side`:
-    /// off the surface by the error of the point and that of the ray's own end.
+impl Start {
+    /// Makes a place without a surface, and a ray from it.
     #[inline]
-    pub fn off(&self, side: Vec3, distance: f32) -> Vec3 {
-        self.point + (self.offset + ROUNDING * distance) * side
+    pub(super) fn of_point(point: Vec3, direction: Vec3) -> (Self, Ray) {
+        let start = Self { point, normal: Vec3::ZERO, offset: 0.0, both_sides: true };
+        (start, Ray { origin: point, direction })
     }
 }
 
-impl EmittingSurface {
-    pub fn new(triangles: &[[DVec3; 3]], local: impl Fn(DVec3) -> Vec3) -> Self {
-        let mut surface = Self::default();
-        let mut area = 0.0;
-        for corners in triangles {
-            let triangle = Triangle::from(corners.map(&local));
-            // a sliver that rounding has left without a front emits nothing
-            if triangle.normal() != Vec3::ZERO {
-                let [a, b, c] = corners;
-                area += 0.5 * (*b - *a).cross(*c - *a).length();
-                surface.cumulative_area.push(area);
-                surface.places.push(Place {
-                    normal: triangle.normal(),
-                    margins: Triangle::margins(triangle.slopes(), triangle.blur()),
-                    offset: triangle.offset(),
-                });
-                surface.triangles.push(triangle);
-            }
-        }
-        surface
-    }
+/// A sampled point of a light as seen from a point of the scene.
+pub struct Seen {
+    /// The point.
+    pub point: Vec3,
+    /// The point at which a shadow ray ends, slightly off the surface of the light.
+    pub end: Vec3,
+    /// Irradiance on a plane across the line of sight, over the density of the sample, per W of the
+    /// light's power, 1/m2.
+    pub per_watt: f32,
+    /// Density of the sample, 1/sr, or `None` for a point or a line.
+    pub pdf: Option<f32>,
+}
 
-    /// Returns the total area, m2.
-    pub fn area(&self) -> f64 {
-        self.cumulative_area[self.cumulative_area.len() - 1]
-    }
-
-    /// Draws a point uniform on the triangles, but not closer to their edges than its error.
+impl Seen {
+    /// Describes the point of a light that is a point or a line, which brings `per_watt`.
     #[inline]
-    pub fn choose(&self, rng: &mut Stream) -> Chosen {
-        let choice = weighted_choice(&self.cumulative_area, rng.uniform_fine());
-        let weights = uniform_triangle(Vec2::new(choice.rest, rng.uniform()));
-        let Place { normal, margins, offset } = self.places[choice.index];
-        let point = self.triangles[choice.index].point_within(weights.x, weights.y, margins);
-        Chosen { point, normal, offset }
+    pub fn of_point(point: Vec3, per_watt: f32) -> Self {
+        Self { point, end: point, per_watt, pdf: None }
     }
+}
+
+/// Emitted radiance of a light's surface, per W of the light's power.
+#[derive(Clone, Copy, Debug)]
+pub struct EmittedRadiance {
+    /// Radiance per W, 1/(m2 sr).
+    pub radiance: f32,
+    /// Area that emits, m2.
+    pub area: f32,
+}
+
+/// What a light does: how photons leave it, and how a point of the scene sees it. What has a
+/// default suits a point in the dark: a kind of light implements what it has.
+#[enum_dispatch]
+pub trait Emitter {
+    /// Returns a box around the light, m from the centre of the scene; empty for a light at
+    /// infinity.
+    fn extent(&self) -> Extent;
+
+    /// Returns middle and radius, m, of a ball around the light; the radius is infinite for a light
+    /// at infinity.
+    fn ball(&self) -> (Vec3, f32);
+
+    /// Draws the ray of one photon, and returns with it the place that it starts from.
+    fn emit(&self, rng: &mut Stream) -> (Start, Ray);
+
+    /// Returns the density, 1/sr, with which a photon of [`emit`](Self::emit) that starts at this
+    /// place and side leaves along a unit vector; 0 for a light at infinity.
+    fn density(&self, start: &Start, direction: Vec3) -> f32;
+
+    /// Samples a point of the light. Returns `None` where it sheds no light on `point`, and for a
+    /// light at infinity.
+    fn choose_point(&self, point: Vec3, rng: &mut Stream) -> Option<Seen>;
+
+    /// Returns whether the light is a point or a line, which no ray can meet, or has a sun, which
+    /// no ray meets by chance.
+    fn is_delta(&self) -> bool {
+        false
+    }
+
+    /// Returns the irradiance per W of power, 1/m2, that a point of the light brings to a plane
+    /// across the line of sight at `away`, the vector from the light to there, m. Returns `None`
+    /// for a light with a surface.
+    fn irradiance(&self, _away: Vec3) -> Option<f32> {
+        None
+    }
+
+    /// Returns an estimate of the irradiance at `point` per W of the light's power, 1/m2, which is
+    /// 0 only where the light sheds no direct light: from `near`, 1 over the squared distance, and
+    /// `towards`, the vector from the point to the middle of the light.
+    fn importance(&self, _point: Vec3, _towards: Vec3, near: f32) -> f32 {
+        near
+    }
+
+    /// Returns the mean exitance of the light's surface per W of its power, 1/m2, or `None` for a
+    /// light without a surface.
+    fn exitance(&self) -> Option<f32> {
+        None
+    }
+
+    /// Returns the triangles of an area light; the list is empty for other lights.
+    fn triangles(&self) -> &[Triangle] {
+        &[]
+    }
+
+    /// Returns the emitted radiance of an area light's triangle that a ray meets along `direction`,
+    /// and the area that emits. `cos` is the cosine of the ray to the triangle's front, below 0 if
+    /// the ray comes from behind. Returns `None` where the triangle is dark.
+    fn emitted_radiance(&self, _direction: Vec3, _cos: f32) -> Option<EmittedRadiance> {
+        None
+    }
+
+    /// Returns the tube, for a light that is one.
+    fn tube(&self) -> Option<&Tube> {
+        None
+    }
+
+    /// Returns points of a point, line or tube light, at which to look for surfaces that cut it: on
+    /// its axis, at the middles of so many equal `pieces`. The list is empty for other lights.
+    fn places(&self, _pieces: usize) -> Vec<Vec3> {
+        Vec::new()
+    }
+
+    /// Returns the unit vector along a line or tube.
+    fn along(&self) -> Option<Vec3> {
+        None
+    }
+
+    /// Returns the unit vector along the axis of a spot, or in which a luminaire aims. Returns
+    /// `None` for other lights, and for a spot that shines in all directions.
+    fn axis(&self) -> Option<Vec3> {
+        None
+    }
+
+    /// Returns the unit vector along which a light shines in the mean, and whether it shines in the
+    /// opposite direction as well. `None` where it shines to all sides alike.
+    fn facing(&self) -> Option<(Vec3, bool)> {
+        self.axis().map(|axis| (axis, false))
+    }
+
+    /// Returns the position of a point, or the start of a line or tube, by which it is moved; other
+    /// lights stay where they are.
+    fn position_mut(&mut self) -> Option<&mut Vec3> {
+        None
+    }
+
+    /// Returns the intensity by direction of a luminaire.
+    fn intensity(&self) -> Option<&Intensity> {
+        None
+    }
+
+    /// Returns how a light at infinity enters the scene.
+    fn entrance(&self) -> Option<&Entrance> {
+        None
+    }
+}
+
+/// A light of any kind.
+#[enum_dispatch(Emitter)]
+#[derive(Clone, Debug)]
+pub enum AnyEmitter {
+    Cone(Cone),
+    IsotropicLine(IsotropicLine),
+    Tube(Tube),
+    Area(Area),
+    Luminaire(Luminaire),
+    LuminaireArea(LuminaireArea),
+    Infinite(Arc<Entrance>),
 }

@@ -2,8 +2,11 @@
 //! everything that it may meet. Because a line enters a box only once, the faces divide the light
 //! exactly. Where the light has openings, it enters through these instead.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec2, Vec3};
 
+use super::emitter::{Emitter, Seen, Start};
 use crate::{
     math::{
         geometry::{Extent, Ray, Triangle, closeness, triangulate},
@@ -313,5 +316,38 @@ impl Entrance {
         self.running.last()?;
         let face = weighted_choice(&self.running, rng.uniform_fine()).index;
         Some(self.enter::<[f32; 1]>(face, rng).0)
+    }
+}
+
+impl Emitter for Arc<Entrance> {
+    fn extent(&self) -> Extent {
+        Extent::EMPTY
+    }
+
+    fn ball(&self) -> (Vec3, f32) {
+        (Vec3::ZERO, f32::INFINITY)
+    }
+
+    #[inline]
+    fn emit(&self, rng: &mut Stream) -> (Start, Ray) {
+        let dark = || Ray { origin: Vec3::ZERO, direction: Vec3::NEG_Z };
+        let ray = self.enter_anywhere(rng).unwrap_or_else(dark);
+        Start::of_point(ray.origin, ray.direction)
+    }
+
+    fn density(&self, _: &Start, _: Vec3) -> f32 {
+        0.0
+    }
+
+    fn choose_point(&self, _: Vec3, _: &mut Stream) -> Option<Seen> {
+        None
+    }
+
+    fn is_delta(&self) -> bool {
+        self.light.has_sun()
+    }
+
+    fn entrance(&self) -> Option<&Entrance> {
+        Some(self)
     }
 }

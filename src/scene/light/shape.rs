@@ -1,11 +1,22 @@
 //! Shapes of lights as users give them, with the checks of their values.
 
-use glam::DVec3;
+use std::sync::Arc;
 
-use super::Intensity;
+use glam::{DVec3, Vec3};
+
+use super::{
+    area::Area,
+    cone::{Cone, check_direction, check_half_angle},
+    emitter::AnyEmitter,
+    entrance::{Entrance, Prism},
+    intensity::Intensity,
+    line::{IsotropicLine, Line, check_axis},
+    luminaire::{Luminaire, LuminaireArea},
+    surface::{EmittingSurface, check_area},
+    tube::{Tube, check_aperture},
+};
 use crate::{
     error::{Problem, check_length, check_range, number},
-    math::geometry::unit_vector,
     scene::daylight::InfiniteLight,
 };
 
@@ -105,54 +116,6 @@ pub fn check_power(power: &[f64], bands: usize) -> Checked {
     })
 }
 
-/// Returns the unit vector along the axis of a spot. Error: its length is 0.
-pub fn check_direction(direction: DVec3) -> Result<DVec3, Problem> {
-    unit_vector(direction).ok_or_else(|| {
-        let remedy = "say where the spot points: [0, 0, -1] is down";
-        Problem::new("a direction of length 0", remedy)
-    })
-}
-
-/// Checks the half angle of a cone, degrees. Error: it is outside (0, 180].
-pub fn check_half_angle(degrees: f64) -> Checked {
-    if degrees > 0.0 && degrees <= 180.0 {
-        return Ok(());
-    }
-    let remedy = "it is the angle between the axis and the rim, in degrees";
-    Err(Problem::new(format!("{degrees}, must be above 0 and at most 180"), remedy))
-}
-
-/// Returns the unit vector along the axis of a tube. Error: its length is 0.
-pub fn check_axis(from: DVec3, to: DVec3) -> Result<DVec3, Problem> {
-    unit_vector(to - from).ok_or_else(|| {
-        let problem = "a tube of length 0: `from` is `to`";
-        Problem::new(problem, "move one end, or take a point light")
-    })
-}
-
-/// Returns the unit vector across a tube's `axis` towards the middle of the part that shines.
-/// Error: `toward` is along the axis, or the opening, degrees, is outside (0, 360].
-pub fn check_aperture(axis: DVec3, toward: DVec3, opening: f64) -> Result<DVec3, Problem> {
-    if !(opening > 0.0 && opening <= 360.0) {
-        let remedy = "it is the part of the circumference that shines, in degrees";
-        let problem = format!("opening_deg: {opening}, must be above 0 and at most 360");
-        return Err(Problem::new(problem, remedy));
-    }
-    let across = unit_vector(toward).map(|v| v.reject_from_normalized(axis));
-    across.filter(|v| v.length() > 1e-6).and_then(unit_vector).ok_or_else(|| {
-        let problem = "toward: has no part across the tube";
-        Problem::new(problem, "say to which side of its axis the tube shines")
-    })
-}
-
-/// Checks the total area of the triangles of a light. Error: it is 0.
-pub fn check_area(area: f64) -> Checked {
-    if area > 0.0 {
-        return Ok(());
-    }
-    Err(Problem::new("an area light without area", "its corners must not lie on one line"))
-}
-
 impl LightShape {
     /// Checks the values of the shape. Error: it could not shine. Whether coordinates are finite is
     /// checked with the scene.
@@ -187,6 +150,77 @@ impl LightShape {
         match self {
             Self::Area { triangles, .. } | Self::LuminaireArea { triangles, .. } => triangles,
             _ => &[],
+        }
+    }
+
+    /// Returns the ends of the axis and the radius, m, of a tube.
+    pub(crate) fn tube(&self) -> Option<([DVec3; 2], f64)> {
+        match self {
+            Self::Tube { from, to, radius } | Self::ApertureTube { from, to, radius, .. } => {
+                Some(([*from, *to], *radius))
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns the corners of what a ray may meet: the triangles of an area light, or a box around
+    /// either end of a tube.
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        let ends = self.tube().into_iter().flat_map(|(ends, radius)| {
+            let radius = DVec3::splat(radius);
+            ends.map(|end| [end - radius, end, end + radius])
+        });
+        self.triangles().iter().copied().chain(ends)
+    }
+
+    /// Returns the place of a point, or the ends of a line.
+    pub(crate) fn points(&self) -> impl Iterator<Item = DVec3> {
+        let [first, second] = match self {
+            Self::Point { position }
+            | Self::Spot { position, .. }
+            | Self::Luminaire { position, .. } => [Some(*position), None],
+            Self::IsotropicLine { from, to } => [Some(*from), Some(*to)],
+            _ => [None, None],
+        };
+        first.into_iter().chain(second)
+    }
+
+    /// Makes what emits. `local` converts coordinates to those of the scene; a light at infinity, of
+    /// so many `bands`, enters the prism `inside`, in these coordinates.
+    pub(super) fn emitter(
+        &self,
+        bands: usize,
+        inside: &Prism,
+        local: impl Fn(DVec3) -> Vec3,
+    ) -> AnyEmitter {
+        match self {
+            Self::Point { position } => Cone::sphere(local(*position)).into(),
+            Self::Spot { position, direction, half_angle } => {
+                Cone::spot(local(*position), *direction, *half_angle).into()
+            }
+            Self::Tube { from, to, radius } => {
+                Tube::whole(local(*from), *to - *from, *radius).into()
+            }
+            Self::ApertureTube { from, to, radius, toward, opening } => {
+                Tube::part(local(*from), *to - *from, *radius, *toward, *opening).into()
+            }
+            Self::IsotropicLine { from, to } => {
+                IsotropicLine(Line::new(local(*from), (*to - *from).as_vec3())).into()
+            }
+            Self::Area { triangles, two_sided } => {
+                Area { surface: EmittingSurface::new(triangles, local), two_sided: *two_sided }
+                    .into()
+            }
+            Self::Luminaire { position, intensity } => {
+                Luminaire { position: local(*position), intensity: intensity.clone() }.into()
+            }
+            Self::LuminaireArea { triangles, intensity } => {
+                let surface = EmittingSurface::new(triangles, local);
+                LuminaireArea { surface, intensity: intensity.clone() }.into()
+            }
+            Self::Infinite(light) => {
+                Arc::new(Entrance::new(light.clone(), bands, inside, local)).into()
+            }
         }
     }
 }

@@ -417,25 +417,14 @@ fn working_center(parts: &SceneParts) -> Option<DVec3> {
 fn pieces(parts: &SceneParts, center: DVec3) -> impl Iterator<Item = [DVec3; 3]> {
     let surfaces = parts.surfaces.iter().flat_map(|part| &part.triangles);
     let captors = parts.captors.iter().flat_map(|captor| &captor.triangles);
-    let lamps = parts.lights.iter().flat_map(|light| light.shape.triangles());
-    let tubes = parts.lights.iter().filter_map(|light| match &light.shape {
-        LightShape::Tube { from, to, radius }
-        | LightShape::ApertureTube { from, to, radius, .. } => {
-            Some([(*from, *radius), (*to, *radius)])
-        }
-        _ => None,
-    });
-    let tubes = tubes.flatten().map(|(end, radius)| {
-        let radius = DVec3::splat(radius);
-        [end - radius, end, end + radius]
-    });
+    let lamps = parts.lights.iter().flat_map(|light| light.shape.pieces());
     let copies = parts
         .shared
         .iter()
         .flat_map(SharedPart::boxes)
         .flat_map(|[a, b, c, d, e, f, g, h]| [[a, b, c], [d, e, f], [g, h, h]]);
-    let triangles = surfaces.chain(captors).chain(lamps).copied();
-    triangles.chain(tubes).chain(copies).map(move |corners| corners.map(|corner| corner - center))
+    let triangles = surfaces.chain(captors).copied();
+    triangles.chain(lamps).chain(copies).map(move |corners| corners.map(|corner| corner - center))
 }
 
 /// Refuses a shape that is so small where it stands that single precision changes its area.
@@ -483,29 +472,8 @@ impl Bounds {
         triangles.chain(captors).flatten().for_each(|&p| bounds.add(p));
         parts.shared.iter().flat_map(SharedPart::boxes).flatten().for_each(|p| bounds.add(p));
         for light in &parts.lights {
-            match &light.shape {
-                LightShape::Point { position }
-                | LightShape::Spot { position, .. }
-                | LightShape::Luminaire { position, .. } => {
-                    bounds.add(*position);
-                }
-                LightShape::Tube { from, to, radius }
-                | LightShape::ApertureTube { from, to, radius, .. } => {
-                    for end in [*from, *to] {
-                        bounds.add(end - DVec3::splat(*radius));
-                        bounds.add(end + DVec3::splat(*radius));
-                    }
-                }
-                LightShape::IsotropicLine { from, to } => {
-                    bounds.add(*from);
-                    bounds.add(*to);
-                }
-                LightShape::Area { triangles, .. }
-                | LightShape::LuminaireArea { triangles, .. } => {
-                    triangles.iter().flatten().for_each(|&p| bounds.add(p));
-                }
-                LightShape::Infinite(_) => {}
-            }
+            light.shape.points().for_each(|p| bounds.add(p));
+            light.shape.pieces().flatten().for_each(|p| bounds.add(p));
         }
         // a scene of a sky alone
         if bounds.min.x > bounds.max.x {

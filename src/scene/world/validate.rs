@@ -382,11 +382,9 @@ pub fn check_images(parts: &SceneParts, lattice: &Lattice, slack: f64) -> Checke
         let triangles = light.shape.triangles().iter();
         triangles.map(|corners| (light.name.as_str(), corners.as_slice()))
     });
-    let tubes = parts.lights.iter().filter_map(|light| match &light.shape {
-        LightShape::Tube { from, to, .. } | LightShape::ApertureTube { from, to, .. } => {
-            Some((light.name.as_str(), vec![*from, *to]))
-        }
-        _ => None,
+    let tubes = parts.lights.iter().filter_map(|light| {
+        let (ends, _) = light.shape.tube()?;
+        Some((light.name.as_str(), ends.to_vec()))
     });
     let openings = parts.lights.iter().flat_map(|light| {
         let polygons = match &light.shape {
