@@ -155,8 +155,8 @@ class Scene:
         Args:
             table: a DataFrame whose index has times with a time zone, with columns of irradiances, W/m2: ``ghi``
                 (global horizontal), ``dni`` (direct normal), ``dhi`` (diffuse horizontal); two of them are enough.
-                Other columns are not used. Or what pvlib's readers return: such a DataFrame, and metadata whose
-                ``latitude`` and ``longitude`` become the ``site`` of a scene that has none.
+                Other columns are not used. Or all that pvlib's readers return: such a DataFrame, and metadata whose
+                latitude and longitude, wherever they stand in it, become the ``site`` of a scene that has none.
             stamp: which moment of its interval the time of a row is: ``"start"``, ``"middle"`` or ``"end"``.
             keys: other keys of ``weather``, such as ``shift_h``.
 
@@ -169,15 +169,15 @@ class Scene:
         >>> scene.keys["weather"]
         {'file': 'table:weather', 'stamp': 'start'}
         """
-        place: Mapping[str, Any] = {}
-        if isinstance(table, tuple):
-            table, place = table[0], table[1] if len(table) > 1 and isinstance(table[1], Mapping) else {}
+        place = None
+        if isinstance(table, tuple) and table:
+            table, place = table[0], _place(table[1:])
         self._tables["weather"] = _weather(table)
         self._keys["weather"] = {"file": "table:weather", "stamp": stamp, **_plain(keys)}
-        if {"latitude", "longitude"} <= place.keys():
+        if place is not None:
             site = self._keys.setdefault("site", {})
             if not {"latitude", "longitude"} & site.keys():
-                site.update({key: float(place[key]) for key in ("latitude", "longitude")})
+                site.update(place)
 
     def check(self) -> Check:
         """Returns the text of ``phylux check``, which describes the scene; ``.warnings`` says what looks wrong in it, and
@@ -700,6 +700,21 @@ def _table(discs: Any, name: str, ignore: Sequence[str] = ()) -> bytes:
         lines = [f"{id},{line}" for id, line in zip(quoted, lines)]
         columns = ["id", *columns]
     return "\n".join([",".join(columns), *lines, ""]).encode()
+
+
+def _place(metadata: Any) -> dict[str, float] | None:
+    """Returns the first latitude and longitude in the metadata of a reader of pvlib, which PVGIS has in
+    ``inputs`` and ``location``, and NSRDB with capitals."""
+    if isinstance(metadata, Mapping):
+        named = {str(key).lower(): value for key, value in metadata.items()}
+        try:
+            return {key: float(named[key]) for key in ("latitude", "longitude")}
+        except (KeyError, TypeError, ValueError):
+            metadata = tuple(metadata.values())
+    if not isinstance(metadata, (tuple, list)):
+        return None
+    found = (_place(part) for part in metadata if isinstance(part, (Mapping, tuple)))
+    return next((place for place in found if place is not None), None)
 
 
 def _weather(table: Any) -> bytes:

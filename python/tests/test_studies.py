@@ -205,6 +205,18 @@ def test_weather_of_a_frame(tmp_path):
     given.keys["weather"] = {"direct_normal": 640, "diffuse_horizontal": 160}
     options = {"photons": 5000, "k": 0, "seed": 1}
     assert scene.run(**options).to_json() == given.run(**options).to_json()
+    # so do those of PVGIS and of NSRDB, each in its way
+    for more in [
+        ([1, 2], {"location": {"latitude": 52, "longitude": 13}}, {"inputs": {}}),
+        ({"inputs": {"location": {"latitude": 52.0, "longitude": 13.0, "elevation": 30.0}, "meteo_data": {}}},),
+        ({"Source": "NSRDB", "Latitude": "52", "Longitude": "13", "Time Zone": 1},),
+    ]:
+        other = sunny()
+        other.weather((table, *more), stamp="start")
+        assert other.keys["site"] == {"latitude": 52, "longitude": 13}, more
+    unknown = sunny()
+    unknown.weather((table, {"station": "roof"}), stamp="start")
+    assert "site" not in unknown.keys
     # the saved scene has the table beside it
     scene.save(tmp_path / "open.json")
     assert json.loads((tmp_path / "open.json").read_text())["weather"]["file"] == "open-weather.csv"

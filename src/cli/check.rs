@@ -15,7 +15,11 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::scene_file::{self, LoadedScene, OpenField},
-    scene::{captor::CaptorKind, light::Light, world::Scene},
+    scene::{
+        captor::CaptorKind,
+        light::Light,
+        world::{BandSum, Scene},
+    },
     studies::check::{SceneSummary, check, decimals},
 };
 
@@ -76,6 +80,9 @@ struct Checked<'a> {
     surfaces: Vec<Surfaces<'a>>,
     objects: Vec<Object<'a>>,
     lights: Vec<Powers<'a>>,
+    /// Spectra of lamps, by the names of these: at hand, or files.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    spectra: BTreeMap<&'a str, &'a str>,
     averages: Vec<Average<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     sun: Option<Sun>,
@@ -196,6 +203,7 @@ impl<'a> Checked<'a> {
             surfaces: surfaces.collect(),
             objects: objects.collect(),
             lights: lights.map(|light| Powers::of(scene, light)).collect(),
+            spectra: loaded.lamp_spectra.iter().map(|[l, spectrum]| (&**l, &**spectrum)).collect(),
             averages: averages.collect(),
             sun,
             captors: Captors::of(scene),
@@ -218,6 +226,7 @@ pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
     surfaces(&mut text, summary);
     objects(&mut text, summary);
     lights(&mut text, scene);
+    lamp_spectra(&mut text, loaded);
     polar::distributions(&mut text, scene);
     averages(&mut text, loaded);
     if let Some(open_field) = &loaded.open_field {
@@ -277,15 +286,20 @@ fn objects(text: &mut String, summary: &SceneSummary) {
 /// do not shine to all sides alike.
 fn lights(text: &mut String, scene: &Scene) {
     let shown = scene.bands.len().min(SHOWN_BANDS);
-    let names = scene.bands[..shown].iter().map(|band| &band.name);
-    let names = names.chain(scene.sums.iter().map(|sum| &sum.name));
-    let columns = names.map(|name| (name.clone(), short as Show)).collect();
+    let unit = scene.quantity.unit_names().flux;
+    let of_sum = |sum: &BandSum| match sum.unit.map(|unit| unit.names()[0]) {
+        Some(own) if own != unit => format!("{}, {own}", sum.name),
+        _ => sum.name.clone(),
+    };
+    let names = scene.bands[..shown].iter().map(|band| band.name.clone());
+    let names = names.chain(scene.sums.iter().map(of_sum));
+    let columns = names.map(|name| (name, short as Show)).collect();
     let rows = scene.lights.iter().map(|light| {
         let mut powers = scene.with_sums(&light.power);
         powers.drain(shown..scene.bands.len());
         (light.name.as_str(), powers)
     });
-    let mut title = format!("lights, {}", scene.quantity.unit_names().flux);
+    let mut title = format!("lights, {unit}");
     if shown < scene.bands.len() {
         let _ = write!(title, ", {shown} of {} bands", scene.bands.len());
     }
@@ -308,6 +322,20 @@ fn lights(text: &mut String, scene: &Scene) {
     }
     if facing.len() > LISTED {
         let _ = writeln!(text, "  and {} more", facing.len() - LISTED);
+    }
+}
+
+/// Writes which spectrum each lamp has.
+fn lamp_spectra(text: &mut String, loaded: &LoadedScene) {
+    let all = &loaded.lamp_spectra;
+    if !all.is_empty() {
+        text.push_str("\nspectra of lamps\n");
+    }
+    for [lamp, spectrum] in all.iter().take(LISTED) {
+        let _ = writeln!(text, "  {lamp:<22} {spectrum}");
+    }
+    if all.len() > LISTED {
+        let _ = writeln!(text, "  and {} more", all.len() - LISTED);
     }
 }
 

@@ -136,13 +136,18 @@ fn energy(text: &mut String, result: &RunResult) {
     );
     let shown = shown_bands(result);
     for &b in &shown {
-        let band = &result.bands[b];
+        let name = match &result.bands[b] {
+            BandResult { name, unit: Some(own), .. } if own.flux != *unit => {
+                format!("{name}, {}", own.flux)
+            }
+            band => band.name.clone(),
+        };
         let missed =
             if daylight { format!("{:>11}", short(energy.missed[b])) } else { String::new() };
         let _ = writeln!(
             text,
             "  {:<22}{:>11}{:>11}{:>11}{:>11}{missed}",
-            band.name,
+            name,
             short(energy.emitted[b]),
             short(energy.absorbed[b]),
             short(energy.escaped[b]),

@@ -23,8 +23,8 @@ use crate::{
     },
     math::units::UnitNames,
     results::result::{
-        AbsorbedByFace, BandResult, CanopyResult, CaptorResult, Electricity, FaceResult,
-        RatioResult, Ratios, RunResult, Share,
+        AbsorbedByFace, BandResult, CanopyResult, CaptorResult, ElectricityRow, FaceResult,
+        RatioResult, Ratios, RunResult,
     },
 };
 
@@ -352,9 +352,10 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
         }
     }
     if let Some(found) = &result.electricity {
-        electricity_rows(result, found, |key, value, error| {
-            write_row(&mut table, key, value, error, &Default::default())
-        })?;
+        for ElectricityRow { of, quantity, band, value, error } in found.rows() {
+            let key = [of, "", &result.bands[band].name, quantity];
+            write_row(&mut table, key, value, error, &Default::default())?;
+        }
     }
     for layer in result.layers.iter().flatten() {
         let (middle, area) = (0.5 * (layer.from + layer.to), layer.area);
@@ -413,41 +414,6 @@ fn face_absorbed_rows(
         for ((band, value), error) in result.bands.iter().zip(values).zip(errors) {
             write(face, &band.name, *value, *error)?;
         }
-    }
-    Ok(())
-}
-
-/// Writes what the light costs and where it goes: of lights, of materials and the outside, and of
-/// groups.
-fn electricity_rows(
-    result: &RunResult,
-    found: &Electricity,
-    mut write: impl FnMut([&str; 4], f64, Option<f64>) -> io::Result<()>,
-) -> io::Result<()> {
-    let mut rows = |name: &str, quantity: &str, values: &[Option<f64>], errors: &[Option<f64>]| {
-        for (b, band) in result.bands.iter().enumerate() {
-            if let Some(value) = values.get(b).copied().flatten() {
-                let error = errors.get(b).copied().flatten();
-                write([name, "", &band.name, quantity], value, error)?;
-            }
-        }
-        Ok::<(), io::Error>(())
-    };
-    let known = |values: &[f64]| values.iter().copied().map(Some).collect::<Vec<_>>();
-    for (name, lamp) in &found.lights {
-        rows(name, "per_watt", &known(&lamp.per_watt), &[])?;
-    }
-    rows("all lights", "per_watt", &known(&found.per_watt), &[])?;
-    if let Some(shares) = &found.shares {
-        for (name, Share { share, share_se }) in shares.all() {
-            let is_material = shares.absorbed_by.contains_key(name);
-            let quantity = if is_material { "material_share" } else { "share" };
-            rows(name, quantity, share, share_se)?;
-        }
-    }
-    for (name, group) in found.groups.iter().flatten() {
-        rows(name, "group_share", &group.share.share, &group.share.share_se)?;
-        rows(name, "mol_per_kwh", &group.mol_per_kwh, &group.mol_per_kwh_se)?;
     }
     Ok(())
 }

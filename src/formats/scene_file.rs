@@ -97,6 +97,9 @@ pub struct LoadedScene {
     pub open_field: Option<OpenField>,
     /// Mean of each spectrum over each band.
     pub averages: Vec<SpectrumAverage>,
+    /// Names of the lamps whose power a spectrum shares among the bands, each with that of the
+    /// spectrum: one at hand, or a file.
+    pub lamp_spectra: Vec<[String; 2]>,
     /// How far each material that was measured as a scattering function is from reciprocity.
     pub tables: Vec<TableNote>,
     /// Leaves whose transmittance differs between the faces, which makes them non-reciprocal.
@@ -313,12 +316,21 @@ impl Loader<'_> {
             hourly: self.sources.by_hour.is_some().then_some(self.hourly),
             open_field,
             averages,
+            lamp_spectra: lamp_spectra(file),
             without_ground: file.lights.iter().filter_map(LightSpec::without_ground).collect(),
             tables: self.tables,
             non_reciprocal_leaves,
             files: self.files.into_inner(),
         })
     }
+}
+
+fn lamp_spectra(file: &SceneSpec) -> Vec<[String; 2]> {
+    let named = |(i, light): (usize, &LightSpec)| {
+        let name = light.lamp_name().map_or(format!("light{i}"), String::from);
+        Some([name, light.spectrum()?.to_string()])
+    };
+    file.lights.iter().enumerate().filter_map(named).collect()
 }
 
 /// Says that light is missing that would come in by way of surfaces outside openings.

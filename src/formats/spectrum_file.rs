@@ -16,7 +16,7 @@ mod tests;
 
 use std::path::Path;
 
-pub use kinds::{Column, Counts, Measured};
+pub use kinds::{Column, Counts, Measured, Share};
 
 use super::{
     csv_table::{DECIMAL_COMMAS, is_comment, number, separator},

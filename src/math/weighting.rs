@@ -86,13 +86,22 @@ impl Weighting {
             (WeightedUnit::Lumen, Quantity::Micromole) => self.at(nm) / (nm * UMOL_PER_J_NM),
             (WeightedUnit::Photons, Quantity::Watt) => self.at(nm) * nm * UMOL_PER_J_NM,
         };
-        let knots: Vec<f64> = match self {
+        integral(start, end, &self.knots(), per_unit) / (to - from)
+    }
+
+    /// Returns the integral of the weights between two wavelengths, nm.
+    pub fn between(self, from: f64, to: f64) -> f64 {
+        integral(from, to, &self.knots(), |nm| self.at(nm))
+    }
+
+    /// Returns the wavelengths between which the weight is smooth, nm.
+    fn knots(self) -> Vec<f64> {
+        match self {
             // the points of the table of V
             Self::Photopic => (0..=80).map(|i| 380.0 + 5.0 * f64::from(i)).collect(),
-            Self::Photons(..) => Vec::new(),
+            Self::Photons(from, to) => vec![from, to],
             Self::Table(points) => points.iter().map(|[nm, _]| *nm).collect(),
-        };
-        integral(start, end, &knots, per_unit) / (to - from)
+        }
     }
 
     /// Returns the least and the largest weight within a band, over the largest of all.

@@ -33,7 +33,9 @@ use crate::{
 };
 
 pub use calibrated::FactorErrors;
-pub use electricity::{Electricity, GroupElectricity, LampElectricity, Share, Shares};
+pub use electricity::{
+    Electricity, ElectricityRow, GroupElectricity, LampElectricity, Share, Shares,
+};
 pub use mix::Factor;
 pub use ratios::{RatioResult, Ratios};
 pub use settings::RunSettings;

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use crate::{
     math::stats::is_possible,
     results::result::{
-        Absorbed, ByLight, CaptorResult, FaceResult, GroupResult, Ratios, Uniformity,
+        Absorbed, ByLight, CaptorResult, Electricity, FaceResult, GroupResult, Ratios, Uniformity,
         validate::{are_errors, are_values},
     },
 };
@@ -33,6 +33,9 @@ pub struct ResultsFile {
     /// Ratios of sums over bands.
     #[serde(default)]
     pub(crate) ratios: Vec<Named>,
+    /// What the light costs and where it goes.
+    #[serde(default)]
+    pub(crate) electricity: Option<Electricity>,
     pub(crate) energy: EnergyValues,
     pub(crate) captors: Vec<CaptorValues>,
     pub(crate) groups: Vec<GroupValues>,
@@ -53,6 +56,7 @@ impl ResultsFile {
         let known = [emitted, absorbed, escaped, lost].into_iter().flatten();
         let groups = self.groups.iter().map(|group| &group.values);
         known.chain([power]).all(|values| are_values(values, bands))
+            && self.electricity.iter().all(|found| found.is_valid(bands))
             && self.captors.iter().chain(groups).all(|captor| captor.is_valid(bands, ratios))
     }
 }

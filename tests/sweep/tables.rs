@@ -103,6 +103,41 @@ fn a_grid_runs_every_pair() {
     assert_eq!(column(&folder, "out/times.csv", "file"), column(&folder, "out/runs.csv", "file"));
 }
 
+/// What light costs is a table of its own where a lamp's electric power is known: the numbers that
+/// the runs' own tables have, one row each.
+#[test]
+fn what_light_costs_over_a_sweep() {
+    let sweep = r#"{"scene": "scene.json", "vary": {"/materials/wall/reflectance": [0.1, 0.3]}}"#;
+    let folder = folder(sweep);
+    ok(&folder, "sweep sweep.json -o plain");
+    assert!(!folder.path("plain/electricity.csv").exists());
+    let scene = SCENE.replace("\"power\": 1", "\"watts\": 4, \"power\": 1");
+    fs::write(folder.path("scene.json"), scene).expect("a scene");
+    ok(&folder, "sweep sweep.json -o out");
+    let found = rows(&folder, "out/electricity.csv");
+    let of = |run: &str, of: &str, quantity: &str| -> Vec<f64> {
+        let fits = |row: &&HashMap<String, String>| {
+            (&*row["run"], &*row["of"], &*row["quantity"]) == (run, of, quantity)
+        };
+        found.iter().filter(fits).map(|row| row["value"].parse().expect("a number")).collect()
+    };
+    for (run, reflectance) in [("1", 0.1), ("2", 0.3)] {
+        assert_eq!(of(run, "all lights", "per_watt"), [0.25]);
+        let one = SCENE
+            .replace("\"power\": 1", "\"watts\": 4, \"power\": 1")
+            .replace("\"reflectance\": 0.5", &format!("\"reflectance\": {reflectance}"));
+        fs::write(folder.path("one.json"), one).expect("a scene");
+        let one = run_file(&folder.path("one.json"), |_| ()).electricity.expect("watts");
+        let shares = one.shares.expect("shares");
+        assert_eq!(
+            of(run, "wall", "material_share"),
+            [shares.absorbed_by["wall"].share[0].expect("one")]
+        );
+        assert_eq!(of(run, "outside", "share"), [shares.outside.share[0].expect("one")]);
+    }
+    check_parquet(&folder, "out/electricity");
+}
+
 #[test]
 fn zip_and_samples() {
     let folder = folder(

@@ -17,7 +17,7 @@ use crate::{
     formats::obj::longest_edge,
     math::{
         geometry::{Transform, triangulate},
-        units::Quantity,
+        units::{Quantity, UMOL_PER_J_NM},
     },
     scene::{
         light::{
@@ -61,23 +61,41 @@ impl Loader<'_> {
                 let name = if several { format!("{name}#{copy}") } else { name.clone() };
                 self.make_solid(&name, &light);
                 let Glowing { power, shape, .. } = light;
-                let emitted: f64 = power.iter().sum();
-                if let (Some(watts), Quantity::Watt) = (file.watts(), self.parts.quantity)
-                    && emitted > watts
-                    && copy == 0
+                if copy == 0
+                    && let Some(watts) = file.watts()
                 {
-                    let more = format!(
-                        "emits {} W of light and takes {} W; a power in umol/s needs `\"quantity\": \"umol/s\"`",
-                        number(emitted),
-                        number(watts)
-                    );
-                    self.warn(self.place(&pointer), more);
+                    self.check_efficacy(&pointer, &power, watts);
                 }
                 self.parts.watts.extend(file.watts().map(|watts| (name.clone(), watts)));
                 self.add_light(&pointer, LightPart { name, power, shape })?;
             }
         }
         Ok(())
+    }
+
+    /// Warns of a lamp that emits more energy than the `watts` it takes. A umol of a band carries at
+    /// least the energy that it has at the longest wavelength.
+    fn check_efficacy(&mut self, pointer: &str, power: &[f64], watts: f64) {
+        let place = self.place(pointer);
+        let (emitted, remedy) = match self.parts.quantity {
+            Quantity::Watt => {
+                (power.iter().sum(), "; a power in umol/s needs `\"quantity\": \"umol/s\"`")
+            }
+            Quantity::Micromole => {
+                let longest = self.parts.bands.iter().map(|band| band.to_nm);
+                let energy =
+                    longest.zip(power).filter_map(|(to, umol)| Some(umol / (to? * UMOL_PER_J_NM)));
+                (energy.sum::<f64>(), " at least: its power or its watts are wrong")
+            }
+        };
+        if emitted > watts {
+            let problem = format!(
+                "emits {} W of light and takes {} W{remedy}",
+                number(emitted),
+                number(watts)
+            );
+            self.warn(place, problem);
+        }
     }
 
     /// Adds a light that is infinitely far away, if `file` is one, and returns whether it is.

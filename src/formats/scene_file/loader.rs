@@ -131,6 +131,14 @@ impl<'a> Loader<'a> {
         }
     }
 
+    /// Warns as [`warn`](Self::warn), unless the same was said before.
+    pub(super) fn warn_once(&mut self, place: impl Display, problem: impl Display) {
+        let sentence = format!("{place}: {problem}");
+        if !self.warnings.contains(&sentence) {
+            self.warn(place, problem);
+        }
+    }
+
     /// Returns the path of a file that the scene file names, relative to the scene file.
     pub(super) fn sibling(&self, file: &str) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(file)

@@ -8,7 +8,7 @@ use super::{
     spec::*,
 };
 use crate::{
-    error::{Error, Problem, Result},
+    error::{Error, Problem, Result, number},
     formats::{
         json,
         obj::{MtlEntry, MtlLibrary},
@@ -292,6 +292,22 @@ impl Loader<'_> {
             }
         }
         let pointer = format!("{pointer}/prospect");
+        // beyond what leaves have, by a factor: a slip of the unit
+        for (key, value, most, unit) in [
+            ("chlorophyll", contents.chlorophyll, 200.0, "ug/cm2"),
+            ("carotenoids", contents.carotenoids, 60.0, "ug/cm2"),
+            ("anthocyanins", contents.anthocyanins, 100.0, "ug/cm2"),
+            ("water", contents.water, 0.2, "cm"),
+            ("dry_matter", contents.dry_matter, 0.1, "g/cm2"),
+        ] {
+            if value > most {
+                let problem = format!(
+                    "{} {unit}, and leaves have at most some {most}: is it in another unit?",
+                    number(value)
+                );
+                self.tell_at(self.place(format!("{pointer}/{key}")), problem);
+            }
+        }
         let spectra = Prospect {
             n: contents.n,
             chlorophyll: contents.chlorophyll,

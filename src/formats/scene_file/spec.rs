@@ -1083,6 +1083,34 @@ impl LightSpec {
         }
     }
 
+    /// Returns the name of the spectrum that shares the power of a lamp among the bands, or of its
+    /// file.
+    pub fn spectrum(&self) -> Option<&str> {
+        let power = match self {
+            Self::Point(light) => &light.power,
+            Self::Spot(light) => &light.power,
+            Self::Tube(light) => &light.power,
+            Self::Area(light) => light.power.as_ref()?,
+            Self::Rad(light) => &light.power,
+            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => return None,
+        };
+        match power {
+            PowerSpec::Spectrum(lamp) => Some(&lamp.spectrum),
+            PowerSpec::Given(_) | PowerSpec::File => None,
+        }
+    }
+
+    /// Returns the name of a lamp, where it has one.
+    pub fn lamp_name(&self) -> Option<&str> {
+        match self {
+            Self::Point(light) => light.name.as_deref(),
+            Self::Spot(light) => light.name.as_deref(),
+            Self::Tube(light) => light.name.as_deref(),
+            Self::Area(light) => light.name.as_deref(),
+            Self::Rad(_) | Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => None,
+        }
+    }
+
     /// Whether the light is infinitely far away.
     pub fn is_infinite(&self) -> bool {
         matches!(self, Self::Sun(_) | Self::Sky(_) | Self::Environment(_))

@@ -14,7 +14,7 @@ use crate::{
     formats::{
         input::quoted,
         photometry::FluxUnit,
-        spectrum_file::{self, Column, Counts},
+        spectrum_file::{self, Column, Counts, Share},
     },
     math::{
         curve::{Curve, integral},
@@ -183,6 +183,9 @@ impl Loader<'_> {
                 "name a file of reflectance or transmittance; the spectrum of a lamp belongs to its power",
             ));
         }
+        if let Some(Counts::Share(share)) = measured.counts {
+            self.check_share(pointer, &spectrum.spectrum, share)?;
+        }
         let curve = &measured.curve;
         let times = spectrum.times.unwrap_or(1.0);
         self.in_range(&format!("{pointer}/times"), times, 0.0, f64::MAX)?;
@@ -190,6 +193,27 @@ impl Loader<'_> {
         let means = self.mean(pointer, &spectrum.spectrum, curve, factor, high)?;
         self.spectra.means.borrow_mut().insert(key, means.clone());
         Ok(means)
+    }
+
+    /// Checks that a file says the share of light that the key at `pointer` means.
+    fn check_share(&self, pointer: &str, file: &str, share: Share) -> Result<()> {
+        let key = pointer.rsplit('/').next().unwrap_or_default();
+        let means = |names: &[&str]| names.iter().any(|name| key.contains(name));
+        let remedy = match share {
+            Share::Absorptance => {
+                "give what the surface reflects and what it lets through: it absorbs the rest"
+                    .into()
+            }
+            Share::Reflectance if means(&["transmittance", "tint"]) => {
+                format!("name the file that belongs to `{key}`")
+            }
+            Share::Transmittance if means(&["reflectance", "specular", "albedo"]) => {
+                format!("name the file that belongs to `{key}`")
+            }
+            _ => return Ok(()),
+        };
+        let problem = format!("{file} says that it holds `{}`", share.name());
+        Err(self.error(pointer, problem).remedy(remedy))
     }
 
     /// Returns the mean of a curve times `factor` over each band, from 0 to `high`, weighted with
@@ -265,7 +289,12 @@ impl Loader<'_> {
 
     /// Keeps what is odd about a table, once, until the warnings are collected.
     fn tell(&self, file: &str, problem: String) {
-        let warning = (self.sibling(file).display().to_string(), problem);
+        self.tell_at(self.sibling(file).display().to_string(), problem);
+    }
+
+    /// Keeps what is odd at a place, once, until the warnings are collected.
+    pub(super) fn tell_at(&self, place: String, problem: String) {
+        let warning = (place, problem);
         let mut warnings = self.spectra.warnings.borrow_mut();
         if !warnings.contains(&warning) {
             warnings.push(warning);
@@ -338,7 +367,7 @@ impl Loader<'_> {
         let counted = match measured.counts {
             None => unit.unwrap_or_default(),
             Some(Counts::Energy) => SpectralUnitSpec::Energy,
-            Some(Counts::Share) => {
+            Some(Counts::Share(_)) => {
                 let problem = format!("{name} holds what a surface does, and not light");
                 return Err(self.error(place, problem).remedy("name the spectrum of the lamp"));
             }

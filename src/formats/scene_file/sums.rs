@@ -14,6 +14,8 @@ use crate::{
 /// A change of the weight within a band, as a part of the largest weight of all, beyond which there
 /// is a warning: the sum then depends on where in the band the light is.
 const UNEVEN: f64 = 0.5;
+/// A part of a weighting that no band covers, beyond which there is a warning.
+const UNCOVERED: f64 = 0.05;
 
 impl Loader<'_> {
     pub(super) fn load_sums(&mut self, file: &SceneSpec) -> Result<()> {
@@ -60,7 +62,6 @@ impl Loader<'_> {
 
     /// Makes a sum without a name. In a ratio a text may name a band or a sum.
     fn sum(&mut self, pointer: &str, sum: &SumSpec, in_ratio: bool) -> Result<BandSum> {
-        let every = || (0..self.bands).collect::<Vec<_>>();
         match sum {
             SumSpec::Bands(members) => {
                 let bands = self.members(pointer, members)?;
@@ -76,12 +77,12 @@ impl Loader<'_> {
                     return Err(self.error(pointer, problem).remedy("swap or correct them"));
                 }
                 let window = Weighting::Photons(*from_nm, *to_nm);
-                self.weighted(pointer, "the window", &[window], &every())
+                self.weighted(pointer, "the window", &[window], None)
             }
             SumSpec::Some(SomeBandsSpec { weighting, bands }) => {
                 let bands = self.members(&format!("{pointer}/bands"), bands)?;
                 let of = self.weighting(&format!("{pointer}/weighting"), weighting)?;
-                self.weighted(pointer, weighting, &[of], &bands)
+                self.weighted(pointer, &format!("`{weighting}`"), &[of], Some(&bands))
             }
             SumSpec::Name(name) => {
                 let band = self.parts.bands.iter().position(|band| band.name == *name);
@@ -93,8 +94,12 @@ impl Loader<'_> {
                         .error(pointer, format!("`{name}` is a band, not a weighting"))
                         .remedy(format!("write [\"{name}\"] for a sum of this band"))),
                     _ => {
-                        let of = self.weighting(pointer, name)?;
-                        self.weighted(pointer, name, &[of], &every())
+                        let others: Vec<&str> = match in_ratio {
+                            true => self.names_of_ratios().collect(),
+                            false => Vec::new(),
+                        };
+                        let of = self.weighting_or(pointer, name, &others)?;
+                        self.weighted(pointer, &format!("`{name}`"), &[of], None)
                     }
                 }
             }
@@ -145,11 +150,25 @@ impl Loader<'_> {
         Ok(BandSum { bands, weights, ..BandSum::default() })
     }
 
+    /// Returns the names of bands and sums, which a ratio may have in place of a weighting.
+    fn names_of_ratios(&self) -> impl Iterator<Item = &str> {
+        let bands = self.parts.bands.iter().map(|band| band.name.as_str());
+        bands.chain(self.parts.sums.iter().map(|sum| sum.name.as_str()))
+    }
+
     fn weighting(&self, pointer: &str, name: &str) -> Result<Weighting> {
+        self.weighting_or(pointer, name, &[])
+    }
+
+    /// Returns the weighting of this name. Error: there is none; the sentence names those that there
+    /// are, after the `others` that may stand there.
+    fn weighting_or(&self, pointer: &str, name: &str, others: &[&str]) -> Result<Weighting> {
         let known = SUMS.iter().find(|(known, _)| *known == name);
         known.map(|(_, weighting)| *weighting).ok_or_else(|| {
-            let error = self.error(pointer, format!("no weighting `{name}`"));
-            unknown(error, name, SUMS.iter().map(|(known, _)| *known))
+            let what = if others.is_empty() { "weighting" } else { "band, sum or weighting" };
+            let error = self.error(pointer, format!("no {what} `{name}`"));
+            let names = SUMS.iter().map(|(known, _)| *known);
+            unknown(error, name, others.iter().copied().chain(names))
         })
     }
 
@@ -158,23 +177,25 @@ impl Loader<'_> {
             let error = self.error(pointer, format!("no ratio `{name}`"));
             return Err(unknown(error, name, RATIOS.iter().map(|(known, ..)| *known)));
         };
-        let every: Vec<usize> = (0..self.bands).collect();
+        let name = format!("`{name}`");
         Ok((
-            self.weighted(pointer, name, &[*over], &every)?,
-            self.weighted(pointer, name, under, &every)?,
+            self.weighted(pointer, &name, &[*over], None)?,
+            self.weighted(pointer, &name, under, None)?,
         ))
     }
 
-    /// Weights these bands by wavelength, by the sum of the weightings. Errors: wavelengths of a
-    /// band are not known; two bands that count overlap; no band counts.
+    /// Weights the `chosen` bands by wavelength, or all, by the sum of the weightings. Errors:
+    /// wavelengths of a band are not known; two bands that count overlap; no band counts.
     fn weighted(
         &mut self,
         pointer: &str,
         name: &str,
         weightings: &[Weighting],
-        bands: &[usize],
+        chosen: Option<&[usize]>,
     ) -> Result<BandSum> {
         let quantity = self.parts.quantity;
+        let every: Vec<usize> = (0..self.bands).collect();
+        let bands = chosen.unwrap_or(&every);
         let mut sum = BandSum::default();
         let (mut ends, mut uneven): (Vec<(usize, [f64; 2])>, Vec<String>) = Default::default();
         for &band in bands {
@@ -213,7 +234,7 @@ impl Loader<'_> {
             return Err(self
                 .error(
                     pointer,
-                    format!("no band has light from {from} to {to} nm, which `{name}` weighs"),
+                    format!("no band has light from {from} to {to} nm, which {name} weighs"),
                 )
                 .remedy("add such bands, or take this out"));
         }
@@ -221,11 +242,26 @@ impl Loader<'_> {
             uneven.sort();
             uneven.dedup();
             let problem = format!(
-                "what a wavelength counts in `{name}` changes much within band {}, where the light is taken to be \
+                "what a wavelength counts in {name} changes much within band {}, where the light is taken to be \
                 the same in each nm; use narrower bands if it is not",
                 uneven.join(", ")
             );
-            self.warn(pointer, problem);
+            self.warn_once(pointer, problem);
+        }
+        let covered: Vec<[f64; 2]> = ends.iter().map(|(_, ends)| *ends).collect();
+        let (gaps, share) = uncovered(weightings, covered);
+        if chosen.is_none() && share > UNCOVERED {
+            let gaps: Vec<String> = gaps
+                .iter()
+                .map(|[from, to]| format!("{} to {}", number(*from), number(*to)))
+                .collect();
+            let problem = format!(
+                "no band has light from {} nm, where {name} has {:.0} % of its weights: it is taken to be dark there; \
+                add bands if it is not",
+                gaps.join(" and "),
+                100.0 * share
+            );
+            self.warn_once(pointer, problem);
         }
         sum.unit = Some(weightings[0].unit());
         Ok(sum)
@@ -235,4 +271,25 @@ impl Loader<'_> {
         self.error(pointer, format!("bands `{first}` and `{second}` overlap, so that light would count twice"))
             .remedy("say which bands count: {\"weighting\": ..., \"bands\": [...]}, or give weights by band")
     }
+}
+
+/// Returns the wavelengths, nm, that weightings weigh and none of the bands has, and their share of
+/// all weights.
+fn uncovered(weightings: &[Weighting], mut bands: Vec<[f64; 2]>) -> (Vec<[f64; 2]>, f64) {
+    let ranges = || weightings.iter().map(|weighting| weighting.range());
+    let first = ranges().map(|range| range[0]).fold(f64::INFINITY, f64::min);
+    let last = ranges().map(|range| range[1]).fold(0.0, f64::max);
+    bands.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let (mut gaps, mut from) = (Vec::new(), first);
+    for [start, end] in bands.into_iter().chain([[last, last]]) {
+        if start > from && from < last {
+            gaps.push([from, start.min(last)]);
+        }
+        from = from.max(end);
+    }
+    let of = |[from, to]: [f64; 2]| -> f64 {
+        weightings.iter().map(|weighting| weighting.between(from, to)).sum()
+    };
+    let share = gaps.iter().map(|gap| of(*gap)).sum::<f64>() / of([first, last]);
+    (gaps, share)
 }

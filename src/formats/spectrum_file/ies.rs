@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::kinds::{Column, Counts, Measured};
+use super::kinds::{Column, Counts, Measured, Share};
 use crate::{
     error::{Error, Result, nearest},
     formats::{
@@ -16,7 +16,13 @@ use crate::{
 /// Quantities of TM-27 that count the energy of light.
 const ENERGY: [&str; 6] = ["flux", "intensity", "irradiance", "radiance", "exitance", "relative"];
 /// Quantities of TM-27 that say what a surface does with light.
-const SHARES: [&str; 5] = ["reflectance", "transmittance", "absorptance", "r-factor", "t-factor"];
+const SHARES: [(&str, Share); 5] = [
+    ("reflectance", Share::Reflectance),
+    ("transmittance", Share::Transmittance),
+    ("absorptance", Share::Absorptance),
+    ("r-factor", Share::Reflectance),
+    ("t-factor", Share::Transmittance),
+];
 
 /// A spectrum in a file: its name, its element, and the name of the elements of its values, with
 /// that of the attribute that holds the wavelength.
@@ -80,16 +86,17 @@ fn tm27<'a>(root: &'a Element, path: &Path) -> Result<Entry<'a>> {
         root.error(path, "no `SpectralDistribution` in it").remedy("export it anew as TM-27")
     })?;
     let quantity = element.text_of("SpectralQuantity");
-    let is = |known: &[&str]| known.iter().any(|known| known.eq_ignore_ascii_case(quantity));
-    let counts = match () {
-        () if is(&ENERGY) => Counts::Energy,
-        () if is(&SHARES) => Counts::Share,
-        () => {
+    let is = |known: &str| known.eq_ignore_ascii_case(quantity);
+    let share = SHARES.iter().find(|(name, _)| is(name));
+    let counts = match share {
+        Some((_, share)) => Counts::Share(*share),
+        None if ENERGY.iter().any(|name| is(name)) => Counts::Energy,
+        None => {
             let problem = format!("its `SpectralQuantity` is {}", quoted(quantity));
             return Err(element.error(path, problem).remedy(format!(
                 "it must be {} for light, or {} for a surface",
                 ENERGY.join(", "),
-                SHARES.join(", ")
+                SHARES.map(|(name, _)| name).join(", ")
             )));
         }
     };

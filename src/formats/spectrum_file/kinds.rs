@@ -16,8 +16,30 @@ pub enum Column<'a> {
 pub enum Counts {
     /// Energy of light per nm, in any unit.
     Energy,
-    /// The share of the light that a surface reflects, lets through or absorbs.
-    Share,
+    /// A share of the light on a surface.
+    Share(Share),
+}
+
+/// Which share of the light on a surface a spectrum is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Share {
+    /// What it reflects.
+    Reflectance,
+    /// What it lets through.
+    Transmittance,
+    /// What it absorbs.
+    Absorptance,
+}
+
+impl Share {
+    /// Returns the name of the share, which is also that of the key that takes it, where there is one.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reflectance => "reflectance",
+            Self::Transmittance => "transmittance",
+            Self::Absorptance => "absorptance",
+        }
+    }
 }
 
 /// A spectrum that was read from a file.

@@ -128,7 +128,7 @@ fn files_of_the_ies_are_read() {
     assert_eq!([found.curve.at(625.0), found.curve.at(700.0)], [1.0, -0.1]);
     assert_eq!(read(TM27, Column::Name("red")), found);
     let leaf = read(&TM27.replace(">relative<", ">Transmittance<"), Column::Number(2));
-    assert_eq!(leaf, Measured { counts: Some(Counts::Share), ..found });
+    assert_eq!(leaf, Measured { counts: Some(Counts::Share(Share::Transmittance)), ..found });
     let [white, far_red] = [2, 3].map(|number| read(TM33, Column::Number(number)));
     assert_eq!([white.curve.at(550.0), far_red.curve.at(725.0)], [0.2, 4.0]);
     assert_eq!(read(TM33, Column::Name("white")), white);

@@ -84,7 +84,49 @@ pub struct GroupElectricity {
     pub mol_per_kwh_se: Vec<Option<f64>>,
 }
 
+/// One number of what the light costs and where it goes.
+pub struct ElectricityRow<'a> {
+    /// Name of a light, material or group, or `all lights`, `outside`, `lost` or `chance`.
+    pub of: &'a str,
+    /// `per_watt`, `material_share`, `share`, `group_share` or `mol_per_kwh`.
+    pub quantity: &'static str,
+    /// Index of the band or sum.
+    pub band: usize,
+    /// The number.
+    pub value: f64,
+    /// Its standard error, where it is known.
+    pub error: Option<f64>,
+}
+
 impl Electricity {
+    /// Returns all numbers that are known, as tables have them.
+    pub(crate) fn rows(&self) -> Vec<ElectricityRow<'_>> {
+        let mut all = Vec::new();
+        let mut add = |of, quantity, values: &[Option<f64>], errors: &[Option<f64>]| {
+            let found = values.iter().enumerate().filter_map(|(b, value)| Some((b, (*value)?)));
+            all.extend(found.map(|(band, value)| {
+                let error = errors.get(band).copied().flatten();
+                ElectricityRow { of, quantity, band, value, error }
+            }));
+        };
+        let known = |values: &[f64]| values.iter().copied().map(Some).collect::<Vec<_>>();
+        for (name, lamp) in &self.lights {
+            add(name.as_str(), "per_watt", &known(&lamp.per_watt), &[]);
+        }
+        add("all lights", "per_watt", &known(&self.per_watt), &[]);
+        if let Some(shares) = &self.shares {
+            for (name, Share { share, share_se }) in shares.all() {
+                let is_material = shares.absorbed_by.contains_key(name);
+                add(name, if is_material { "material_share" } else { "share" }, share, share_se);
+            }
+        }
+        for (name, group) in self.groups.iter().flatten() {
+            add(name, "group_share", &group.share.share, &group.share.share_se);
+            add(name, "mol_per_kwh", &group.mol_per_kwh, &group.mol_per_kwh_se);
+        }
+        all
+    }
+
     /// Finds what the light of a run costs and where it goes; `None` if the scene does not say what
     /// its lights cost.
     pub(super) fn new(scene: &Scene, totals: &Totals, photons: bool) -> Option<Self> {
@@ -128,7 +170,7 @@ impl Electricity {
     }
 
     /// Returns whether every list has an entry for each band, and all numbers are possible.
-    pub(super) fn is_valid(&self, bands: usize) -> bool {
+    pub(crate) fn is_valid(&self, bands: usize) -> bool {
         let Self { watts, unit, per_watt, lights, shares, groups } = self;
         let numbers = |values: &[f64]| {
             let values: Vec<Option<f64>> = values.iter().copied().map(Some).collect();

@@ -22,9 +22,9 @@ impl RunResult {
         self.mix_bands(&factors.collect())
     }
 
-    /// Like [`mix`](Self::mix), with factors that may differ between bands. Sums over bands with
-    /// different factors have no standard errors, because the errors of their bands are not
-    /// independent.
+    /// Like [`mix`](Self::mix), with factors that may differ between bands. The errors of such bands
+    /// are not independent, and how they vary together is not kept: the standard errors of sums over
+    /// them are upper bounds, and ratios of them have none.
     pub fn mix_bands(&self, factors: &ByLight<Factor>) -> Result<Self> {
         let Some(lights) = &self.energy.by_light else {
             return Err(Error::input(&self.scene, "these results are not split by light")
@@ -145,8 +145,16 @@ struct Scale(Vec<Entry>);
 #[derive(Clone)]
 enum Entry {
     Times(f64),
-    /// The entry is the sum of these entries, each with its weight, which have different factors.
-    Sum(Vec<(usize, f64)>),
+    /// The entry is the sum of bands that have different factors.
+    Sum(Vec<Member>),
+}
+
+/// A band of a sum, with its weight there, and its factor.
+#[derive(Clone, Copy)]
+struct Member {
+    band: usize,
+    weight: f64,
+    factor: f64,
 }
 
 impl Scale {
@@ -159,9 +167,10 @@ impl Scale {
             if band.sum_of.is_none() {
                 return Entry::Times(of_band(b));
             }
-            let members: Vec<(usize, f64)> = band.members(bands).collect();
-            let first = members.first().map_or(1.0, |(b, _)| of_band(*b));
-            match members.iter().all(|(b, _)| of_band(*b) == first) {
+            let member = |(band, weight)| Member { band, weight, factor: of_band(band) };
+            let members: Vec<Member> = band.members(bands).map(member).collect();
+            let first = members.first().map_or(1.0, |member| member.factor);
+            match members.iter().all(|member| member.factor == first) {
                 true => Entry::Times(first),
                 false => Entry::Sum(members),
             }
@@ -181,7 +190,7 @@ impl Scale {
         }
         for (i, entry) in self.0.iter().enumerate().take(values.len()) {
             if let Entry::Sum(members) = entry {
-                let member = |(b, weight): &(usize, f64)| Some(scaled.get(*b)? * weight);
+                let member = |of: &Member| Some(scaled.get(of.band)? * of.weight);
                 scaled[i] = members.iter().filter_map(member).sum();
             }
         }
@@ -196,14 +205,38 @@ impl Scale {
         }
     }
 
-    /// Rescales standard errors; a factor of zero leaves no known error.
-    fn error_times(&self, errors: &[Option<f64>]) -> Vec<Option<f64>> {
+    /// Rescales the standard errors of these values; a factor of zero leaves no known error.
+    fn error_times(&self, values: &[f64], errors: &[Option<f64>]) -> Vec<Option<f64>> {
+        // what is dark does not vary
+        let of_band = |band: usize| match errors.get(band).copied()? {
+            None if values.get(band) == Some(&0.0) => Some(0.0),
+            error => error,
+        };
         let scaled = |(error, entry): (&Option<f64>, &Entry)| match entry {
             Entry::Times(factor) => error.filter(|_| *factor > 0.0).map(|e| e * factor),
-            Entry::Sum(_) => None,
+            Entry::Sum(members) => largest_error((*error)?, members, of_band),
         };
         errors.iter().zip(&self.0).map(scaled).collect()
     }
+}
+
+/// Returns an upper bound of the standard error of a sum whose bands have different factors, from
+/// that of the sum before, and those of its bands; `None` where one of these is not known. By the
+/// triangle inequality it is at most c times the error of the sum, and |factor - c| times that of
+/// each band, for any c; the least of these bounds has a factor, or 0, as its c.
+fn largest_error(
+    of_sum: f64,
+    members: &[Member],
+    of_band: impl Fn(usize) -> Option<f64>,
+) -> Option<f64> {
+    let errors = members.iter().map(|member| Some(member.weight * of_band(member.band)?));
+    let errors: Vec<f64> = errors.collect::<Option<_>>()?;
+    let bound = |c: f64| {
+        let rest =
+            members.iter().zip(&errors).map(|(member, error)| (member.factor - c).abs() * error);
+        c * of_sum + rest.sum::<f64>()
+    };
+    Some(members.iter().map(|member| bound(member.factor)).fold(bound(0.0), f64::min))
 }
 
 impl<'a> Mix<'a> {
@@ -228,7 +261,9 @@ impl<'a> Mix<'a> {
             missed: scale.times(&part.missed),
             lost: scale.times(&part.lost),
             chance: part.chance.as_ref().map(|taken| scale.times(taken)),
-            chance_se: part.chance_se.as_ref().map(|errors| scale.error_times(errors)),
+            chance_se: part.chance_se.as_ref().map(|errors| {
+                scale.error_times(part.chance.as_deref().unwrap_or_default(), errors)
+            }),
             absorbed_by: part.absorbed_by.as_ref().map(|materials| {
                 materials.iter().map(|(name, values)| (name.clone(), scale.times(values))).collect()
             }),
@@ -298,9 +333,9 @@ impl<'a> Mix<'a> {
                     photons: if scale.is_dark() { 0 } else { part.photons },
                     histories: part.histories.map(|n| if scale.is_dark() { 0 } else { n }),
                     flux: scale.times(&part.flux),
-                    flux_se: scale.error_times(&part.flux_se),
+                    flux_se: scale.error_times(&part.flux, &part.flux_se),
                     irradiance: scale.times(&part.irradiance),
-                    irradiance_se: scale.error_times(&part.irradiance_se),
+                    irradiance_se: scale.error_times(&part.irradiance, &part.irradiance_se),
                     ratios: self.ratios_of(part.ratios.as_ref(), &part.flux, scale),
                     ..part.clone()
                 }
@@ -343,12 +378,12 @@ impl<'a> Mix<'a> {
         let Some(parts) = parts else { return AllAbsorbed::default() };
         let parts = self.scaled(parts, |part, scale| Absorbed {
             absorbed: scale.times(&part.absorbed),
-            absorbed_se: scale.error_times(&part.absorbed_se),
+            absorbed_se: scale.error_times(&part.absorbed, &part.absorbed_se),
             absorbed_by_face: part.absorbed_by_face.as_ref().map(|faces| AbsorbedByFace {
                 front: scale.times(&faces.front),
-                front_se: scale.error_times(&faces.front_se),
+                front_se: scale.error_times(&faces.front, &faces.front_se),
                 back: scale.times(&faces.back),
-                back_se: scale.error_times(&faces.back_se),
+                back_se: scale.error_times(&faces.back, &faces.back_se),
             }),
             absorbed_ratios: self.ratios_of(part.absorbed_ratios.as_ref(), &part.absorbed, scale),
         });
@@ -402,4 +437,35 @@ fn error<'a>(
     }
     let error = |(variance, known): (Option<f64>, bool)| variance.filter(|_| known).map(f64::sqrt);
     variances.into_iter().zip(known).map(error).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whatever two bands have to do with each other, the bound is not below the error of their
+    /// sum; it is that error where the factors are equal, and at most that of bands that go together.
+    #[test]
+    fn errors_of_sums_have_a_bound() {
+        let (errors, weights): ([f64; 2], [f64; 2]) = ([1.0, 2.0], [1.0, 3.0]);
+        for correlation in [-1.0, -0.5, 0.0, 0.5, 1.0] {
+            let of = |factors: [f64; 2]| {
+                let [a, b] = [0, 1].map(|i| factors[i] * weights[i] * errors[i]);
+                (a * a + b * b + 2.0 * correlation * a * b).sqrt()
+            };
+            for factors in [[2.0, 2.0], [1.0, 1.1], [1.0, 5.0], [0.0, 2.0]] {
+                let members = [0, 1].map(|band| Member {
+                    band,
+                    weight: weights[band],
+                    factor: factors[band],
+                });
+                let bound = largest_error(of([1.0, 1.0]), &members, |band| Some(errors[band]));
+                let (bound, exact) = (bound.unwrap(), of(factors));
+                let together = factors[0] * errors[0] + 3.0 * factors[1] * errors[1];
+                assert!((exact - 1e-12..=together + 1e-12).contains(&bound), "{bound} {exact}");
+                assert!(factors[0] != factors[1] || (bound - exact).abs() < 1e-12);
+                assert_eq!(largest_error(1.0, &members, |band| (band > 0).then_some(1.0)), None);
+            }
+        }
+    }
 }

@@ -2,7 +2,7 @@
 //! implementation: `cone` (points and spots), `line`, `tube`, `area`, `luminaire` (points and areas
 //! with an intensity by direction) and `entrance` (light from infinitely far away).
 
-use std::sync::Arc;
+use std::{fmt, sync::Arc};
 
 use enum_dispatch::enum_dispatch;
 use glam::Vec3;
@@ -76,7 +76,12 @@ pub struct EmittedRadiance {
 /// What a light does: how photons leave it, and how a point of the scene sees it. What has a
 /// default suits a point in the dark: a kind of light implements what it has.
 #[enum_dispatch]
-pub trait Emitter {
+pub trait Emitter: fmt::Debug {
+    /// Writes the light as its kind has it; the digest of a scene is made of this text.
+    fn write(&self, to: &mut fmt::Formatter) -> fmt::Result {
+        fmt::Debug::fmt(self, to)
+    }
+
     /// Returns a box around the light, m from the centre of the scene; empty for a light at
     /// infinity.
     fn extent(&self) -> Extent;
@@ -181,7 +186,7 @@ pub trait Emitter {
 
 /// A light of any kind.
 #[enum_dispatch(Emitter)]
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub enum AnyEmitter {
     Cone(Cone),
     IsotropicLine(IsotropicLine),
@@ -190,4 +195,10 @@ pub enum AnyEmitter {
     Luminaire(Luminaire),
     LuminaireArea(LuminaireArea),
     Infinite(Arc<Entrance>),
+}
+
+impl fmt::Debug for AnyEmitter {
+    fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
+        self.write(to)
+    }
 }

@@ -2,7 +2,7 @@
 //! everything that it may meet. Because a line enters a box only once, the faces divide the light
 //! exactly. Where the light has openings, it enters through these instead.
 
-use std::sync::Arc;
+use std::{fmt, sync::Arc};
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -320,6 +320,10 @@ impl Entrance {
 }
 
 impl Emitter for Arc<Entrance> {
+    fn write(&self, to: &mut fmt::Formatter) -> fmt::Result {
+        to.debug_tuple("Infinite").field(self).finish()
+    }
+
     fn extent(&self) -> Extent {
         Extent::EMPTY
     }

@@ -22,13 +22,15 @@ use crate::{
 
 /// Names of the tables, without endings.
 const TABLES: [&str; 3] = ["captors", "groups", "runs"];
-/// Name of the table of ratios, without ending, which only sweeps of scenes with ratios have.
+/// Names of the tables, without endings, that only sweeps of scenes with ratios have, and with lamps
+/// whose electric power is known.
 const RATIOS: &str = "ratios";
+const ELECTRICITY: &str = "electricity";
 
 /// Returns the names of all files of the tables.
 pub fn names() -> Vec<String> {
     let endings = Table::ENDINGS.iter();
-    let tables = || TABLES.into_iter().chain([RATIOS]);
+    let tables = || TABLES.into_iter().chain([RATIOS, ELECTRICITY]);
     endings.flat_map(|ending| tables().map(move |name| format!("{name}.{ending}"))).collect()
 }
 
@@ -86,7 +88,15 @@ pub fn write(
         ("value", Kind::Number),
         ("standard_error", Kind::Number),
     ];
-    let mut ratios = None;
+    let of_lamps = [
+        seed,
+        ("of", Kind::Text),
+        ("band", Kind::Text),
+        ("quantity", Kind::Text),
+        ("value", Kind::Number),
+        ("standard_error", Kind::Number),
+    ];
+    let (mut ratios, mut electricity) = (None, None);
     let (mut balance, mut responses) = (Balance::default(), Responses::default());
     let mut warned = Warned::new();
     for (run, state) in sweep.runs().zip(states) {
@@ -123,13 +133,31 @@ pub fn write(
                 ratio_rows(table, &results, &run, captor)?;
             }
         }
+        if let Some(found) = &results.electricity {
+            let table = match &mut electricity {
+                Some(table) => table,
+                none => {
+                    let columns = columns(&[run_column], &of_lamps);
+                    none.insert(Table::create(folder.written(), ELECTRICITY, columns)?)
+                }
+            };
+            for row in found.rows() {
+                let mut cells = vec![Cell::Whole(run.number as u64)];
+                cells.extend(run.values.iter().map(|(_, value)| Cell::Value(value)));
+                let band = &results.bands[row.band].name;
+                cells.extend([Cell::Whole(run.seed), Cell::Text(row.of), Cell::Text(band)]);
+                cells.extend([Cell::Text(row.quantity), Cell::number(Some(row.value))]);
+                cells.push(Cell::number(row.error));
+                table.row(&cells)?;
+            }
+        }
         responses.add(sweep, &run, &results);
         balance.add(results);
     }
     captors.finish()?;
     groups.finish()?;
-    if let Some(ratios) = ratios {
-        ratios.finish()?;
+    for table in ratios.into_iter().chain(electricity) {
+        table.finish()?;
     }
     let charts = responses.charts(sweep);
     let ending = control.plots.ending();
