@@ -340,6 +340,21 @@ fn lamps_of_more_power_than_their_watts_are_told() {
     let said = of("W", 9.0);
     assert!(said.len() == 1 && said[0].contains("emits 10 W of light and takes 9 W"), "{said:?}");
     assert!(of("W", 10.0).is_empty() && of("umol/s", 4.0).is_empty());
+    // 10 umol/s of light up to 700 nm carry at least 1.71 W
+    let of_par = |watts: f64| {
+        let text = format!(
+            r#"{{ "quantity": "umol/s", "bands": [{{ "name": "PAR", "from_nm": 400, "to_nm": 700 }}],
+                 "lights": [{{ "type": "point", "position": [0, 0, 1], "power": 10, "watts": {watts} }}] }}"#
+        );
+        let scene = TestScene::new(&text, &[]);
+        phylux::load(&scene.path("scene.json")).unwrap_or_else(|e| panic!("{e}")).warnings
+    };
+    let said = of_par(1.7);
+    assert!(
+        said.len() == 1 && said[0].contains("W of light and takes 1.7 W; its power"),
+        "{said:?}"
+    );
+    assert!(of_par(1.72).is_empty());
 }
 
 #[test]

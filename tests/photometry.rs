@@ -450,7 +450,7 @@ fn tm33(more: &str) -> String {
     )
 }
 
-const TM27: &str = "<IESTM2714><SpectralDistribution><SpectralQuantity>transmittance</SpectralQuantity>\
+const TM27: &str = "<IESTM2714><SpectralDistribution><SpectralQuantity>reflectance</SpectralQuantity>\
     <SpectralData wavelength='380'>0.1</SpectralData><SpectralData wavelength='780'>0.1</SpectralData>\
     </SpectralDistribution></IESTM2714>";
 
@@ -570,8 +570,11 @@ fn spectra_of_light_and_of_surfaces_are_told_apart() {
             "objects": [{ "obj": "a.obj", "material": "wall", "captor": true }],
             "lights": [{ "type": "point", "position": [0, 0, 1], "power": { "spectrum": lamp, "total": 1 } }]
         });
+        let other = |share: &str| TM27.replace("reflectance", share);
         let files = [
             ("a.spdx", TM27),
+            ("t.spdx", &other("T-Factor")),
+            ("absorbed.spdx", &other("absorptance")),
             ("a.xml", &tm33("")),
             ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
         ];
@@ -583,6 +586,12 @@ fn spectra_of_light_and_of_surfaces_are_told_apart() {
         ("a.xml", "a.xml", "a.xml holds light, and not what a surface does"),
         ("a.spdx", "a.spdx", "a.spdx holds what a surface does, and not light"),
         ("a.spdx", "b.spdx", "b.spdx: there is no such file"),
+        (
+            "t.spdx",
+            "a.xml",
+            "reflectance: t.spdx says that it holds `transmittance`; name the file",
+        ),
+        ("absorbed.spdx", "a.xml", "absorbed.spdx says that it holds `absorptance`; give what"),
     ] {
         refused(&folder(wall, lamp).path(""), &["check", "scene.json"], &[words]);
     }

@@ -239,6 +239,20 @@ fn leaves_are_made_of_their_contents() {
         let error = load(&write(&scene).path("scene.json")).expect_err("refused").to_string();
         assert!(error.contains(problem), "{error}");
     }
+    // g/m2 in place of cm, and mg/cm2 in place of g/cm2
+    for (key, value, words) in [
+        (
+            "water",
+            json!(100),
+            "/prospect/water: 100 cm, and leaves have at most some 0.2: is it in",
+        ),
+        ("dry_matter", json!(9), "/prospect/dry_matter: 9 g/cm2, and leaves have at most some 0.1"),
+    ] {
+        let slip =
+            load(&write(&with(key, value)).path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
+        let said = slip.warnings.iter().filter(|said| said.contains(words)).count();
+        assert_eq!(said, 1, "{:?}", slip.warnings);
+    }
 }
 
 /// A lamp may have a spectrum at hand. Illuminant A is a Planckian radiator, so the power in each
@@ -260,6 +274,14 @@ fn lamps_have_spectra_at_hand() {
         let exact = 10.0 * part(from, to) / all;
         assert!((found / exact - 1.0).abs() < 1e-3, "{found}, not {exact}");
     }
+    // `check` says which one a lamp has
+    let output = phylux(&write(&with(named("A"))).path(""), &["check", "scene.json"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let row = said.lines().skip_while(|line| *line != "spectra of lamps").nth(1);
+    assert!(
+        row.is_some_and(|row| row.trim_start().starts_with("light0") && row.ends_with(" A")),
+        "{said}"
+    );
     let found = powers(&with(named("LED-red-660")));
     assert!(found[0] < 1e-6 && (found[1] - 10.0).abs() < 0.03, "{found:?}");
     // the weight of means may have one, too

@@ -371,7 +371,7 @@ fn tables_show_the_sums_of_many_bands() {
 #[test]
 fn wrong_sums_are_refused() {
     type Change = fn(&mut Value);
-    let cases: [(Change, &str); 15] = [
+    let cases: [(Change, &str); 16] = [
         (
             |s| s["sums"]["x"] = json!("photopc"),
             "/sums/x: no weighting `photopc`; did you mean `photopic`?",
@@ -395,12 +395,33 @@ fn wrong_sums_are_refused() {
             |s| s["ratios"]["x"] = json!({ "numerator": "B", "denominator": { "R": 0 } }),
             "/ratios/x: its denominator gives every band the weight 0",
         ),
+        (
+            |s| s["ratios"]["x"] = json!({ "numerator": "B", "denominator": "lus" }),
+            "no band, sum or weighting `lus`; did you mean `lux`?",
+        ),
         (|s| s["bands"][3] = json!({ "name": "FR" }), "the wavelengths of band `FR` are not known"),
     ];
     for (change, expected) in cases {
         let error = error_of(change);
         assert!(error.contains(expected) && error.starts_with("error: "), "{error}\n{expected}");
     }
+    // what no band covers is said once, unless the bands are named
+    let missing = |of: Value| {
+        error_of(|s| {
+            s["bands"][3]["from_nm"] = json!(728);
+            s["sums"] = json!({ "x": of });
+            s["ratios"] = json!({ "R:FR": "R:FR" });
+        })
+    };
+    let said = missing(json!("ePAR"));
+    let of_ratio = "/ratios/R:FR: no band has light from 725 to 728 nm, where `R:FR` has 30 % of";
+    let of_sum =
+        "/sums/x: no band has light from 700 to 728 nm, where `ePAR` has 8 % of its weights";
+    assert!(said.contains(of_ratio) && said.contains(of_sum), "{said}");
+    let window = missing(json!({ "from_nm": 350, "to_nm": 450 }));
+    assert!(window.contains("from 350 to 400 nm, where the window has 50 % of"), "{window}");
+    let named = missing(json!({ "weighting": "ePAR", "bands": ["B", "R"] }));
+    assert!(!named.contains("/sums/x"), "{named}");
     let overlap = error_of(|s| s["bands"][3]["from_nm"] = json!(650));
     assert!(overlap.contains("bands `R` and `FR` overlap"), "{overlap}");
     let wide = error_of(|_| ());

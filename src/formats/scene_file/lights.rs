@@ -77,23 +77,21 @@ impl Loader<'_> {
     /// least the energy that it has at the longest wavelength.
     fn check_efficacy(&mut self, pointer: &str, power: &[f64], watts: f64) {
         let place = self.place(pointer);
-        let (emitted, remedy) = match self.parts.quantity {
+        let (least, emitted, remedy) = match self.parts.quantity {
             Quantity::Watt => {
-                (power.iter().sum(), "; a power in umol/s needs `\"quantity\": \"umol/s\"`")
+                ("", power.iter().sum(), "a power in umol/s needs `\"quantity\": \"umol/s\"`")
             }
             Quantity::Micromole => {
                 let longest = self.parts.bands.iter().map(|band| band.to_nm);
-                let energy =
-                    longest.zip(power).filter_map(|(to, umol)| Some(umol / (to? * UMOL_PER_J_NM)));
-                (energy.sum::<f64>(), " at least: its power or its watts are wrong")
+                let of_band = |(to, umol): (Option<f64>, &f64)| Some(umol / (to? * UMOL_PER_J_NM));
+                let energy = longest.zip(power).filter_map(of_band).sum::<f64>();
+                ("at least ", energy, "its power or its watts are wrong")
             }
         };
         if emitted > watts {
-            let problem = format!(
-                "emits {} W of light and takes {} W{remedy}",
-                number(emitted),
-                number(watts)
-            );
+            let (emitted, watts) = (number(emitted), number(watts));
+            let problem =
+                format!("emits {least}{emitted} W of light and takes {watts} W; {remedy}");
             self.warn(place, problem);
         }
     }
