@@ -1,4 +1,4 @@
-"""How high should the lamps hang? PPFD and its evenness over a bench for ten heights of four LED bars.
+"""How high should the lamps hang? PPFD and its evenness over a bench for eleven heights of four LED bars.
 
     python lamp_height.py
 """

@@ -36,7 +36,7 @@ def field(tilt, hour):
     return s, 2.05 * overall
 
 
-def main(photons=2e5):
+def main(photons=1e6):
     """Returns the share of the open field's daily light that reaches each place, by tilt; draws it into panels.png."""
     import matplotlib.pyplot as plt
 
