@@ -12,6 +12,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::{
+    error::Problem,
     math::{
         geometry::{Extent, Ray},
         rng::Stream,
@@ -65,22 +66,23 @@ pub struct Light {
 
 impl Light {
     /// Makes a light from its shape. Coordinates become relative to `center`. The power of a light
-    /// at infinity is replaced by the flux that enters `inside`, a prism in these coordinates.
+    /// at infinity is replaced by the flux that enters `inside`, a prism in these coordinates. Error:
+    /// the shape could not shine.
     pub(crate) fn new(
         name: String,
         mut power: Vec<f64>,
         shape: &LightShape,
         center: DVec3,
         inside: &Prism,
-    ) -> Self {
-        let emitter = shape.emitter(power.len(), inside, |p: DVec3| (p - center).as_vec3());
+    ) -> Result<Self, Problem> {
+        let emitter = shape.emitter(power.len(), inside, |p: DVec3| (p - center).as_vec3())?;
         if let Some(entrance) = emitter.entrance() {
             for (b, power) in power.iter_mut().enumerate() {
                 *power = (0..entrance.faces()).map(|face| entrance.power(face)[b]).sum();
             }
         }
         let ball = emitter.ball();
-        Self { name, power, emitter, ball }
+        Ok(Self { name, power, emitter, ball })
     }
 
     /// Returns a box around the light, m from the centre of the scene; empty for a light at

@@ -248,7 +248,7 @@ impl Loader<'_> {
     fn tube_light(&mut self, pointer: &str, light: &TubeSpec) -> Result<Glowing> {
         let (from, to) = (self.point(light.from), self.point(light.to));
         let radius = light.radius * self.metres;
-        let axis = check_axis(from, to).map_err(|problem| problem.at(self.place(pointer)))?;
+        let axis = check_axis(to - from).map_err(|problem| problem.at(self.place(pointer)))?;
         self.in_range(&format!("{pointer}/radius"), light.radius, 0.0, f64::MAX)?;
         let power = self.power(pointer, &light.power, LampFile::default(), None)?;
         let aperture = self.aperture(pointer, light, axis)?;

@@ -17,11 +17,16 @@ use crate::math::{
 /// An area that shines.
 #[derive(Clone, Debug)]
 pub struct Area {
-    pub(super) surface: EmittingSurface,
-    pub(super) two_sided: bool,
+    surface: EmittingSurface,
+    two_sided: bool,
 }
 
 impl Area {
+    /// Makes an area that shines from its front, or from both sides.
+    pub(super) fn new(surface: EmittingSurface, two_sided: bool) -> Self {
+        Self { surface, two_sided }
+    }
+
     /// Returns the number of sides that shine.
     fn sides(&self) -> f32 {
         if self.two_sided { 2.0 } else { 1.0 }

@@ -51,16 +51,19 @@ impl Cone {
         Self { position, frame: Frame::new(Vec3::Z), versine: 2.0 }
     }
 
-    /// Makes a spot with its axis along a vector and a half angle, rad.
-    pub(super) fn spot(position: Vec3, direction: DVec3, half_angle: f64) -> Self {
+    /// Makes a spot with its axis along a vector and a half angle, rad. Error: the vector has length
+    /// 0, or the angle is outside (0, pi].
+    pub(super) fn spot(position: Vec3, direction: DVec3, half_angle: f64) -> Result<Self, Problem> {
+        let axis = check_direction(direction).map_err(|problem| problem.of("direction"))?;
+        check_half_angle(half_angle.to_degrees()).map_err(|problem| problem.of("half angle"))?;
         let versine = (2.0 * (half_angle / 2.0).sin().powi(2)) as f32;
-        Self { position, frame: frame_along(direction), versine }
+        Ok(Self { position, frame: frame_along(axis), versine })
     }
 }
 
-/// Returns a frame whose normal lies along a vector.
-pub(super) fn frame_along(vector: DVec3) -> Frame {
-    Frame::new(unit_vector(vector).unwrap_or(DVec3::Z).as_vec3().normalize())
+/// Returns a frame whose normal lies along a unit vector.
+pub(super) fn frame_along(axis: DVec3) -> Frame {
+    Frame::new(axis.as_vec3().normalize())
 }
 
 impl Emitter for Cone {

@@ -14,9 +14,9 @@ use crate::{
     },
 };
 
-/// Returns the unit vector along the axis of a tube. Error: its length is 0.
-pub fn check_axis(from: DVec3, to: DVec3) -> Result<DVec3, Problem> {
-    unit_vector(to - from).ok_or_else(|| {
+/// Returns the unit vector along a tube, from the vector from end to end. Error: its length is 0.
+pub fn check_axis(whole: DVec3) -> Result<DVec3, Problem> {
+    unit_vector(whole).ok_or_else(|| {
         let problem = "a tube of length 0: `from` is `to`";
         Problem::new(problem, "move one end, or take a point light")
     })
@@ -66,7 +66,15 @@ impl Line {
 
 /// A line whose points shine in all directions alike.
 #[derive(Clone, Debug)]
-pub struct IsotropicLine(pub(super) Line);
+pub struct IsotropicLine(Line);
+
+impl IsotropicLine {
+    /// Makes a line along the vector `whole` from its start. Error: its length is 0.
+    pub(super) fn new(from: Vec3, whole: DVec3) -> Result<Self, Problem> {
+        check_axis(whole)?;
+        Ok(Self(Line::new(from, whole.as_vec3())))
+    }
+}
 
 impl Emitter for IsotropicLine {
     fn extent(&self) -> Extent {

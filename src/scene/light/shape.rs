@@ -6,17 +6,18 @@ use glam::{DVec3, Vec3};
 
 use super::{
     area::Area,
-    cone::{Cone, check_direction, check_half_angle},
+    cone::Cone,
     emitter::AnyEmitter,
     entrance::{Entrance, Prism},
     intensity::Intensity,
-    line::{IsotropicLine, Line, check_axis},
+    line::IsotropicLine,
     luminaire::{Luminaire, LuminaireArea},
-    surface::{EmittingSurface, check_area},
-    tube::{Tube, check_aperture},
+    surface::EmittingSurface,
+    tube::Tube,
 };
 use crate::{
     error::{Problem, check_length, check_range, number},
+    math::geometry::Extent,
     scene::daylight::InfiniteLight,
 };
 
@@ -117,31 +118,13 @@ pub fn check_power(power: &[f64], bands: usize) -> Checked {
 }
 
 impl LightShape {
-    /// Checks the values of the shape. Error: it could not shine. Whether coordinates are finite is
-    /// checked with the scene.
+    /// Checks the values of the shape. Error: nothing that shines can be made of it. Whether
+    /// coordinates are finite is checked with the scene.
     pub fn check(&self) -> Checked {
         match self {
-            Self::Point { .. } | Self::Luminaire { .. } | Self::Infinite(_) => Ok(()),
-            Self::Spot { direction, half_angle, .. } => {
-                check_direction(*direction).map_err(|problem| problem.of("direction"))?;
-                let degrees = half_angle.to_degrees();
-                check_half_angle(degrees).map_err(|problem| problem.of("half angle"))
-            }
-            Self::Tube { from, to, radius } => {
-                check_axis(*from, *to)?;
-                check_range(*radius, 0.0, f64::MAX).map_err(|problem| problem.of("radius"))
-            }
-            Self::ApertureTube { from, to, radius, toward, opening } => {
-                check_range(*radius, f64::MIN_POSITIVE, f64::MAX)
-                    .map_err(|problem| problem.of("radius"))?;
-                let axis = check_axis(*from, *to)?;
-                check_aperture(axis, *toward, opening.to_degrees()).map(|_| ())
-            }
-            Self::IsotropicLine { from, to } => check_axis(*from, *to).map(|_| ()),
-            Self::Area { triangles, .. } | Self::LuminaireArea { triangles, .. } => {
-                let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
-                check_area(triangles.iter().map(area).sum())
-            }
+            // made with the scene that its light enters
+            Self::Infinite(_) => Ok(()),
+            _ => self.emitter(0, &Prism::from(Extent::EMPTY), |p| p.as_vec3()).map(drop),
         }
     }
 
@@ -186,41 +169,41 @@ impl LightShape {
     }
 
     /// Makes what emits. `local` converts coordinates to those of the scene; a light at infinity, of
-    /// so many `bands`, enters the prism `inside`, in these coordinates.
+    /// so many `bands`, enters the prism `inside`, in these coordinates. Error: it could not shine.
     pub(super) fn emitter(
         &self,
         bands: usize,
         inside: &Prism,
         local: impl Fn(DVec3) -> Vec3,
-    ) -> AnyEmitter {
-        match self {
+    ) -> Result<AnyEmitter, Problem> {
+        let surface = |triangles| EmittingSurface::new(triangles, &local);
+        Ok(match self {
             Self::Point { position } => Cone::sphere(local(*position)).into(),
             Self::Spot { position, direction, half_angle } => {
-                Cone::spot(local(*position), *direction, *half_angle).into()
+                Cone::spot(local(*position), *direction, *half_angle)?.into()
             }
             Self::Tube { from, to, radius } => {
-                Tube::whole(local(*from), *to - *from, *radius).into()
+                Tube::whole(local(*from), *to - *from, *radius)?.into()
             }
             Self::ApertureTube { from, to, radius, toward, opening } => {
-                Tube::part(local(*from), *to - *from, *radius, *toward, *opening).into()
+                Tube::part(local(*from), *to - *from, *radius, *toward, *opening)?.into()
             }
             Self::IsotropicLine { from, to } => {
-                IsotropicLine(Line::new(local(*from), (*to - *from).as_vec3())).into()
+                IsotropicLine::new(local(*from), *to - *from)?.into()
             }
             Self::Area { triangles, two_sided } => {
-                Area { surface: EmittingSurface::new(triangles, local), two_sided: *two_sided }
-                    .into()
+                Area::new(surface(triangles)?, *two_sided).into()
             }
             Self::Luminaire { position, intensity } => {
                 Luminaire { position: local(*position), intensity: intensity.clone() }.into()
             }
             Self::LuminaireArea { triangles, intensity } => {
-                let surface = EmittingSurface::new(triangles, local);
+                let surface = surface(triangles)?;
                 LuminaireArea { surface, intensity: intensity.clone() }.into()
             }
             Self::Infinite(light) => {
                 Arc::new(Entrance::new(light.clone(), bands, inside, local)).into()
             }
-        }
+        })
     }
 }

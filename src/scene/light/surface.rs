@@ -58,16 +58,19 @@ impl Chosen {
 }
 
 impl EmittingSurface {
-    pub fn new(triangles: &[[DVec3; 3]], local: impl Fn(DVec3) -> Vec3) -> Self {
+    /// Makes the surface of triangles, whose corners `local` converts to coordinates of the scene.
+    /// Error: they have no area.
+    pub fn new(triangles: &[[DVec3; 3]], local: impl Fn(DVec3) -> Vec3) -> Result<Self, Problem> {
+        let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
+        check_area(triangles.iter().map(area).sum())?;
         let mut surface = Self::default();
-        let mut area = 0.0;
+        let mut sum = 0.0;
         for corners in triangles {
             let triangle = Triangle::from(corners.map(&local));
             // a sliver that rounding has left without a front emits nothing
             if triangle.normal() != Vec3::ZERO {
-                let [a, b, c] = corners;
-                area += 0.5 * (*b - *a).cross(*c - *a).length();
-                surface.cumulative_area.push(area);
+                sum += area(corners);
+                surface.cumulative_area.push(sum);
                 surface.places.push(Place {
                     normal: triangle.normal(),
                     margins: Triangle::margins(triangle.slopes(), triangle.blur()),
@@ -76,7 +79,7 @@ impl EmittingSurface {
                 surface.triangles.push(triangle);
             }
         }
-        surface
+        Ok(surface)
     }
 
     /// Returns the total area, m2.

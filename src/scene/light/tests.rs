@@ -18,7 +18,7 @@ const CENTER: DVec3 = DVec3::new(3.0, -2.0, 1.0);
 const OFFSET: f64 = 2e-5;
 
 fn light(power: &[f64], shape: &LightShape) -> Light {
-    Light::new("lamp".into(), power.to_vec(), shape, CENTER, &Extent::EMPTY.into())
+    Light::new("lamp".into(), power.to_vec(), shape, CENTER, &Extent::EMPTY.into()).unwrap()
 }
 
 /// Visits each photon of a light, with its start in the user's coordinates and its direction.

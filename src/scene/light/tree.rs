@@ -166,6 +166,7 @@ mod tests {
                 let power = vec![if i % 5 == 0 { 0.0 } else { 1.0 + (f % 3.0) }];
                 let shape = LightShape::Point { position };
                 Light::new("lamp".into(), power, &shape, DVec3::ZERO, &Extent::EMPTY.into())
+                    .unwrap()
             })
             .collect()
     }
@@ -202,8 +203,9 @@ mod tests {
     #[test]
     fn equal_places_make_a_tree() {
         let shape = LightShape::Point { position: DVec3::ONE };
-        let light =
-            |_| Light::new("a".into(), vec![1.0], &shape, DVec3::ZERO, &Extent::EMPTY.into());
+        let light = |_| {
+            Light::new("a".into(), vec![1.0], &shape, DVec3::ZERO, &Extent::EMPTY.into()).unwrap()
+        };
         let lights: Vec<Light> = (0..1000).map(light).collect();
         let tree = LightTree::new(&lights);
         for light in [0, 499, 999] {

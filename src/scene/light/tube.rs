@@ -10,11 +10,11 @@ use super::{
     cone::frame_along,
     emitter::{EmittedRadiance, Emitter, Seen, Start},
     illuminate::EmitterHit,
-    line::Line,
+    line::{Line, check_axis},
     surface::Chosen,
 };
 use crate::{
-    error::Problem,
+    error::{Problem, check_range},
     math::{
         geometry::{Extent, Frame, ROUNDING, Ray, unit_vector},
         rng::Stream,
@@ -71,24 +71,36 @@ pub struct Tube {
 }
 
 impl Tube {
-    /// Makes a tube of which all shines, along the vector `whole` from the start of its axis.
-    pub(super) fn whole(from: Vec3, whole: DVec3, radius: f64) -> Self {
+    /// Makes a tube of which all shines, along the vector `whole` from the start of its axis. Error:
+    /// it has no length, or a radius below 0.
+    pub(super) fn whole(from: Vec3, whole: DVec3, radius: f64) -> Result<Self, Problem> {
+        let axis = check_axis(whole)?;
+        check_range(radius, 0.0, f64::MAX).map_err(|problem| problem.of("radius"))?;
         let line = Line::new(from, whole.as_vec3());
-        Self { line, frame: frame_along(whole), radius: radius as f32, aperture: Aperture(1.0) }
+        let (frame, radius) = (frame_along(axis), radius as f32);
+        Ok(Self { line, frame, radius, aperture: Aperture(1.0) })
     }
 
-    /// Makes a tube that shines towards one side, within an angle, rad, about its axis.
-    pub(super) fn part(from: Vec3, whole: DVec3, radius: f64, toward: DVec3, opening: f64) -> Self {
-        let axis = unit_vector(whole).unwrap_or(DVec3::Z);
-        let tangent = check_aperture(axis, toward, opening.to_degrees())
-            .unwrap_or(axis.any_orthonormal_vector());
+    /// Makes a tube that shines towards one side, within an angle, rad, about its axis. Error: it
+    /// has no length or no radius, the side is along the axis, or the angle outside (0, 2 pi].
+    pub(super) fn part(
+        from: Vec3,
+        whole: DVec3,
+        radius: f64,
+        toward: DVec3,
+        opening: f64,
+    ) -> Result<Self, Problem> {
+        check_range(radius, f64::MIN_POSITIVE, f64::MAX).map_err(|problem| problem.of("radius"))?;
+        let axis = check_axis(whole)?;
+        let tangent = check_aperture(axis, toward, opening.to_degrees())?;
         let frame = Frame {
             tangent: tangent.as_vec3(),
             bitangent: axis.cross(tangent).as_vec3(),
             normal: axis.as_vec3(),
         };
         let aperture = Aperture((opening / std::f64::consts::TAU) as f32);
-        Self { line: Line::new(from, whole.as_vec3()), frame, radius: radius as f32, aperture }
+        let line = Line::new(from, whole.as_vec3());
+        Ok(Self { line, frame, radius: radius as f32, aperture })
     }
 
     /// Returns the radius, m.

@@ -5,7 +5,8 @@ use std::{collections::HashMap, ops::Range, sync::OnceLock};
 use glam::{DVec3, Vec3};
 
 use super::{
-    Common, CopyPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, SharedPart, Surface, SurfacePart,
+    Common, CopyPart, LightPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, SharedPart, Surface,
+    SurfacePart,
     flush,
     images::LightImages,
     mirrors::{FlatMirrors, shows_images},
@@ -243,11 +244,12 @@ impl Scene {
             }
             None => around.into(),
         };
-        let mut lights: Vec<Light> = parts
-            .lights
-            .into_iter()
-            .map(|light| Light::new(light.name, light.power, &light.shape, center, &inside))
-            .collect();
+        let made = |LightPart { name, power, shape }: LightPart| {
+            let what = format!("light `{name}`");
+            let made = Light::new(name, power, &shape, center, &inside);
+            made.map_err(|problem| problem.of(what).at(place()))
+        };
+        let mut lights: Vec<Light> = parts.lights.into_iter().map(made).collect::<Result<_>>()?;
         if let Some(lattice) = &lattice {
             lights.iter_mut().for_each(|light| light.bring_into_cell(lattice));
         }

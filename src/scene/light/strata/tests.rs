@@ -10,6 +10,7 @@ fn lights(powers: &[f64]) -> Vec<Light> {
     // two bands, of which the largest decides
     let light = |&p: &f64| {
         Light::new("lamp".into(), vec![0.3 * p, p], &point, DVec3::ZERO, &Extent::EMPTY.into())
+            .unwrap()
     };
     powers.iter().map(light).collect()
 }
