@@ -363,7 +363,7 @@ fn tables_show_the_sums_of_many_bands() {
     assert!(!said.contains("b7 "), "{said}");
     // 12 umol/s of 10 W
     let all = said.lines().find(|line| line.starts_with("  all  ")).expect("a row");
-    assert!(all.ends_with(" 1.2"), "{all}");
+    assert!(all.ends_with(" 1.200"), "{all}");
 }
 
 /// What is wrong with a sum or ratio is said with its place and the cure; what depends on where in

@@ -1,4 +1,6 @@
-//! Patterns of names, in which `*` stands for any characters, or for none.
+//! Patterns of names, in which `*` stands for any characters, or for none, and names of copies.
+
+use std::collections::HashSet;
 
 /// Returns whether the whole `name` fits the pattern.
 pub fn fits(pattern: &str, name: &str) -> bool {
@@ -14,11 +16,32 @@ pub fn fits(pattern: &str, name: &str) -> bool {
     rest.ends_with(last)
 }
 
+/// Returns the name of what a name is a copy of: `plant` of `plant#3`.
+pub fn copied(name: &str) -> Option<&str> {
+    let (whole, number) = name.rsplit_once('#')?;
+    (!number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())).then_some(whole)
+}
+
+/// Leaves out the things whose names are those of copies, where the whole is there, too.
+pub fn without_copies<'a, T>(all: Vec<T>, name: impl Fn(&T) -> &'a str) -> Vec<T> {
+    let names: HashSet<&str> = all.iter().map(&name).collect();
+    let is_whole = |one: &T| copied(name(one)).is_none_or(|whole| !names.contains(whole));
+    all.into_iter().filter(is_whole).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn copies_give_way_to_the_whole() {
+        assert_eq!([copied("a#3"), copied("a/b#12")], [Some("a"), Some("a/b")]);
+        assert_eq!([copied("a"), copied("a#"), copied("a#x"), copied("#")], [None; 4]);
+        let of = |names: &[&'static str]| without_copies(names.to_vec(), |name| *name);
+        assert_eq!(of(&["a#0", "a", "a#1", "b#0", "c"]), ["a", "b#0", "c"]);
+    }
 
     #[test]
     fn a_star_is_any_characters() {

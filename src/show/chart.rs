@@ -10,7 +10,7 @@ use plotters::{
         combinators::IntoLogRange,
         ranged1d::{AsRangedCoord, Ranged, ValueFormatter},
     },
-    element::{Circle, PathElement, Rectangle, Text},
+    element::{Circle, PathElement, Polygon, Rectangle, Text},
     prelude::{
         Cartesian2d, Color, DrawingArea, IntoDrawingArea, RGBColor, SVGBackend, ShapeStyle,
         TextStyle,
@@ -111,6 +111,8 @@ pub struct Chart {
     pub amounts_across: bool,
     /// Names of places on the x axis, in place of numbers.
     pub x_names: Vec<(f64, String)>,
+    /// Ends of the x axis, if it is linear and they are not those of what is drawn.
+    pub x_ends: Option<[f64; 2]>,
     /// The series, in the order in which they are drawn.
     pub series: Vec<Series>,
     /// Horizontal lines: their meaning and their y.
@@ -154,6 +156,8 @@ pub enum Stroke {
     Dots,
     /// A bar between the two points of each pair.
     Bars,
+    /// A pale area with these corners.
+    Band,
     /// A column from 0 to each point.
     Columns {
         /// The width in units of the x axis.
@@ -214,7 +218,8 @@ impl Chart {
             let room = x.start..x.end * 1.02 + 1e-9;
             // amounts begin at 0, so that lengths compare as the amounts do
             let shares = if self.amounts_across { (1.0, 0.5) } else { (0.3, 1.0) };
-            let linear = (spacious(x.clone(), shares.0), spacious(y.clone(), shares.1));
+            let across = self.x_ends.map_or(spacious(x.clone(), shares.0), |[a, b]| a..b);
+            let linear = (across, spacious(y.clone(), shares.1));
             match (self.linear_x, self.linear_y) {
                 (_, true) => self.plot(area, &shown, linear.0, linear.1, inside),
                 (true, _) => self.plot(area, &shown, room, roomy(y).log_scale(), inside),
@@ -268,18 +273,22 @@ impl Chart {
         area.draw(&Text::new(self.title.as_str(), (LEFT, px(10)), font(LARGE)))?;
         let mut mesh = chart.configure_mesh();
         mesh.x_desc(&self.x).y_desc(&self.y).label_style(font(SMALL)).axis_desc_style(font(SMALL));
-        let x_tick = |v: &f64| if self.x_names.is_empty() { tick(*v) } else { String::new() };
-        mesh.x_label_formatter(&x_tick).y_label_formatter(&|v| tick(*v));
-        mesh.x_labels(if width < px(500) as u32 { 5 } else { 9 }).y_labels(6);
+        mesh.x_label_formatter(&|v| tick(*v)).y_label_formatter(&|v| tick(*v)).y_labels(6);
+        mesh.x_labels(match self.x_names.is_empty() {
+            false => 0,
+            true if width < px(500) as u32 => 5,
+            true => 9,
+        });
         mesh.axis_style(BLACK.stroke_width(px(1) as u32)).set_all_tick_mark_size(px(4));
         // pale lines at the numbers of the y axis alone
         mesh.disable_x_mesh().light_line_style(BLACK.mix(0.0));
         mesh.bold_line_style(BLACK.mix(0.1).stroke_width(px(1) as u32)).draw()?;
         self.draw_x_names(area, &chart)?;
         self.draw_levels(&mut chart)?;
-        for series in shown {
-            draw_series(&mut chart, series)?;
-        }
+        // areas lie below all lines
+        let (bands, others): (Vec<_>, Vec<_>) =
+            shown.iter().partition(|series| series.stroke == Stroke::Band);
+        bands.into_iter().chain(others).try_for_each(|series| draw_series(&mut chart, series))?;
         if let Some((x, y)) = legend {
             let [width, height] = self.size_of_legend();
             let corner = (x - px(6), y - px(9));
@@ -313,7 +322,7 @@ impl Chart {
         rows
     }
 
-    /// Draws the names of places on the x axis.
+    /// Draws the names of places on the x axis, each with its tick.
     fn draw_x_names<X, Y>(
         &self,
         area: &Area,
@@ -327,8 +336,10 @@ impl Chart {
         let style = font(SMALL).pos(Pos::new(HPos::Center, VPos::Top));
         for (x, name) in &self.x_names {
             let at = chart.backend_coord(&(*x, chart.y_range().start));
-            let place = (at.0 - left, at.1 - top + px(7));
-            area.draw(&Text::new(name.as_str(), place, style.clone()))?;
+            let (x, y) = (at.0 - left, at.1 - top);
+            let tick = BLACK.stroke_width(px(1) as u32);
+            area.draw(&PathElement::new(vec![(x, y), (x, y + px(4))], tick))?;
+            area.draw(&Text::new(name.as_str(), (x, y + px(7)), style.clone()))?;
         }
         Ok(())
     }
@@ -473,8 +484,12 @@ where
             let bars = series.points.chunks_exact(2);
             chart.draw_series(bars.map(|bar| PathElement::new(bar.to_vec(), stroke)))?;
         }
+        Stroke::Band => {
+            chart.draw_series([Polygon::new(series.points.clone(), colour.mix(0.15))])?;
+        }
         Stroke::Columns { width, pale } => {
-            let paint = if pale { colour.mix(0.4) } else { colour.mix(0.85) };
+            // opaque: no line of the grid shows through
+            let paint = on_paper(colour, if pale { 0.4 } else { 0.85 });
             let column = |(x, y): (f64, f64)| {
                 Rectangle::new([(x - width / 2.0, 0.0), (x + width / 2.0, y)], paint.filled())
             };
@@ -486,6 +501,12 @@ where
         }
     }
     Ok(())
+}
+
+/// Returns the colour of a part of some ink on white paper.
+fn on_paper(RGBColor(r, g, b): RGBColor, part: f64) -> RGBColor {
+    let mixed = |ink: u8| (part * f64::from(ink) + (1.0 - part) * 255.0).round() as u8;
+    RGBColor(mixed(r), mixed(g), mixed(b))
 }
 
 /// Returns letters whose capitals and accents fit into `size` layout units.

@@ -63,6 +63,7 @@ use crate::{
     formats::{scene_file::HourlyLights, weather::Slot},
     math::{
         machine,
+        pattern::without_copies,
         units::{Quantity, UnitNames},
     },
     results::{
@@ -178,8 +179,10 @@ impl Year {
 
         let (days, months) = (periods(&slots, day), periods(&slots, month));
         let first = if places.ids.len() > places.captors { places.captors } else { 0 };
+        let shown =
+            without_copies((first..places.ids.len()).collect(), |&id| places.ids[id].as_str());
         let mut charted = Charted {
-            ids: (first..places.ids.len()).take(CHARTED).collect(),
+            ids: shown.into_iter().take(CHARTED).collect(),
             // sums come after bands, so the last one is taken
             band: integrated.iter().rposition(|&integrated| integrated),
             daylight: Vec::new(),

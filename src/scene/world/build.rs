@@ -6,8 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::{
     Common, CopyPart, LightPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, SharedPart, Surface,
-    SurfacePart,
-    flush,
+    SurfacePart, flush,
     images::LightImages,
     mirrors::{FlatMirrors, shows_images},
     shapes::{KeptShapes, Outlines},

@@ -2,7 +2,7 @@
 
 use plotters::{
     chart::ChartBuilder,
-    element::{Rectangle, Text},
+    element::{PathElement, Rectangle, Text},
     prelude::Color,
     style::{
         BLACK,
@@ -15,7 +15,7 @@ use super::{
     months::month_name,
 };
 use crate::show::{
-    chart::{Area, Failure, LARGE, SMALL, Width, drawn, font, px, tick},
+    chart::{Area, Failure, LARGE, SMALL, Width, drawn, font, px},
     picture::Scale,
 };
 
@@ -25,7 +25,7 @@ const LEAST: i32 = px(240);
 /// The greatest height of the colour bar, layout units.
 const HIGHEST: i32 = px(400);
 /// Margins around the colours: left, right, above, below, layout units.
-const ROOM: (i32, i32, i32, i32) = (px(46), px(10), px(28), px(26));
+const ROOM: (i32, i32, i32, i32) = (px(52), px(10), px(28), px(26));
 /// Number of colours: finer than the eye can distinguish.
 const STEPS: f64 = 64.0;
 
@@ -74,7 +74,7 @@ impl Carpets {
         let mut mesh = chart.configure_mesh();
         mesh.disable_mesh().y_desc("hour").label_style(font(SMALL)).axis_desc_style(font(SMALL));
         mesh.axis_style(BLACK.stroke_width(px(1) as u32)).set_all_tick_mark_size(px(4));
-        mesh.x_labels(0).y_labels(5).y_label_formatter(&|v| tick(*v)).draw()?;
+        mesh.x_labels(0).y_labels(0).draw()?;
         let paint = |level: f64| {
             let Scale { low, high, .. } = self.scale;
             colour(&self.scale, low + (level + 0.5) / STEPS * (high - low)).filled()
@@ -111,6 +111,14 @@ impl Carpets {
             let at = chart.backend_coord(&(day as f64 + 0.5, 0.0));
             let below = font(SMALL).pos(Pos::new(HPos::Center, VPos::Top));
             area.draw(&Text::new(name, (at.0 - left, at.1 - top + px(6)), below))?;
+        }
+        for hour in [0, 6, 12, 18, 24] {
+            let at = chart.backend_coord(&(0.0, f64::from(hour)));
+            let (x, y) = (at.0 - left, at.1 - top);
+            let stroke = BLACK.stroke_width(px(1) as u32);
+            area.draw(&PathElement::new(vec![(x - px(4), y), (x, y)], stroke))?;
+            let beside = font(SMALL).pos(Pos::new(HPos::Right, VPos::Center));
+            area.draw(&Text::new(hour.to_string(), (x - px(7), y), beside))?;
         }
         Ok(())
     }

@@ -56,6 +56,7 @@ impl DailyLight {
                 chart.x = "month, with the range of its days".into();
                 let names = self.months.iter().zip(1..);
                 chart.x_names = names.map(|(m, i)| (f64::from(i), month_name(m))).collect();
+                chart.x_ends = Some([0.4, self.months.len() as f64 + 0.6]);
             }
             false => {
                 let first = self.days.first();

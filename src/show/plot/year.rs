@@ -10,7 +10,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::year_table::{Face, YearFolder, YearTable},
-    math::pattern,
+    math::pattern::{self, without_copies},
     results::year_facts::YearFacts,
     show::{
         chart::{Chart, Series, Stroke},
@@ -110,7 +110,7 @@ impl<'t> Chosen<'t> {
             Some(wanted) => all().filter(|&id| pattern::fits(wanted, &table.ids[id])).collect(),
             None => {
                 let groups = all().filter(|&id| year.is_group(&table.ids[id]));
-                let groups: Vec<usize> = groups.collect();
+                let groups = without_copies(groups.collect(), |&id| table.ids[id].as_str());
                 if groups.is_empty() { all().collect() } else { groups }
             }
         };
@@ -263,6 +263,8 @@ fn day(
     let mut chart = Chart {
         title: format!("{}{}, {day}", chosen.name, chosen.face),
         x: "hour of the day".into(),
+        x_names: (0..=4).map(|i| (6.0 * f64::from(i), (6 * i).to_string())).collect(),
+        x_ends: Some([0.0, 24.0]),
         y: format!("{}{}, {}", chosen.name, chosen.face, facts.irradiance(chosen.name)),
         linear_x: true,
         linear_y: true,

@@ -4,6 +4,7 @@ use std::{cmp::Reverse, collections::BTreeMap};
 
 use crate::{
     formats::sweep_file::{Parameter, Run, Sweep},
+    math::pattern::without_copies,
     results::saved::{Band, ResultsFile},
     show::chart::{Chart, Series, Stroke},
 };
@@ -41,17 +42,19 @@ struct Sum {
 }
 
 impl Responses {
-    /// Adds a run. The first run decides which groups are drawn: those with the most captors.
+    /// Adds a run. The first run decides which groups are drawn: those with the most captors, and
+    /// copies only where there is no group of all of them.
     pub fn add(&mut self, sweep: &Sweep, run: &Run, results: &ResultsFile) {
         if self.units.is_empty() {
-            let mut largest: Vec<_> = results.groups.iter().collect();
+            let all = results.groups.iter().collect();
+            let mut largest = without_copies(all, |group| group.values.id.as_str());
+            self.all_groups = largest.len();
             largest.sort_by_key(|group| Reverse(group.captors));
             largest.truncate(GROUPS);
             self.drawn = sweep.parameters().iter().map(is_drawn).collect();
             let unit = |band: &Band| band.unit.as_ref().unwrap_or(&results.unit).irradiance.clone();
             self.units = results.bands.iter().map(unit).collect();
             self.groups = largest.iter().map(|group| group.values.id.clone()).collect();
-            self.all_groups = results.groups.len();
             self.bands = results.bands.iter().map(|band| band.name.clone()).collect();
         }
         for (p, &index) in run.choices.iter().enumerate() {
@@ -138,9 +141,9 @@ impl Responses {
             });
             add(None, Stroke::Bars, bars.collect());
             if !scattered {
-                for end in 0..2 {
-                    add(None, Stroke::Dashed, line(&|sum| Some(sum.range?[end])));
-                }
+                let [mut ends, greatest] = [0, 1].map(|end| line(&|sum| Some(sum.range?[end])));
+                ends.extend(greatest.into_iter().rev());
+                add(None, Stroke::Band, ends);
             }
         }
         let mut title = format!("{}, mean of each group", self.bands[band]);
@@ -152,7 +155,7 @@ impl Responses {
             x: parameter.name.clone(),
             y: match sums.values().any(|sum| sum.range.is_some()) && !scattered {
                 true => {
-                    format!("irradiance, {} (dashed: least and greatest captor)", self.units[band])
+                    format!("irradiance, {} (pale: least to greatest captor)", self.units[band])
                 }
                 false => format!("irradiance, {}", self.units[band]),
             },
