@@ -139,7 +139,16 @@ fn short(line: &str) -> String {
         }
     }
     match words[1] {
-        "render" => words.extend(["--map-photons", PHOTONS, "--width", "60", "--height", "45"]),
+        "render" => {
+            for (option, value) in
+                [("--map-photons", PHOTONS), ("--width", "60"), ("--height", "45"), ("--rays", "1")]
+            {
+                match words.iter().position(|word| *word == option) {
+                    Some(at) => words[at + 1] = value,
+                    None => words.extend([option, value]),
+                }
+            }
+        }
         "chart" => {
             words.extend(["--seeds", "2"]);
             // enough photons for a captor of the growth chamber to be known well enough

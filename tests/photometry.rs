@@ -550,7 +550,7 @@ fn a_light_is_one_emitter_of_a_tm33() {
     let flux = 40.0 * PI;
     let found = loaded.scene.lights.iter().flat_map(|light| light.power.to_vec());
     for (found, right) in found.zip([flux * 11.0 / 33.0, flux * 13.0 / 33.0, 0.0, 3.0 * flux]) {
-        assert!((found - right).abs() < 1e-5 * flux, "{found} {right}");
+        assert!((found - right).abs() < 1e-4 * flux, "{found} {right}");
     }
     for (set, words) in [
         (None, "/photometry: a.xml has 2 emitters, which shine together; give a light for each"),

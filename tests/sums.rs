@@ -238,8 +238,8 @@ fn weighted_sums_of_a_flat_spectrum_are_exact() {
     for quantity in ["W", "umol/s"] {
         let scene = scene(quantity, |scene| {
             scene["bands"] = json!(bands);
-            scene["sums"] =
-                json!({ "PPF": "PPF", "ePAR": "ePAR", "red": { "from_nm": 600, "to_nm": 700 } });
+            scene["sums"] = json!({ "PPF": "PPF", "ePAR": "ePAR", "red": { "from_nm": 600, "to_nm": 700 },
+                "watts": { "from_nm": 410, "to_nm": 690, "quantity": "W" } });
             scene["ratios"] = json!({});
             scene["materials"]["grey"]["reflectance"] = json!(0.5);
             scene["lights"] = json!([{ "name": "lamp", "type": "point", "position": [0, 0, 1],
@@ -256,6 +256,17 @@ fn weighted_sums_of_a_flat_spectrum_are_exact() {
             let found = sums[name].as_f64().expect("a number") / photons(from, to);
             assert!((found - 1.0).abs() < 1e-6, "{quantity} {name}: {found}");
         }
+        // the ends of the window cut bands, which are flat in the scene's quantity
+        let part = |from: f64, to: f64, low: f64, high: f64| match quantity {
+            "W" => high - low,
+            _ => (to * to - from * from) / 2.0 / (to - from) * (high / low).ln(),
+        };
+        let exact = part(400.0, 500.0, 410.0, 500.0)
+            + part(500.0, 600.0, 500.0, 600.0)
+            + part(600.0, 640.0, 600.0, 640.0)
+            + part(640.0, 700.0, 640.0, 690.0);
+        let found = sums["watts"].as_f64().expect("a number") / exact;
+        assert!((found - 1.0).abs() < 1e-6, "{quantity} W: {found}");
     }
 }
 
@@ -371,7 +382,7 @@ fn tables_show_the_sums_of_many_bands() {
 #[test]
 fn wrong_sums_are_refused() {
     type Change = fn(&mut Value);
-    let cases: [(Change, &str); 16] = [
+    let cases: [(Change, &str); 17] = [
         (
             |s| s["sums"]["x"] = json!("photopc"),
             "/sums/x: no weighting `photopc`; did you mean `photopic`?",
@@ -383,6 +394,10 @@ fn wrong_sums_are_refused() {
         (|s| s["sums"]["x"] = json!({ "B": "1" }), "the weight of `B` is not a number"),
         (|s| s["sums"]["x"] = json!(3), "/sums/x"),
         (|s| s["sums"]["x"] = json!({ "weighting": "PPF" }), "`bands` is missing"),
+        (
+            |s| s["sums"]["x"] = json!({ "from_nm": 400, "to_nm": 500, "quantity": "lm" }),
+            "a window of `lm`; there are W and umol/s",
+        ),
         (|s| s["sums"]["x"] = json!({ "from_nm": 700, "to_nm": 600 }), "is not below to_nm"),
         (
             |s| s["sums"]["x"] = json!({ "from_nm": 900, "to_nm": 950 }),

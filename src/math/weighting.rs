@@ -16,6 +16,8 @@ pub enum WeightedUnit {
     Lumen,
     /// Photon flux, umol/s, also where the scene counts W.
     Photons,
+    /// Radiant flux, W, also where the scene counts umol/s.
+    Watts,
 }
 
 impl WeightedUnit {
@@ -24,6 +26,7 @@ impl WeightedUnit {
         match self {
             Self::Lumen => ["lm", "lx"],
             Self::Photons => ["umol/s", "umol/m2/s"],
+            Self::Watts => ["W", "W/m2"],
         }
     }
 }
@@ -35,6 +38,8 @@ pub enum Weighting {
     Photopic,
     /// Photons between two wavelengths, nm.
     Photons(f64, f64),
+    /// Energy between two wavelengths, nm.
+    Energy(f64, f64),
     /// Photons by the table of a weight per photon: linear between its points, 0 beyond its ends.
     Table(&'static [[f64; 2]]),
 }
@@ -45,6 +50,7 @@ impl Weighting {
         match self {
             Self::Photopic => WeightedUnit::Lumen,
             Self::Photons(..) | Self::Table(_) => WeightedUnit::Photons,
+            Self::Energy(..) => WeightedUnit::Watts,
         }
     }
 
@@ -52,19 +58,19 @@ impl Weighting {
     pub fn range(self) -> [f64; 2] {
         match self {
             Self::Photopic => [380.0, 780.0],
-            Self::Photons(from, to) => [from, to],
+            Self::Photons(from, to) | Self::Energy(from, to) => [from, to],
             Self::Table(points) => [points[0][0], points[points.len() - 1][0]],
         }
     }
 
-    /// Returns the weight at a wavelength, nm: of 1 W where the weighting is one of lumens, else of
-    /// a photon.
+    /// Returns the weight at a wavelength, nm: of a photon where the weighting is one of photons, else
+    /// of 1 W.
     pub fn at(self, nm: f64) -> f64 {
         let [from, to] = self.range();
         match self {
             _ if !(from..=to).contains(&nm) => 0.0,
             Self::Photopic => LM_PER_W * luminosity(nm),
-            Self::Photons(..) => 1.0,
+            Self::Photons(..) | Self::Energy(..) => 1.0,
             Self::Table(points) => {
                 let i = points.partition_point(|[at, _]| *at <= nm).clamp(1, points.len() - 1);
                 let ([a, low], [b, high]) = (points[i - 1], points[i]);
@@ -81,9 +87,11 @@ impl Weighting {
             return 0.0;
         }
         let per_unit = |nm: f64| match (self.unit(), quantity) {
-            (WeightedUnit::Lumen, Quantity::Watt)
+            (WeightedUnit::Lumen | WeightedUnit::Watts, Quantity::Watt)
             | (WeightedUnit::Photons, Quantity::Micromole) => self.at(nm),
-            (WeightedUnit::Lumen, Quantity::Micromole) => self.at(nm) / (nm * UMOL_PER_J_NM),
+            (WeightedUnit::Lumen | WeightedUnit::Watts, Quantity::Micromole) => {
+                self.at(nm) / (nm * UMOL_PER_J_NM)
+            }
             (WeightedUnit::Photons, Quantity::Watt) => self.at(nm) * nm * UMOL_PER_J_NM,
         };
         integral(start, end, &self.knots(), per_unit) / (to - from)
@@ -99,7 +107,7 @@ impl Weighting {
         match self {
             // the points of the table of V
             Self::Photopic => (0..=80).map(|i| 380.0 + 5.0 * f64::from(i)).collect(),
-            Self::Photons(from, to) => vec![from, to],
+            Self::Photons(from, to) | Self::Energy(from, to) => vec![from, to],
             Self::Table(points) => points.iter().map(|[nm, _]| *nm).collect(),
         }
     }

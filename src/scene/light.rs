@@ -1,13 +1,13 @@
 //! Lights: where photons start ([`Light::emit`]), and what a point of the scene sees of a light
 //! ([`Light::sample_toward`], [`Light::pdf_toward`], [`Light::radiance`]).
 //!
-//! Read `emitter` first: what every kind of light does. Each kind is a file of its own, with its
-//! checks, its photons and how it is seen: `cone` (points and spots), `line`, `tube`, `area`,
-//! `luminaire` and `entrance` (light from infinitely far away). [`LightShape`] (`shape`) is a light
-//! as users give it. Then [`Light`], `illuminate` for light as a point sees it, `strata` for the way
-//! in which histories are shared among lights, and `tree` for the choice among many. `surface` and
-//! `intensity` are what several kinds have. Nothing here knows surfaces of the scene: whether one
-//! stands between a light and a point is for the caller to find out.
+//! Read `emitter` first: what every kind of light does. Each kind is a file with its checks, its
+//! photons and how it is seen: `cone` (points and spots), `line`, `tube`, `area`, `luminaire` and
+//! `entrance` (light from infinitely far away); `kinds` lists them. [`LightShape`] (`shape`) is a
+//! light as users give it. Then [`Light`], `illuminate` for light as a point sees it, `strata` for
+//! the way in which histories are shared among lights, and `tree` for the choice among many.
+//! `surface`, `intensity` and `checks` are what several kinds have. Nothing here knows surfaces of
+//! the scene: whether one stands between a light and a point is for the caller to find out.
 
 use glam::{DVec3, Vec3};
 
@@ -19,15 +19,17 @@ use crate::{
     },
     scene::lattice::Lattice,
 };
-use emitter::{AnyEmitter, Emitter};
-use tube::Tube;
+use emitter::Emitter;
+use kinds::AnyEmitter;
 
 mod area;
+mod checks;
 mod cone;
 mod emitter;
 mod entrance;
 mod illuminate;
 mod intensity;
+mod kinds;
 mod known;
 mod line;
 mod luminaire;
@@ -39,14 +41,15 @@ mod tests;
 mod tree;
 mod tube;
 
-pub use cone::{check_direction, check_half_angle};
-pub use emitter::{EmittedRadiance, Start};
+pub use checks::{check_direction, check_power};
+pub use cone::check_half_angle;
+pub use emitter::{EmittedRadiance, EmitterHit, Start};
 pub use entrance::{Entrance, EntryFace, MARGIN, Prism};
-pub use illuminate::{EmitterHit, LightHit, LightSample, Toward};
+pub use illuminate::{LightHit, LightSample, Toward};
 pub use intensity::{Intensity, IntensityTable};
 pub use known::{known_spectra, known_spectrum};
 pub use line::check_axis;
-pub use shape::{LightShape, check_power};
+pub use shape::LightShape;
 pub use strata::{Emission, Strata, sources};
 pub use surface::check_area;
 pub use tree::LightTree;
@@ -116,7 +119,7 @@ impl Light {
 
     /// Returns the radius of a tube, m, or 0 for other lights.
     pub(super) fn tube_radius(&self) -> f32 {
-        self.emitter.tube().map_or(0.0, Tube::radius)
+        self.emitter.radius()
     }
 
     /// Returns the middle of a ball around the light.

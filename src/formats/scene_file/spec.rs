@@ -231,7 +231,7 @@ pub enum SumSpec {
     Name(#[schemars(extend("examples" = SUMS.map(|(name, _)| name)))] String),
     /// A weighting by wavelength, of some of the bands.
     Some(SomeBandsSpec),
-    /// The photons of a window of wavelengths, of all bands.
+    /// The photons or the energy of a window of wavelengths, of all bands.
     Window(WindowSpec),
     /// A weight for each of some bands, by their names.
     Weights(#[schemars(with = "BTreeMap<String, WeightSpec>")] BTreeMap<String, f64>),
@@ -256,6 +256,8 @@ pub struct WindowSpec {
     pub from_nm: f64,
     /// Wavelength where the window ends, nm.
     pub to_nm: f64,
+    /// What is counted: photons, umol/s (default), or energy, W.
+    pub quantity: Option<Quantity>,
 }
 
 /// The weight of a band.
@@ -324,9 +326,20 @@ impl SumSpec {
             Some(SumValue::Number(number)) => Some(*number),
             _ => None,
         };
-        if let (2, Some(from_nm), Some(to_nm)) = (object.len(), number("from_nm"), number("to_nm"))
+        let quantity = match object.get("quantity") {
+            None => Some(None),
+            Some(SumValue::Text(text)) => Some(Some(
+                Quantity::deserialize(de::value::StrDeserializer::<E>::new(text)).map_err(
+                    |_| E::custom(format!("a window of `{text}`; there are W and umol/s")),
+                )?,
+            )),
+            Some(_) => None,
+        };
+        if let (Some(from_nm), Some(to_nm), Some(quantity)) =
+            (number("from_nm"), number("to_nm"), quantity)
+            && object.len() == 2 + usize::from(quantity.is_some())
         {
-            return Ok(Self::Window(WindowSpec { from_nm, to_nm }));
+            return Ok(Self::Window(WindowSpec { from_nm, to_nm, quantity }));
         }
         let weight = |(name, value)| match value {
             SumValue::Number(weight) => Ok((name, weight)),

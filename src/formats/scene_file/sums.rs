@@ -7,7 +7,10 @@ use super::{
 use crate::{
     error::{Error, Result, number},
     formats::json,
-    math::weighting::{RATIOS, SUMS, Weighting},
+    math::{
+        units::Quantity,
+        weighting::{RATIOS, SUMS, Weighting},
+    },
     scene::world::{BandRatio, BandSum},
 };
 
@@ -68,7 +71,7 @@ impl Loader<'_> {
                 Ok(BandSum { bands, ..BandSum::default() })
             }
             SumSpec::Weights(weights) => self.weights(pointer, weights),
-            SumSpec::Window(WindowSpec { from_nm, to_nm }) => {
+            SumSpec::Window(WindowSpec { from_nm, to_nm, quantity }) => {
                 for (key, nm) in [("from_nm", from_nm), ("to_nm", to_nm)] {
                     self.in_range(&format!("{pointer}/{key}"), *nm, 0.0, f64::MAX)?;
                 }
@@ -76,7 +79,10 @@ impl Loader<'_> {
                     let problem = format!("from_nm = {from_nm} is not below to_nm = {to_nm}");
                     return Err(self.error(pointer, problem).remedy("swap or correct them"));
                 }
-                let window = Weighting::Photons(*from_nm, *to_nm);
+                let window = match quantity {
+                    None | Some(Quantity::Micromole) => Weighting::Photons(*from_nm, *to_nm),
+                    Some(Quantity::Watt) => Weighting::Energy(*from_nm, *to_nm),
+                };
                 self.weighted(pointer, "the window", &[window], None)
             }
             SumSpec::Some(SomeBandsSpec { weighting, bands }) => {

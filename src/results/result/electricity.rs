@@ -205,7 +205,7 @@ fn unit(scene: &Scene, column: usize) -> String {
     match (sum, scene.quantity) {
         (Some(WeightedUnit::Lumen), _) => "lm/W",
         (Some(WeightedUnit::Photons), _) | (None, Quantity::Micromole) => "umol/J",
-        (None, Quantity::Watt) => "W/W",
+        (Some(WeightedUnit::Watts), _) | (None, Quantity::Watt) => "W/W",
     }
     .into()
 }

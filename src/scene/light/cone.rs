@@ -1,18 +1,18 @@
-//! Points with the same intensity in all directions of a cone: point lights, whose cone is the whole
-//! sphere, and spots.
+//! Points with the same intensity in all directions of a cone: point lights, whose cone is the
+//! whole sphere, and spots.
 
 use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
 use super::{
+    checks::{Checked, check_direction},
     emitter::{Emitter, Seen, Start},
-    shape::Checked,
 };
 use crate::{
     error::Problem,
     math::{
-        geometry::{Extent, Frame, Ray, unit_vector},
+        geometry::{Extent, Frame, Ray},
         rng::Stream,
         sampling::uniform_cone,
     },
@@ -26,14 +26,6 @@ pub struct Cone {
     frame: Frame,
     /// 1 - cos of the half angle: 2 for the whole sphere.
     versine: f32,
-}
-
-/// Returns the unit vector along the axis of a spot. Error: its length is 0.
-pub fn check_direction(direction: DVec3) -> Result<DVec3, Problem> {
-    unit_vector(direction).ok_or_else(|| {
-        let remedy = "say where the spot points: [0, 0, -1] is down";
-        Problem::new("a direction of length 0", remedy)
-    })
 }
 
 /// Checks the half angle of a cone, degrees. Error: it is outside (0, 180].

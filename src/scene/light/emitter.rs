@@ -1,24 +1,18 @@
 //! What every light does, in one interface. Each kind of light is a file with its own
-//! implementation: `cone` (points and spots), `line`, `tube`, `area`, `luminaire` (points and areas
-//! with an intensity by direction) and `entrance` (light from infinitely far away).
+//! implementation, and `kinds` lists them.
 
-use std::{fmt, sync::Arc};
+use std::fmt;
 
 use enum_dispatch::enum_dispatch;
 use glam::Vec3;
 
-use super::{
-    area::Area,
-    cone::Cone,
-    entrance::Entrance,
-    intensity::Intensity,
-    line::IsotropicLine,
-    luminaire::{Luminaire, LuminaireArea},
-    tube::Tube,
-};
-use crate::math::{
-    geometry::{Extent, Ray, Triangle},
-    rng::Stream,
+use super::intensity::Intensity;
+use crate::{
+    math::{
+        geometry::{Extent, Ray, Triangle},
+        rng::Stream,
+    },
+    scene::lattice::Cell,
 };
 
 /// Place on a light that a photon starts from.
@@ -71,6 +65,28 @@ pub struct EmittedRadiance {
     pub radiance: f32,
     /// Area that emits, m2.
     pub area: f32,
+}
+
+/// Point where a ray meets the bright side of a light's surface.
+#[derive(Clone, Copy, Debug)]
+pub struct EmitterHit {
+    /// Distance along the ray, m.
+    pub t: f32,
+    /// Cosine of the angle between the ray and the surface's normal, above 0.
+    pub cos: f32,
+    /// Emitted radiance at this point.
+    pub emitted: EmittedRadiance,
+    /// The cell of the image that is met, from the origin of the ray's coordinates; (0, 0) in a
+    /// scene that does not repeat.
+    pub image: Cell,
+}
+
+impl EmitterHit {
+    /// Returns the density, 1/sr, with which the direction of this hit is sampled from `point` on
+    /// the line of the ray, if points of the surface are sampled uniformly.
+    pub fn pdf_toward(&self, point: Vec3, ray: &Ray) -> f32 {
+        ray.at(self.t).distance_squared(point) / (self.emitted.area * self.cos)
+    }
 }
 
 /// What a light does: how photons leave it, and how a point of the scene sees it. What has a
@@ -139,9 +155,15 @@ pub trait Emitter: fmt::Debug {
         None
     }
 
-    /// Returns the tube, for a light that is one.
-    fn tube(&self) -> Option<&Tube> {
+    /// Returns where a ray meets the bright side of a surface that is not made of triangles.
+    fn hit(&self, _ray: &Ray) -> Option<EmitterHit> {
         None
+    }
+
+    /// Returns the radius of such a surface about the [`places`](Self::places), m; 0 for lights
+    /// without one.
+    fn radius(&self) -> f32 {
+        0.0
     }
 
     /// Returns points of a point, line or tube light, at which to look for surfaces that cut it: on
@@ -176,29 +198,5 @@ pub trait Emitter: fmt::Debug {
     /// Returns the intensity by direction of a luminaire.
     fn intensity(&self) -> Option<&Intensity> {
         None
-    }
-
-    /// Returns how a light at infinity enters the scene.
-    fn entrance(&self) -> Option<&Entrance> {
-        None
-    }
-}
-
-/// A light of any kind.
-#[enum_dispatch(Emitter)]
-#[derive(Clone)]
-pub enum AnyEmitter {
-    Cone(Cone),
-    IsotropicLine(IsotropicLine),
-    Tube(Tube),
-    Area(Area),
-    Luminaire(Luminaire),
-    LuminaireArea(LuminaireArea),
-    Infinite(Arc<Entrance>),
-}
-
-impl fmt::Debug for AnyEmitter {
-    fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
-        self.write(to)
     }
 }

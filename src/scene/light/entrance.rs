@@ -350,8 +350,4 @@ impl Emitter for Arc<Entrance> {
     fn is_delta(&self) -> bool {
         self.light.has_sun()
     }
-
-    fn entrance(&self) -> Option<&Entrance> {
-        Some(self)
-    }
 }

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::{
     Light,
-    emitter::{EmittedRadiance, Emitter, Seen},
+    emitter::{EmittedRadiance, Emitter, EmitterHit, Seen},
 };
 use crate::{
     math::{
@@ -13,7 +13,7 @@ use crate::{
         rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
-    scene::{daylight::DirectionSample, lattice::Cell},
+    scene::daylight::DirectionSample,
 };
 
 /// Where a sampled light is.
@@ -43,28 +43,6 @@ pub struct LightSample<L> {
     pub pdf: Option<f32>,
     /// The same irradiance per W of the light's power, 1/m2; 0 for a light at infinity.
     pub per_watt: f32,
-}
-
-/// Point where a ray meets the bright side of a light's surface.
-#[derive(Clone, Copy, Debug)]
-pub struct EmitterHit {
-    /// Distance along the ray, m.
-    pub t: f32,
-    /// Cosine of the angle between the ray and the surface's normal, above 0.
-    pub cos: f32,
-    /// Emitted radiance at this point.
-    pub emitted: EmittedRadiance,
-    /// The cell of the image that is met, from the origin of the ray's coordinates; (0, 0) in a
-    /// scene that does not repeat.
-    pub image: Cell,
-}
-
-impl EmitterHit {
-    /// Returns the density, 1/sr, with which the direction of this hit is sampled from `point` on
-    /// the line of the ray, if points of the surface are sampled uniformly.
-    pub fn pdf_toward(&self, point: Vec3, ray: &Ray) -> f32 {
-        ray.at(self.t).distance_squared(point) / (self.emitted.area * self.cos)
-    }
 }
 
 /// A light that a ray meets.
@@ -193,6 +171,6 @@ impl Light {
 
     /// Returns where a ray enters a tube from outside, with the cosine there.
     pub fn tube_hit(&self, ray: &Ray) -> Option<EmitterHit> {
-        self.emitter.tube()?.hit(ray)
+        self.emitter.hit(ray)
     }
 }

@@ -4,7 +4,7 @@ use std::{f64::consts::TAU, sync::Arc};
 
 use glam::{DVec3, Vec3};
 
-use super::{cone::check_direction, shape::Checked};
+use super::checks::{Checked, check_direction};
 use crate::{
     error::{Problem, check_range, number},
     math::{

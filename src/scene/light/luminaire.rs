@@ -1,5 +1,5 @@
-//! Luminaires: points and areas whose intensity depends on the direction, as a photometric file or a
-//! cosine says.
+//! Luminaires: points and areas whose intensity depends on the direction, as a photometric file or
+//! a cosine says.
 
 use std::f32::consts::PI;
 

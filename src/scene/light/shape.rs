@@ -6,20 +6,17 @@ use glam::{DVec3, Vec3};
 
 use super::{
     area::Area,
+    checks::Checked,
     cone::Cone,
-    emitter::AnyEmitter,
     entrance::{Entrance, Prism},
     intensity::Intensity,
+    kinds::AnyEmitter,
     line::IsotropicLine,
     luminaire::{Luminaire, LuminaireArea},
     surface::EmittingSurface,
     tube::Tube,
 };
-use crate::{
-    error::{Problem, check_length, check_range, number},
-    math::geometry::Extent,
-    scene::daylight::InfiniteLight,
-};
+use crate::{error::Problem, math::geometry::Extent, scene::daylight::InfiniteLight};
 
 /// Shape and direction pattern of a light, in metres from the user's origin.
 #[derive(Clone, Debug)]
@@ -95,26 +92,6 @@ pub enum LightShape {
     /// A light that is infinitely far away. Its power is the flux that enters the box around the
     /// scene, or its openings.
     Infinite(InfiniteLight),
-}
-
-/// Range of powers above 0 that single precision can carry, W or umol/s.
-const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
-
-/// Result of a check of values: nothing, or what is wrong with them.
-pub(super) type Checked = Result<(), Problem>;
-
-/// Checks the powers of a light, W or umol/s. Error: there is not one for each of `bands` bands, or
-/// one is negative or beyond what single precision can carry.
-pub fn check_power(power: &[f64], bands: usize) -> Checked {
-    check_length(power.len(), bands).map_err(|problem| problem.of("power"))?;
-    power.iter().try_for_each(|&power| {
-        check_range(power, 0.0, f64::MAX).map_err(|problem| problem.of("power"))?;
-        if power == 0.0 || POWERS.contains(&power) {
-            return Ok(());
-        }
-        let problem = format!("emits {} W or umol/s in a band", number(power));
-        Err(Problem::new(problem, "it must be 0, or from 1e-30 to 1e30"))
-    })
 }
 
 impl LightShape {

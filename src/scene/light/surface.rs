@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::shape::Checked;
+use super::checks::Checked;
 use crate::{
     error::Problem,
     math::{

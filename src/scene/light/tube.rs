@@ -8,8 +8,7 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use super::{
     area::{leave, seen},
     cone::frame_along,
-    emitter::{EmittedRadiance, Emitter, Seen, Start},
-    illuminate::EmitterHit,
+    emitter::{EmittedRadiance, Emitter, EmitterHit, Seen, Start},
     line::{Line, check_axis},
     surface::Chosen,
 };
@@ -103,11 +102,6 @@ impl Tube {
         Ok(Self { line, frame, radius: radius as f32, aperture })
     }
 
-    /// Returns the radius, m.
-    pub fn radius(&self) -> f32 {
-        self.radius
-    }
-
     /// Returns the area that shines, m2.
     fn area(&self) -> f32 {
         2.0 * PI * self.radius * self.line.length * self.aperture.0
@@ -121,41 +115,6 @@ impl Tube {
         // the distance at which photons start
         let offset = self.line.blur + ROUNDING * self.radius;
         Chosen { point: on_axis + self.radius * normal, normal, offset }
-    }
-
-    /// Returns where a ray enters the tube from outside, with the cosine there. The intersection is
-    /// computed in double precision and from the point of the ray that is nearest to the axis: at a
-    /// distance of many radii, the square of that distance in single precision would leave nothing
-    /// of the radius.
-    pub(super) fn hit(&self, ray: &Ray) -> Option<EmitterHit> {
-        let Self { line, frame, radius, aperture } = self;
-        let (r, from) = (f64::from(*radius), line.from.as_dvec3());
-        let (origin, direction) = (ray.origin.as_dvec3() - from, ray.direction.as_dvec3());
-        let [x, y, z] = [frame.tangent, frame.bitangent, frame.normal].map(Vec3::as_dvec3);
-        let across = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
-        let (o, d) = (across(origin), across(direction));
-        let d2 = d.length_squared();
-        // half of the chord that the ray cuts off the cylinder, seen along the axis
-        let half2 = r * r - o.perp_dot(d).powi(2) / d2;
-        let is_outside = o.length_squared() > r * r;
-        if !(half2 > 0.0 && is_outside) {
-            return None;
-        }
-        let half = half2.sqrt();
-        let t = -o.dot(d) / d2 - half / d2.sqrt();
-        let height = origin.dot(z) + t * direction.dot(z);
-        let along = (0.0..=f64::from(line.length)).contains(&height);
-        if t <= 0.0 || !along || !aperture.holds(o + t * d) {
-            return None;
-        }
-        let area = self.area();
-        let cos = (half * d2.sqrt() / r) as f32;
-        Some(EmitterHit {
-            t: t as f32,
-            cos,
-            emitted: EmittedRadiance { radiance: 1.0 / (PI * area), area },
-            image: [0, 0],
-        })
     }
 
     /// Returns the irradiance that a point of a line, a tube of radius 0, brings to a plane across
@@ -209,8 +168,42 @@ impl Emitter for Tube {
         (self.radius > 0.0).then(|| 1.0 / self.area())
     }
 
-    fn tube(&self) -> Option<&Tube> {
-        (self.radius > 0.0).then_some(self)
+    /// The intersection is computed in double precision and from the point of the ray that is nearest
+    /// to the axis: at a distance of many radii, the square of that distance in single precision would
+    /// leave nothing of the radius.
+    fn hit(&self, ray: &Ray) -> Option<EmitterHit> {
+        let Self { line, frame, radius, aperture } = self;
+        let (r, from) = (f64::from(*radius), line.from.as_dvec3());
+        let (origin, direction) = (ray.origin.as_dvec3() - from, ray.direction.as_dvec3());
+        let [x, y, z] = [frame.tangent, frame.bitangent, frame.normal].map(Vec3::as_dvec3);
+        let across = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
+        let (o, d) = (across(origin), across(direction));
+        let d2 = d.length_squared();
+        // half of the chord that the ray cuts off the cylinder, seen along the axis
+        let half2 = r * r - o.perp_dot(d).powi(2) / d2;
+        let is_outside = o.length_squared() > r * r;
+        if !(half2 > 0.0 && is_outside) {
+            return None;
+        }
+        let half = half2.sqrt();
+        let t = -o.dot(d) / d2 - half / d2.sqrt();
+        let height = origin.dot(z) + t * direction.dot(z);
+        let along = (0.0..=f64::from(line.length)).contains(&height);
+        if t <= 0.0 || !along || !aperture.holds(o + t * d) {
+            return None;
+        }
+        let area = self.area();
+        let cos = (half * d2.sqrt() / r) as f32;
+        Some(EmitterHit {
+            t: t as f32,
+            cos,
+            emitted: EmittedRadiance { radiance: 1.0 / (PI * area), area },
+            image: [0, 0],
+        })
+    }
+
+    fn radius(&self) -> f32 {
+        self.radius
     }
 
     fn places(&self, pieces: usize) -> Vec<Vec3> {

@@ -1,0 +1,51 @@
+//! All kinds of lights in one type.
+
+use std::{fmt, sync::Arc};
+
+use enum_dispatch::enum_dispatch;
+use glam::Vec3;
+
+use super::{
+    area::Area,
+    cone::Cone,
+    emitter::{EmittedRadiance, Emitter, EmitterHit, Seen, Start},
+    entrance::Entrance,
+    intensity::Intensity,
+    line::IsotropicLine,
+    luminaire::{Luminaire, LuminaireArea},
+    tube::Tube,
+};
+use crate::math::{
+    geometry::{Extent, Ray, Triangle},
+    rng::Stream,
+};
+
+/// A light of any kind.
+#[enum_dispatch(Emitter)]
+#[derive(Clone)]
+pub enum AnyEmitter {
+    Cone(Cone),
+    IsotropicLine(IsotropicLine),
+    Tube(Tube),
+    Area(Area),
+    Luminaire(Luminaire),
+    LuminaireArea(LuminaireArea),
+    Infinite(Arc<Entrance>),
+}
+
+impl fmt::Debug for AnyEmitter {
+    fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
+        self.write(to)
+    }
+}
+
+impl AnyEmitter {
+    /// Returns how a light at infinity enters the scene.
+    #[inline]
+    pub fn entrance(&self) -> Option<&Entrance> {
+        match self {
+            Self::Infinite(entrance) => Some(entrance),
+            _ => None,
+        }
+    }
+}
