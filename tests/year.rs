@@ -532,7 +532,7 @@ fn months_are_columns_from_0() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let svg = std::fs::read_to_string(scene.path("y/dli.svg")).expect("a chart");
     assert!(["Jun", "Jul", "month, with the range of its days"].iter().all(|t| svg.contains(t)));
-    let blue = svg.split("<rect").filter(|text| text.contains("fill=\"#0072B2\""));
+    let blue = svg.split("<rect").filter(|text| text.contains("fill=\"#2687BE\""));
     let heights: Vec<f64> = blue
         .map(|text| {
             let (_, height) = text.split_once(" height=\"").expect("a height");
