@@ -200,14 +200,15 @@ mod tests {
         let charts = responses.charts(&sweep);
         let [(name, chart)] = &charts[..] else { panic!("{charts:?}") };
         assert_eq!(name, "power");
-        let [mean, bars, least, greatest] = &chart.series[..] else { panic!("{chart:?}") };
+        let [mean, bars, ends] = &chart.series[..] else { panic!("{chart:?}") };
         assert_eq!(mean.points, [(5.0, 5.0), (8.0, 2.0)]);
         assert_eq!((mean.stroke, bars.stroke), (Stroke::Line, Stroke::Bars));
         // errors of 0.3 and 0.4 give the mean an error of sqrt(0.09 + 0.16) / 2
         for (bar, expected) in bars.points[2..].iter().zip([1.75, 2.25]) {
             assert!((bar.1 - expected).abs() < 1e-12, "{:?}", bars.points);
         }
-        assert_eq!(least.points, [(5.0, 4.0), (8.0, 1.0)]);
-        assert_eq!(greatest.points, [(5.0, 7.0), (8.0, 4.0)]);
+        // from the least of each and back along the greatest
+        assert_eq!(ends.stroke, Stroke::Band);
+        assert_eq!(ends.points, [(5.0, 4.0), (8.0, 1.0), (8.0, 4.0), (5.0, 7.0)]);
     }
 }
