@@ -118,7 +118,7 @@ impl Light {
     }
 
     /// Returns the radius of a tube, m, or 0 for other lights.
-    pub(super) fn tube_radius(&self) -> f32 {
+    pub(super) fn radius(&self) -> f32 {
         self.emitter.radius()
     }
 

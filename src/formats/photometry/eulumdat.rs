@@ -128,6 +128,7 @@ pub(super) fn read(file: &File) -> Result<Photometry> {
         let problem = "a number comes after the last intensity";
         return Err(file.error(i, problem).remedy(FETCH));
     }
-    let lamps = MeasuredLamp::of_planes(file.path, half_planes, symmetry, &v, &scales)?;
+    let lamp = MeasuredLamp::new(file.path, half_planes, symmetry, &v)?;
+    let lamps = scales.iter().map(|&scale| lamp.scaled(file.path, scale)).collect::<Result<_>>()?;
     Ok(Photometry { lamps, usual: Some(usual) })
 }

@@ -65,30 +65,29 @@ impl FluxUnit {
 }
 
 impl MeasuredLamp {
-    /// Makes the distribution from the planes in the file at the vertical angles `v`, degrees, and
-    /// a lamp with it for each of the `scales`: its flux, in lumens, is that of the planes times the
-    /// scale. Error: the angles or intensities make no distribution.
-    pub(super) fn of_planes(
+    /// Makes a lamp from the planes in the file at the vertical angles `v`, degrees; its flux is
+    /// theirs. Error: the angles or intensities make no distribution.
+    pub(super) fn new(
         path: &Path,
         planes: Vec<Plane>,
         symmetry: Symmetry,
         v: &[f64],
-        scales: &[f64],
-    ) -> Result<Vec<Self>> {
+    ) -> Result<Self> {
         let (c, values) = round(planes, symmetry);
         let table =
             IntensityTable::new(&c, v, values).map_err(|problem| problem.at(path.display()))?;
-        let table = Arc::new(table);
-        let lamp = |scale: &f64| {
-            let flux = scale * table.flux();
-            if flux != 0.0 && !(1e-30..1e30).contains(&flux) {
-                let problem = format!("a flux of {flux:e}");
-                return Err(Error::input(path.display(), problem).remedy(FETCH));
-            }
-            let table = table.clone();
-            Ok(Self { table, flux, unit: FluxUnit::Lumen, range: None, notes: Vec::new() })
-        };
-        scales.iter().map(lamp).collect()
+        let (flux, table) = (table.flux(), Arc::new(table));
+        Ok(Self { table, flux, unit: FluxUnit::Lumen, range: None, notes: Vec::new() })
+    }
+
+    /// Returns the lamp with `scale` times its flux. Error: that is not 0, and beyond 1e-30 to 1e30.
+    pub(super) fn scaled(&self, path: &Path, scale: f64) -> Result<Self> {
+        let flux = scale * self.flux;
+        if flux != 0.0 && !(1e-30..1e30).contains(&flux) {
+            let problem = format!("a flux of {flux:e}");
+            return Err(Error::input(path.display(), problem).remedy(FETCH));
+        }
+        Ok(Self { flux, ..self.clone() })
     }
 }
 

@@ -140,13 +140,16 @@ pub(super) fn read(file: &File, at: usize) -> Result<Photometry> {
         let problem = format!("{} comes after the last intensity", quoted(word));
         return Err(numbers.error(problem).remedy(FETCH));
     }
-    let mut lamps = MeasuredLamp::of_planes(file.path, planes, symmetry, &v, &[factor])?;
+    let lamp = MeasuredLamp::new(file.path, planes, symmetry, &v)?;
+    let mut lamp = lamp.scaled(file.path, factor)?;
     if tilted {
-        let note = "its flux depends on the lamp's tilt (TILT=INCLUDE): that of tilt 0 is taken, \
-                    the position in which it was measured";
-        lamps.iter_mut().for_each(|lamp| lamp.notes.push(note.into()));
+        lamp.notes.push(
+            "its flux depends on the lamp's tilt (TILT=INCLUDE): that of tilt 0 is taken, the \
+             position in which it was measured"
+                .into(),
+        );
     }
-    Ok(Photometry { lamps, usual: Some(0) })
+    Ok(Photometry { lamps: vec![lamp], usual: Some(0) })
 }
 
 /// Returns the symmetry of the horizontal angles. Error: they do not rise, or have none.

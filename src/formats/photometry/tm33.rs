@@ -70,9 +70,8 @@ fn read_emitter(emitter: &Element, path: &Path) -> Result<Option<MeasuredLamp>> 
     let flux = data.first(names[2]).map(|flux| number(flux, "the flux")).transpose()?;
     let absolute = ["Absolute", "AbsolutePhotometry"].iter().find_map(|name| table.first(name));
     let relative = absolute.is_some_and(|word| word.text.eq_ignore_ascii_case("false"));
-    let of_planes =
-        MeasuredLamp::of_planes(path, planes.planes, planes.symmetry, &planes.v, &[scale])?;
-    let Some(mut lamp) = of_planes.into_iter().next() else { return Ok(None) };
+    let lamp = MeasuredLamp::new(path, planes.planes, planes.symmetry, &planes.v)?;
+    let mut lamp = lamp.scaled(path, scale)?;
     match flux {
         Some(flux) if relative => {
             if !(1e-30..1e30).contains(&flux) {

@@ -35,7 +35,7 @@ impl Area {
 
 impl Emitter for Area {
     fn extent(&self) -> Extent {
-        Extent::of_triangles(&self.surface.triangles)
+        self.surface.extent()
     }
 
     fn ball(&self) -> (Vec3, f32) {

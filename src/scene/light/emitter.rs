@@ -89,8 +89,8 @@ impl EmitterHit {
     }
 }
 
-/// What a light does: how photons leave it, and how a point of the scene sees it. What has a
-/// default suits a point in the dark: a kind of light implements what it has.
+/// What a light does: how photons leave it, and how a point of the scene sees it. A method with a
+/// default says that the light has no such thing; a kind overrides those of what it has.
 #[enum_dispatch]
 pub trait Emitter: fmt::Debug {
     /// Writes the light as its kind has it; the digest of a scene is made of this text.

@@ -169,8 +169,8 @@ impl Light {
         self.emitter.emitted_radiance(direction, cos)
     }
 
-    /// Returns where a ray enters a tube from outside, with the cosine there.
-    pub fn tube_hit(&self, ray: &Ray) -> Option<EmitterHit> {
+    /// Returns where a ray meets the bright side of a surface that is not made of triangles: a tube.
+    pub fn hit(&self, ray: &Ray) -> Option<EmitterHit> {
         self.emitter.hit(ray)
     }
 }

@@ -24,12 +24,19 @@ use crate::math::{
 #[enum_dispatch(Emitter)]
 #[derive(Clone)]
 pub enum AnyEmitter {
+    /// A point light or a spot.
     Cone(Cone),
+    /// A line that shines in all directions alike.
     IsotropicLine(IsotropicLine),
+    /// A tube, or a Lambertian line.
     Tube(Tube),
+    /// A Lambertian area.
     Area(Area),
+    /// A point with an intensity by direction.
     Luminaire(Luminaire),
+    /// An area with an intensity by direction.
     LuminaireArea(LuminaireArea),
+    /// A light at infinity.
     Infinite(Arc<Entrance>),
 }
 

@@ -85,7 +85,7 @@ pub struct LuminaireArea {
 
 impl Emitter for LuminaireArea {
     fn extent(&self) -> Extent {
-        Extent::of_triangles(&self.surface.triangles)
+        self.surface.extent()
     }
 
     fn ball(&self) -> (Vec3, f32) {

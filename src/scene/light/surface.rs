@@ -6,7 +6,7 @@ use super::checks::Checked;
 use crate::{
     error::Problem,
     math::{
-        geometry::{ROUNDING, Triangle},
+        geometry::{Extent, ROUNDING, Triangle},
         rng::Stream,
         sampling::{uniform_triangle, weighted_choice},
     },
@@ -85,6 +85,11 @@ impl EmittingSurface {
     /// Returns the total area, m2.
     pub fn area(&self) -> f64 {
         self.cumulative_area[self.cumulative_area.len() - 1]
+    }
+
+    /// Returns a box around the triangles, m.
+    pub fn extent(&self) -> Extent {
+        Extent::of_triangles(&self.triangles)
     }
 
     /// Returns middle and radius, m, of a ball around the triangles.

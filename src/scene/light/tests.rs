@@ -230,7 +230,7 @@ fn tubes_are_as_wide_as_they_are() {
             let offset = 2.0 * radius * (2.0 * (i as f64 + 0.5) / RAYS as f64 - 1.0);
             let towards = offset * beside - origin.as_dvec3();
             let ray = Ray { origin, direction: towards.normalize().as_vec3() };
-            let Some(hit) = tube.tube_hit(&ray) else { continue };
+            let Some(hit) = tube.hit(&ray) else { continue };
             hits += 1;
             // relative to the cosine of the tilt
             let direction = ray.direction.as_dvec3();

@@ -37,7 +37,7 @@ pub fn lift(lights: &mut [Light], shapes: &Shapes, middle: Vec3, radius: f32) ->
         let mut near: Vec<Found> = Vec::new();
         let mut lift = 0f32;
         for place in light.places(PLACES) {
-            let reach = light.tube_radius() + closeness(place);
+            let reach = light.radius() + closeness(place);
             let widest = reach + closeness(Vec3::splat(radius));
             shapes.near(place, widest, |found| {
                 let shape = &found.triangle;

@@ -49,7 +49,7 @@ impl LightImages {
             let corners: Vec<[DVec3; 3]> = triangles.iter().map(corners).collect();
             Images::new(lattice, slack, corners.iter(), rounded)
         };
-        let tubes = lights.iter().enumerate().filter(|(_, light)| light.tube_radius() > 0.0);
+        let tubes = lights.iter().enumerate().filter(|(_, light)| light.radius() > 0.0);
         let tubes = tubes.flat_map(|(l, light)| {
             let extent = light.extent();
             let box_ends = [extent.min.as_dvec3(), extent.max.as_dvec3()];

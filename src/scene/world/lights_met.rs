@@ -85,7 +85,7 @@ impl Scene {
             return self.emitters_in_cells(repeats, ray, t_max, &mut visit);
         }
         self.tubes.near(ray, |light| {
-            if let Some(hit) = self.lights[light].tube_hit(ray).filter(|hit| hit.t < t_max) {
+            if let Some(hit) = self.lights[light].hit(ray).filter(|hit| hit.t < t_max) {
                 visit(light, hit);
             }
         });

@@ -275,7 +275,7 @@ impl Scene {
             };
             for &(light, cell) in &self.light_images.tubes {
                 let origin = stretch.ray.origin - repeats.lattice.shift(cell).as_vec3();
-                if let Some(hit) = self.lights[light].tube_hit(&Ray { origin, ..stretch.ray }) {
+                if let Some(hit) = self.lights[light].hit(&Ray { origin, ..stretch.ray }) {
                     met(light, cell, hit);
                 }
             }

@@ -24,7 +24,7 @@ pub struct Tubes {
 impl Tubes {
     /// Finds the tubes.
     pub fn new(lights: &[Light]) -> Self {
-        let is_tube = |light: &usize| lights[*light].tube_radius() > 0.0;
+        let is_tube = |light: &usize| lights[*light].radius() > 0.0;
         let tubes: Vec<usize> = (0..lights.len()).filter(is_tube).collect();
         if tubes.len() <= MANY {
             return Self { lights: tubes, boxes: None };
