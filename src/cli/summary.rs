@@ -5,7 +5,7 @@ use std::{collections::HashSet, fmt::Write};
 use crate::{
     results::result::{
         AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult,
-        RunResult, Share, ToleranceResult, Uniformity, WorstResult,
+        RunResult, Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
     },
     transport::settings::Guiding,
 };
@@ -136,18 +136,12 @@ fn energy(text: &mut String, result: &RunResult) {
     );
     let shown = shown_bands(result);
     for &b in &shown {
-        let name = match &result.bands[b] {
-            BandResult { name, unit: Some(own), .. } if own.flux != *unit => {
-                format!("{name}, {}", own.flux)
-            }
-            band => band.name.clone(),
-        };
+        let name = named(&result.bands[b], |own| &own.flux, unit);
         let missed =
             if daylight { format!("{:>11}", short(energy.missed[b])) } else { String::new() };
         let _ = writeln!(
             text,
-            "  {:<22}{:>11}{:>11}{:>11}{:>11}{missed}",
-            name,
+            "  {name:<22}{:>11}{:>11}{:>11}{:>11}{missed}",
             short(energy.emitted[b]),
             short(energy.absorbed[b]),
             short(energy.escaped[b]),
@@ -191,7 +185,7 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
             let _ = writeln!(
                 text,
                 "  {:<22}{:>11}{:>11}{:>11}   {errors}",
-                format!("{name} {}", named(result, b)),
+                format!("{name} {}", named_per_area(result, b)),
                 short(irradiance.min),
                 short(irradiance.median),
                 short(irradiance.max),
@@ -214,15 +208,19 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
     nearest(text, faces.filter_map(|face| face.knn.as_ref()?.as_ref()).collect());
 }
 
-/// Returns the name of a band or sum, with its unit where that is not the one of the bands.
-fn named(result: &RunResult, band: usize) -> String {
-    let BandResult { name, unit, .. } = &result.bands[band];
-    match unit {
-        Some(unit) if unit.irradiance != result.unit.irradiance => {
-            format!("{name}, {}", unit.irradiance)
-        }
+/// Returns the name of a band or sum, with that of its own units that counts where it is not the
+/// `usual` one.
+fn named(band: &BandResult, counts: fn(&SumUnit) -> &str, usual: &str) -> String {
+    let BandResult { name, unit, .. } = band;
+    match unit.as_ref().map(counts) {
+        Some(own) if own != usual => format!("{name}, {own}"),
         _ => name.clone(),
     }
+}
+
+/// Returns the same, with the unit of irradiance.
+fn named_per_area(result: &RunResult, band: usize) -> String {
+    named(&result.bands[band], |own| &own.irradiance, &result.unit.irradiance)
 }
 
 /// Writes the ratios of the light on captors, and those of groups of several with their errors.
@@ -289,7 +287,7 @@ fn groups(text: &mut String, result: &RunResult) {
     let title = format!("groups, mean {}", result.unit.irradiance);
     let _ = write!(text, "\n{title:<24}{:>9}", "captors");
     for &band in &bands {
-        let _ = write!(text, "{:>11}", named(result, band));
+        let _ = write!(text, "{:>11}", named_per_area(result, band));
     }
     text.push_str("   relative error\n");
     let row = |text: &mut String, name: &str, values: &[f64], errors: &[Option<f64>]| {

@@ -51,7 +51,7 @@ pub use known_spectra::SpectrumAverage;
 use loader::{Loader, Sources};
 pub use notes::TableNote;
 pub use spec::{Count, SceneSpec};
-use spec::{LayersSpec, LightSpec, PeriodicSpec};
+use spec::{LayersSpec, LightSpec, PeriodicSpec, PowerSpec};
 
 use crate::{
     error::{Error, LISTED, Result, some},
@@ -326,9 +326,12 @@ impl Loader<'_> {
 }
 
 fn lamp_spectra(file: &SceneSpec) -> Vec<[String; 2]> {
-    let named = |(i, light): (usize, &LightSpec)| {
-        let name = light.lamp_name().map_or(format!("light{i}"), String::from);
-        Some([name, light.spectrum()?.to_string()])
+    let named = |(i, light): (usize, &LightSpec)| match light.power()? {
+        PowerSpec::Spectrum(lamp) => {
+            let name = light.name().map_or(format!("light{i}"), String::from);
+            Some([name, lamp.spectrum.clone()])
+        }
+        PowerSpec::Given(_) | PowerSpec::File => None,
     };
     file.lights.iter().enumerate().filter_map(named).collect()
 }

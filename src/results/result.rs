@@ -33,9 +33,8 @@ use crate::{
 };
 
 pub use calibrated::FactorErrors;
-pub use electricity::{
-    Electricity, ElectricityRow, GroupElectricity, LampElectricity, Share, Shares,
-};
+pub(crate) use electricity::ElectricityRow;
+pub use electricity::{Electricity, GroupElectricity, LampElectricity, Share, Shares};
 pub use mix::Factor;
 pub use ratios::{RatioResult, Ratios};
 pub use settings::RunSettings;

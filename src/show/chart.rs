@@ -111,7 +111,7 @@ pub struct Chart {
     pub amounts_across: bool,
     /// Names of places on the x axis, in place of numbers.
     pub x_names: Vec<(f64, String)>,
-    /// Ends of the x axis, if it is linear and they are not those of what is drawn.
+    /// Ends of the x axis where both axes are linear, if they are not those of what is drawn.
     pub x_ends: Option<[f64; 2]>,
     /// The series, in the order in which they are drawn.
     pub series: Vec<Series>,

@@ -1096,31 +1096,29 @@ impl LightSpec {
         }
     }
 
-    /// Returns the name of the spectrum that shares the power of a lamp among the bands, or of its
-    /// file.
-    pub fn spectrum(&self) -> Option<&str> {
-        let power = match self {
-            Self::Point(light) => &light.power,
-            Self::Spot(light) => &light.power,
-            Self::Tube(light) => &light.power,
-            Self::Area(light) => light.power.as_ref()?,
-            Self::Rad(light) => &light.power,
-            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => return None,
-        };
-        match power {
-            PowerSpec::Spectrum(lamp) => Some(&lamp.spectrum),
-            PowerSpec::Given(_) | PowerSpec::File => None,
+    /// Returns the power of a lamp, if it is given.
+    pub fn power(&self) -> Option<&PowerSpec> {
+        match self {
+            Self::Point(light) => Some(&light.power),
+            Self::Spot(light) => Some(&light.power),
+            Self::Tube(light) => Some(&light.power),
+            Self::Area(light) => light.power.as_ref(),
+            Self::Rad(light) => Some(&light.power),
+            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => None,
         }
     }
 
-    /// Returns the name of a lamp, where it has one.
-    pub fn lamp_name(&self) -> Option<&str> {
+    /// Returns the name of the light, if it is given.
+    pub fn name(&self) -> Option<&str> {
         match self {
             Self::Point(light) => light.name.as_deref(),
             Self::Spot(light) => light.name.as_deref(),
             Self::Tube(light) => light.name.as_deref(),
             Self::Area(light) => light.name.as_deref(),
-            Self::Rad(_) | Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => None,
+            Self::Sun(light) => light.name.as_deref(),
+            Self::Sky(light) => light.name.as_deref(),
+            Self::Environment(light) => light.name.as_deref(),
+            Self::Rad(_) => None,
         }
     }
 

@@ -55,29 +55,19 @@ impl Loader<'_> {
             }
         }
         for (i, light) in file.lights.iter().enumerate() {
-            let mut lamp_file = LampFile::default();
-            let (name, power) = match light {
-                LightSpec::Point(light) => {
-                    lamp_file = light.lamp_file();
-                    (&light.name, Some(&light.power))
-                }
-                LightSpec::Spot(light) => (&light.name, Some(&light.power)),
-                LightSpec::Tube(light) => (&light.name, Some(&light.power)),
-                LightSpec::Area(light) => {
-                    lamp_file = light.lamp_file();
-                    (&light.name, light.power.as_ref())
-                }
-                LightSpec::Rad(light) => (&None, Some(&light.power)),
-                LightSpec::Environment(light) => (&light.name, None),
+            let lamp_file = match light {
+                LightSpec::Point(light) => light.lamp_file(),
+                LightSpec::Area(light) => light.lamp_file(),
                 LightSpec::Sun(_) | LightSpec::Sky(_) => {
                     let is_sun = matches!(light, LightSpec::Sun(_));
                     let source = if is_sun { DaylightSource::Sun } else { DaylightSource::Sky };
                     self.spectra.weight.push(Part::Daylight(source));
                     continue;
                 }
+                _ => LampFile::default(),
             };
             let pointer = format!("/lights/{i}/power");
-            let part = match power {
+            let part = match light.power() {
                 Some(PowerSpec::Spectrum(lamp)) => {
                     let measured = match lamp.total {
                         TotalSpec::File => self.measured(&format!("/lights/{i}"), lamp_file)?,
@@ -88,7 +78,8 @@ impl Loader<'_> {
                     Part::Lamp { curve, unit, scale }
                 }
                 power => {
-                    self.spectra.flat.push(name.clone().unwrap_or(format!("light{i}")));
+                    let name = light.name().map_or(format!("light{i}"), String::from);
+                    self.spectra.flat.push(name);
                     let power = match power {
                         Some(PowerSpec::Given(PerBand::All(power))) => vec![*power; self.bands],
                         Some(PowerSpec::Given(PerBand::Each(power))) => power.clone(),
@@ -198,22 +189,23 @@ impl Loader<'_> {
     /// Checks that a file says the share of light that the key at `pointer` means.
     fn check_share(&self, pointer: &str, file: &str, share: Share) -> Result<()> {
         let key = pointer.rsplit('/').next().unwrap_or_default();
-        let means = |names: &[&str]| names.iter().any(|name| key.contains(name));
-        let remedy = match share {
+        let others: &[&str] = match share {
+            Share::Reflectance => &["transmittance", "tint"],
+            Share::Transmittance => &["reflectance", "specular", "albedo"],
+            // no key takes it
+            Share::Absorptance => &[""],
+        };
+        if !others.iter().any(|other| key.contains(other)) {
+            return Ok(());
+        }
+        let problem = format!("{file} says that it holds `{}`", share.name());
+        Err(self.error(pointer, problem).remedy(match share {
             Share::Absorptance => {
                 "give what the surface reflects and what it lets through: it absorbs the rest"
                     .into()
             }
-            Share::Reflectance if means(&["transmittance", "tint"]) => {
-                format!("name the file that belongs to `{key}`")
-            }
-            Share::Transmittance if means(&["reflectance", "specular", "albedo"]) => {
-                format!("name the file that belongs to `{key}`")
-            }
-            _ => return Ok(()),
-        };
-        let problem = format!("{file} says that it holds `{}`", share.name());
-        Err(self.error(pointer, problem).remedy(remedy))
+            _ => format!("name the file that belongs to `{key}`"),
+        }))
     }
 
     /// Returns the mean of a curve times `factor` over each band, from 0 to `high`, weighted with

@@ -9,7 +9,7 @@ use crate::{
     formats::json,
     math::{
         units::Quantity,
-        weighting::{RATIOS, SUMS, Weighting},
+        weighting::{RATIOS, SUMS, WeightedUnit, Weighting},
     },
     scene::world::{BandRatio, BandSum},
 };
@@ -87,7 +87,7 @@ impl Loader<'_> {
             }
             SumSpec::Some(SomeBandsSpec { weighting, bands }) => {
                 let bands = self.members(&format!("{pointer}/bands"), bands)?;
-                let of = self.weighting(&format!("{pointer}/weighting"), weighting)?;
+                let of = self.weighting(&format!("{pointer}/weighting"), weighting, &[])?;
                 self.weighted(pointer, &format!("`{weighting}`"), &[of], Some(&bands))
             }
             SumSpec::Name(name) => {
@@ -104,7 +104,7 @@ impl Loader<'_> {
                             true => self.names_of_ratios().collect(),
                             false => Vec::new(),
                         };
-                        let of = self.weighting_or(pointer, name, &others)?;
+                        let of = self.weighting(pointer, name, &others)?;
                         self.weighted(pointer, &format!("`{name}`"), &[of], None)
                     }
                 }
@@ -162,13 +162,9 @@ impl Loader<'_> {
         bands.chain(self.parts.sums.iter().map(|sum| sum.name.as_str()))
     }
 
-    fn weighting(&self, pointer: &str, name: &str) -> Result<Weighting> {
-        self.weighting_or(pointer, name, &[])
-    }
-
     /// Returns the weighting of this name. Error: there is none; the sentence names those that there
     /// are, after the `others` that may stand there.
-    fn weighting_or(&self, pointer: &str, name: &str, others: &[&str]) -> Result<Weighting> {
+    fn weighting(&self, pointer: &str, name: &str, others: &[&str]) -> Result<Weighting> {
         let known = SUMS.iter().find(|(known, _)| *known == name);
         known.map(|(_, weighting)| *weighting).ok_or_else(|| {
             let what = if others.is_empty() { "weighting" } else { "band, sum or weighting" };
@@ -190,8 +186,9 @@ impl Loader<'_> {
         ))
     }
 
-    /// Weights the `chosen` bands by wavelength, or all, by the sum of the weightings. Errors:
-    /// wavelengths of a band are not known; two bands that count overlap; no band counts.
+    /// Weights the `chosen` bands by wavelength, or all, by the sum of the weightings, which sentences
+    /// call `name`. Errors: wavelengths of a band are not known; two bands that count overlap; no
+    /// band counts.
     fn weighted(
         &mut self,
         pointer: &str,
@@ -264,12 +261,14 @@ impl Loader<'_> {
             let problem = format!(
                 "no band has light from {} nm, where {name} has {:.0} % of its weights: it is taken to be dark there; \
                 add bands if it is not",
-                gaps.join(" and "),
+                gaps.join(", "),
                 100.0 * share
             );
             self.warn_once(pointer, problem);
         }
-        sum.unit = Some(weightings[0].unit());
+        // a sum of W in a scene of W is like those of its bands
+        let is_usual = (weightings[0].unit(), quantity) == (WeightedUnit::Watts, Quantity::Watt);
+        sum.unit = (!is_usual).then(|| weightings[0].unit());
         Ok(sum)
     }
 

@@ -85,7 +85,7 @@ pub struct GroupElectricity {
 }
 
 /// One number of what the light costs and where it goes.
-pub struct ElectricityRow<'a> {
+pub(crate) struct ElectricityRow<'a> {
     /// Name of a light, material or group, or `all lights`, `outside`, `lost` or `chance`.
     pub of: &'a str,
     /// `per_watt`, `material_share`, `share`, `group_share` or `mol_per_kwh`.

@@ -63,7 +63,6 @@ pub fn write(
         ("few_paths", Kind::Whole),
     ];
     let (run, seed) = (("run", Kind::Whole), ("seed", Kind::Whole));
-    let run_column = run;
     let of_captors = [&[seed, ("captor", Kind::Text)], &values[..]].concat();
     let of_groups = [
         &[seed, ("group", Kind::Text), ("captors", Kind::Whole)],
@@ -77,9 +76,11 @@ pub fn write(
             ("cv_se", Kind::Number),
         ],
     ];
-    let mut captors = Table::create(folder.written(), TABLES[0], columns(&[run], &of_captors))?;
-    let mut groups =
-        Table::create(folder.written(), TABLES[1], columns(&[run], &of_groups.concat()))?;
+    let create = |name, after: &[(&str, Kind)]| {
+        Table::create(folder.written(), name, columns(&[run], after))
+    };
+    let mut captors = create(TABLES[0], &of_captors)?;
+    let mut groups = create(TABLES[1], &of_groups.concat())?;
     let of_ratios = [
         seed,
         ("captor", Kind::Text),
@@ -121,33 +122,19 @@ pub fn write(
             rows(&mut groups, &results, &run, &group.values, Some(group.captors))?;
         }
         if !results.ratios.is_empty() {
-            let table = match &mut ratios {
-                Some(table) => table,
-                none => {
-                    let columns = columns(&[run_column], &of_ratios);
-                    none.insert(Table::create(folder.written(), RATIOS, columns)?)
-                }
-            };
+            let table = opened(&mut ratios, || create(RATIOS, &of_ratios))?;
             let groups = results.groups.iter().filter(|group| group.captors > 1);
             for captor in results.captors.iter().chain(groups.map(|group| &group.values)) {
                 ratio_rows(table, &results, &run, captor)?;
             }
         }
         if let Some(found) = &results.electricity {
-            let table = match &mut electricity {
-                Some(table) => table,
-                none => {
-                    let columns = columns(&[run_column], &of_lamps);
-                    none.insert(Table::create(folder.written(), ELECTRICITY, columns)?)
-                }
-            };
+            let table = opened(&mut electricity, || create(ELECTRICITY, &of_lamps))?;
             for row in found.rows() {
-                let mut cells = vec![Cell::Whole(run.number as u64)];
-                cells.extend(run.values.iter().map(|(_, value)| Cell::Value(value)));
+                let mut cells = begun(&run);
                 let band = &results.bands[row.band].name;
-                cells.extend([Cell::Whole(run.seed), Cell::Text(row.of), Cell::Text(band)]);
-                cells.extend([Cell::Text(row.quantity), Cell::number(Some(row.value))]);
-                cells.push(Cell::number(row.error));
+                cells.extend([Cell::Text(row.of), Cell::Text(band), Cell::Text(row.quantity)]);
+                cells.extend([Cell::number(Some(row.value)), Cell::number(row.error)]);
                 table.row(&cells)?;
             }
         }
@@ -193,6 +180,24 @@ pub fn write(
     Ok(warned)
 }
 
+/// Returns a table, which is made when it is used first.
+fn opened<'t, 'w>(
+    table: &'t mut Option<Table<'w>>,
+    create: impl FnOnce() -> Result<Table<'w>>,
+) -> Result<&'t mut Table<'w>> {
+    match table {
+        Some(table) => Ok(table),
+        none => Ok(none.insert(create()?)),
+    }
+}
+
+/// Returns the first cells of a row of a run: its number, the values of its parameters and its seed.
+fn begun<'r>(run: &'r Run) -> Vec<Cell<'r>> {
+    let values = run.values.iter().map(|(_, value)| Cell::Value(value));
+    let number = std::iter::once(Cell::Whole(run.number as u64));
+    number.chain(values).chain([Cell::Whole(run.seed)]).collect()
+}
+
 /// Adds one row for each face and band of a captor or group.
 fn rows(
     table: &mut Table,
@@ -205,9 +210,8 @@ fn rows(
         [("front", Some(&captor.front)), ("back", captor.back.as_ref())];
     for (face, values) in faces.into_iter().filter_map(|(name, face)| Some((name, face?))) {
         for (b, band) in results.bands.iter().enumerate() {
-            let mut cells = vec![Cell::Whole(run.number as u64)];
-            cells.extend(run.values.iter().map(|(_, value)| Cell::Value(value)));
-            cells.extend([Cell::Whole(run.seed), Cell::Text(&captor.id)]);
+            let mut cells = begun(run);
+            cells.push(Cell::Text(&captor.id));
             cells.extend(members.map(Cell::Whole));
             cells.extend([Cell::Text(face), Cell::Text(&band.name)]);
             let at = |values: &[f64]| Cell::number(values.get(b).copied());
@@ -255,10 +259,9 @@ fn ratio_rows(
     for (face, found) in faces.into_iter().filter_map(|(name, found)| Some((name, found?))) {
         for (r, ratio) in results.ratios.iter().enumerate() {
             let Some((value, error)) = found.get(r) else { continue };
-            let mut cells = vec![Cell::Whole(run.number as u64)];
-            cells.extend(run.values.iter().map(|(_, value)| Cell::Value(value)));
-            cells.extend([Cell::Whole(run.seed), Cell::Text(&captor.id), Cell::Text(face)]);
-            cells.extend([Cell::Text(&ratio.name), Cell::number(Some(value)), Cell::number(error)]);
+            let mut cells = begun(run);
+            cells.extend([Cell::Text(&captor.id), Cell::Text(face), Cell::Text(&ratio.name)]);
+            cells.extend([Cell::number(Some(value)), Cell::number(error)]);
             table.row(&cells)?;
         }
     }
