@@ -5,7 +5,9 @@ The plant has 1,000 leaves of 50 triangles in a crown of 0.4 m. Fields of it sta
 each plant. Copies that share their triangles are compared with copies that have their own, as far as memory goes.
 
     cargo build --release
-    python3 benches/copies.py
+    python3 benches/copies.py --chart docs/charts/copies.svg
+
+The chart needs matplotlib and the Python package (`pip install ./python`).
 """
 
 import argparse
@@ -72,12 +74,31 @@ def run(program: str, scene: Path, photons: int) -> tuple[float, float]:
     return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
 
 
+def chart(found: list[tuple[str, int, float, float, float]], path: str) -> None:
+    """Draws the time to load, the memory and the time per photon over the number of copies."""
+    import matplotlib.pyplot as plt
+    from phylux.plots import style
+
+    with style():
+        figure, axes = plt.subplots(1, 3, figsize=(7, 2.6), layout="constrained")
+        for place, label in enumerate(["time to load, s", "memory, MB", "time per photon, µs"]):
+            for kind, mark in (("own", "o--"), ("shared", "o-")):
+                points = [(row[1], row[2 + place]) for row in found if row[0] == kind]
+                axes[place].plot(*zip(*points), mark, label=f"{kind} triangles")
+            axes[place].set(xscale="log", xlabel="copies", title=label)
+            axes[place].set(**({"ylim": (0, None)} if place == 2 else {"yscale": "log"}))
+        axes[2].legend(loc="lower right")
+        figure.savefig(path, metadata={"Date": None} if path.endswith(".svg") else None)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", default=str(ROOT / "target/release/phylux"))
     parser.add_argument("--photons", type=int, default=1_000_000)
     parser.add_argument("--most-own", type=int, default=100, help="the most copies with triangles of their own")
+    parser.add_argument("--chart", metavar="FILE", help="draw the plants 1 m apart as a chart, too")
     options = parser.parse_args()
+    found = []
     cases = [(1, 1.0), (10, 1.0), (100, 1.0), (1_000, 1.0), (10_000, 1.0), (100, 0.5), (10_000, 0.5)]
     print("| copies, spacing | triangles | load, s | memory, MB | us per photon |\n|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as name:
@@ -96,6 +117,10 @@ def main() -> None:
                 small = " of 500 triangles" if mesh == "small.obj" else ""
                 kind = "shared" if share else "own"
                 print(f"| {number}{small}, {spacing:g} m | {kind} | {load:.2f} | {memory:.0f} | {each:.2f} |", flush=True)
+                if mesh == "plant.obj" and spacing == 1.0:
+                    found.append((kind, number, load, memory, each))
+    if options.chart:
+        chart(found, options.chart)
 
 
 if __name__ == "__main__":

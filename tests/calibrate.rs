@@ -636,6 +636,25 @@ fn a_mix_carries_the_covariance_of_the_factors() {
         let error = captor.front.irradiance_se[2].expect("a bound");
         let [exact, most] = [1.0, 2.0].map(|times: f64| (times * simulated + fitted).sqrt());
         assert!((exact * 0.999999..most).contains(&error), "{exact} {error} {most}");
+        // red over both: its error follows from the covariance of both sums
+        let ratios = captor.front.ratios.as_ref().expect("ratios");
+        let (share, error) = ratios.get(0).expect("a ratio");
+        let weights = [-share, 1.0 - share];
+        let mut variance = 0.0;
+        for (i, a) in found.lamps.iter().enumerate() {
+            let [blue, red, sum] = [0, 1, 2].map(|b| parts[a].irradiance_se[b].unwrap_or(0.0));
+            let [of_blue, of_red] = [0, 1].map(|b| weights[b] * found.factors[a][b]);
+            variance += (of_blue * blue).powi(2) + (of_red * red).powi(2);
+            variance += of_blue * of_red * (sum * sum - blue * blue - red * red);
+            for (j, b) in found.lamps.iter().enumerate() {
+                for (m, n) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    let values = parts[a].irradiance[m] * parts[b].irradiance[n];
+                    let covariance = found.covariance[2 * i + m][2 * j + n];
+                    variance += weights[m] * weights[n] * values * covariance;
+                }
+            }
+        }
+        close(error.expect("an error"), variance.sqrt() / captor.front.irradiance[2]);
     }
     // it is mixed once
     let again = command(&scene, "mix mixed.json --power left=2 -o again.json");

@@ -169,6 +169,62 @@ fn agree_with_photons_by_day() {
     agree("complete paths by day", 0.1, &world, 25);
 }
 
+/// A wide sensor and sixteen small ones under a spot, in a room. Most paths from the wide one miss
+/// the lit patch, and each photon comes to it: photons alone serve it. Together they find what
+/// photons find, and the summary says who does what.
+///
+/// Seeds 1 and 2, 1e6 photons and 4e5 paths. 2 comparisons, odds of a false alarm 2e-4.
+#[test]
+fn photons_serve_large_captors_alone() {
+    let small = |i: u32| {
+        let [x, y] = [i % 4, i / 4].map(|i| 0.4 * f64::from(i) - 0.6);
+        (format!("{i}"), Mesh::disc([x, y, 0.0], UP, 0.02))
+    };
+    let spot = json!({ "type": "spot", "position": [0.1, 0.2, 0.9], "direction": DOWN,
+                       "half_angle_deg": 6, "power": 100 });
+    let world = World::new()
+        .lambert("wall", 0.5)
+        .surface("room", "wall", &room([-1.0; 3], [1.0; 3]))
+        .captor("wide", &Mesh::disc([0.0, 0.0, -0.5], UP, 0.9))
+        .captors("small", (0..16).map(small))
+        .light(spot);
+    agree("complete paths beside a wide sensor", 0.05, &world, 2);
+    let run = world.run_complete(100_000, 1);
+    let alone: Vec<_> = run.captors.iter().filter(|captor| captor.front.by_photons).collect();
+    assert!(alone.len() == 1 && alone[0].area > 1.0);
+    let wide = &alone[0].front;
+    let error = wide.flux_se[0].expect("an error") / wide.flux[0];
+    assert!(error < 0.005 && !wide.few_paths, "{error}");
+    let arguments = ["run", "scene.json", "--estimator", "complete", "--photons", "1e4"];
+    let said = phylux(&world.write().path(""), &arguments).stdout;
+    let said = String::from_utf8_lossy(&said).into_owned();
+    assert!(said.contains("all of them count at 1 of 17 faces of captors"), "{said}");
+}
+
+/// A wide sensor that every photon of a spot reaches, and two small ones. Photons alone serve the wide
+/// one and its group. As each batch finds the same there, their spread says nothing; the error is that
+/// of photons that might have missed. Seed 1, 1e4 paths.
+#[test]
+fn batches_that_are_alike_are_not_certain() {
+    let spot = json!({ "type": "spot", "position": [0, 0, 2], "direction": DOWN,
+                       "half_angle_deg": 20, "power": 100 });
+    let small = |x: f64| (format!("{x}"), Mesh::disc([x, 0.0, 1.0], UP, 0.01));
+    let world = World::new()
+        .captor("wide", &Mesh::disc([0.0; 3], UP, 3.0))
+        .captors("small", [0.1, 0.2].map(small))
+        .grouped(0, "floor")
+        .light(spot);
+    let run = world.run_complete(10_000, 1);
+    let wide = run.captors.iter().find(|captor| captor.id == "wide").expect("it has an id");
+    let group = front(&run, "floor");
+    assert!(wide.front.by_photons);
+    for face in [&wide.front, group] {
+        let error = face.flux_se[0].expect("an error");
+        assert!((face.flux[0] - 100.0).abs() < 3.0 * error, "{} +- {error}", face.flux[0]);
+        assert!((1e-3..1.0).contains(&error), "{error}");
+    }
+}
+
 /// What cannot be done is said in a sentence, and the command says what was traced.
 #[test]
 fn the_command_says_what_it_traced() {

@@ -552,6 +552,15 @@ fn a_light_is_one_emitter_of_a_tm33() {
     for (found, right) in found.zip([flux * 11.0 / 33.0, flux * 13.0 / 33.0, 0.0, 3.0 * flux]) {
         assert!((found - right).abs() < 1e-4 * flux, "{found} {right}");
     }
+    // the spectrum of one and the intensities of the other are told
+    let first = json!({ "spectrum": "a.xml", "total": "file" });
+    let folder = scene([json!({ "power": first, "set": 1 }), json!({ "power": first, "set": 2 })]);
+    let loaded = phylux::load(&folder.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
+    let [warning] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
+    assert!(
+        warning.contains("/lights/1/power: the intensities are those of emitter 2"),
+        "{warning}"
+    );
     for (set, words) in [
         (None, "/photometry: a.xml has 2 emitters, which shine together; give a light for each"),
         (Some(3), "/set: emitter 3, but a.xml has 2; give a number from 1 to 2"),

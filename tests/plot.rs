@@ -95,7 +95,7 @@ fn place(svg: &str, element: &str, attributes: &[&str]) -> Vec<Vec<f64>> {
 fn a_map_has_the_sensors_their_colours_and_contours() {
     let scene = results();
     let (texts, svg) = plotted(&scene, &["--range", "100:300"]);
-    has(&texts, &["z = 1 m", "x, m", "y, m", "PPFD", "PAR", "umol/m2/s", "100", "200", "300"]);
+    has(&texts, &["z = 1 m", "x, m", "y, m", "PPFD", "PAR", "µmol/m²/s", "100", "200", "300"]);
     assert!(!texts.iter().any(|t| t == "z = 2 m"), "three in a line are no map");
     let dots = place(&svg, "<circle", &["cx", "cy"]);
     assert_eq!(dots.len(), 9);
@@ -147,17 +147,17 @@ fn a_profile_joins_means_of_heights() {
         &texts,
         &[
             "PPFD over height, PAR",
-            "per area, umol/m2/s",
+            "per area, µmol/m²/s",
             "height z, m",
             "sensors, PPFD",
             "surfaces, absorbed",
         ],
     );
     // pale dots are captors, and the larger marks are means: 2 heights of sensors, 3
-    // of leaves
+    // of leaves, and one for each name in the legend
     let circles = place(&svg, "<circle", &["cx", "cy", "r"]);
     let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == MARK).collect();
-    assert_eq!((circles.len() - marks.len(), marks.len()), (18, 5));
+    assert_eq!((circles.len() - marks.len(), marks.len()), (18, 7));
     // the marks of the sensors come first; they are at 200 and at 50 on an axis that begins at 0
     let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == DOT).collect();
     let (at_100, at_300) = (dots[0][0], dots[2][0]);
@@ -179,13 +179,15 @@ fn plants_and_ranks_absorb_what_their_leaves_do() {
             "absorbed by rank, mean over plants, PAR",
             "plant",
             "tomato",
-            "absorbed, umol/s",
+            "absorbed, µmol/s",
         ],
     );
+    assert!(!texts.iter().any(|t| t == "1.5"), "there is no half plant and no half rank");
     let circles = place(&svg, "<circle", &["cx", "cy", "r"]);
     let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == MARK).collect();
-    assert_eq!((circles.len() - marks.len(), marks.len()), (6, 5));
-    let (plants, ranks) = marks.split_at(2);
+    // each chart has one more in its legend
+    assert_eq!((circles.len() - marks.len(), marks.len()), (6, 7));
+    let (plants, ranks) = (&marks[..2], &marks[3..6]);
     assert!(plants[0][1] > plants[1][1], "the second plant absorbs more: {plants:?}");
     assert!(ranks[0][1] > ranks[1][1] && ranks[1][1] > ranks[2][1], "{ranks:?}");
     // rank 1 of the two plants absorbs 0.1 and 1.1, so their mean is half way between the dots
@@ -207,11 +209,11 @@ fn layers_are_steps_over_height() {
     let (texts, svg) = plotted(&scene, &["--show", "layers"]);
     has(
         &texts,
-        &["absorbed by layers, PAR", "absorbed per area of leaf, umol/m2/s", "height z, m"],
+        &["absorbed by layers, PAR", "absorbed per area of leaf, µmol/m²/s", "height z, m"],
     );
     let lines: Vec<Vec<[f64; 2]>> = svg
         .split("<polyline")
-        .skip(1)
+        .filter(|line| line.contains("stroke-width=\"6\""))
         .map(|line| {
             let points = line.split("points=\"").nth(1).and_then(|l| l.split('"').next()).unwrap();
             let pair = |p: &str| p.split_once(',').map(|(x, y)| [x, y].map(|n| n.parse().unwrap()));
@@ -245,7 +247,7 @@ fn a_spectrum_has_a_step_for_each_band() {
     let (texts, svg) = plotted(&scene, &["--show", "spectrum", "--captors", "grid/0"]);
     has(
         &texts,
-        &["irradiance by wavelength", "wavelength, nm", "irradiance, umol/m2/s/nm", "grid/0"],
+        &["irradiance by wavelength", "wavelength, nm", "irradiance, µmol/m²/s/nm", "grid/0"],
     );
     let (_, line) = svg
         .split("<polyline")
@@ -282,9 +284,9 @@ fn plots_begin_at_0_and_have_their_legend_inside() {
         let (before, _) = svg.split_once(&format!("\n{legend}\n")).expect("its name");
         let text = before.rsplit("<text").next().expect("its start");
         let x = place(&format!("<text{text}>"), "<text", &["x"])[0][0];
-        let right = |line: &Vec<f64>| line[0].max(line[1]);
-        let lines = place(&svg, "<line", &["x1", "x2"]);
-        let most = lines.iter().map(right).fold(0.0, f64::max);
+        let places = svg.split(" points=\"").skip(1).filter_map(|line| line.split('"').next());
+        let across = places.flat_map(str::split_whitespace).filter_map(|p| p.split_once(','));
+        let most = across.filter_map(|(x, _)| x.parse().ok()).fold(0.0, f64::max);
         assert!(x < most - 80.0 && most > 2500.0, "{kind}: {x} {most}");
     }
 }
@@ -295,8 +297,8 @@ fn plots_begin_at_0_and_have_their_legend_inside() {
 fn pictures_have_the_width_of_a_page_or_of_a_column() {
     let scene = results();
     for (show, width, size) in [
-        ("map", "7", (2100, 1538)),
-        ("map", "3.5", (1050, 788)),
+        ("map", "7", (2100, 1550)),
+        ("map", "3.5", (1050, 800)),
         ("profile", "7", (2100, 1187)),
         ("plants", "7", (2100, 2375)),
         ("plants", "3.5", (1050, 1625)),

@@ -368,6 +368,21 @@ fn bad_sensors_and_groups_are_refused() {
     }
 }
 
+/// A sensor whose `group` is the name of another entry joins that one's own group, which is said.
+#[test]
+fn a_group_that_merges_with_an_entry_is_said() {
+    let captor = |name: &str, group: Value| json!({ "name": name, "group": group, "disc": { "center": [0, 0, 0], "normal": [0, 0, 1], "radius": 1 } });
+    let warnings = |group: &str| {
+        let text = json!({ "lights": [{ "type": "point", "position": [0, 0, 3], "power": 1 }],
+            "captors": [captor("a", json!(group)), captor("b", Value::Null)] });
+        phylux::load(&scene(&text, &[]).path("scene.json")).expect("a scene").warnings
+    };
+    let merged = warnings("b");
+    let said = "/captors/0/group: an entry or object is named `b` too, whose own group has these";
+    assert!(merged.len() == 1 && merged[0].contains(said), "{merged:?}");
+    assert!(warnings("a").is_empty() && warnings("c").is_empty());
+}
+
 /// `"up": "y"` turns (x, y, z) into (x, -z, y), before the transform is applied.
 #[test]
 fn a_file_whose_y_points_up_is_turned() {

@@ -21,7 +21,8 @@ fn pages() -> Vec<(String, String)> {
         let within = path.strip_prefix(docs()).expect("in docs");
         within.to_string_lossy().replace('\\', "/")
     };
-    let pages = [files(""), files("notes"), files("coming-from")].concat().into_iter();
+    let pages =
+        [files(""), files("notes"), files("coming-from"), files("python")].concat().into_iter();
     pages.map(|path| (name(&path), fs::read_to_string(&path).expect("a page"))).collect()
 }
 

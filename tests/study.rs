@@ -10,7 +10,7 @@ use phylux::{
 use serde_json::json;
 
 use crate::{
-    bad_input::{listing, phylux},
+    bad_input::{listing, phylux, refused},
     common::TestScene,
     world::{Mesh, World, beam, room},
 };
@@ -187,14 +187,31 @@ fn the_command_draws_and_says() {
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
     }
     let error = std::fs::read_to_string(charts.join("error.svg")).expect("a picture");
-    for words in ["CPU time, s", "relative RMS error of irradiance", "slope -1/2", "5 nearest"] {
+    for words in ["CPU time, s", "relative RMS error of irradiance", "slope −1/2", "5 nearest"] {
         assert!(error.contains(words), "{words}");
     }
-    // the same as pixels of a column's width, in place of the others
-    let wide =
-        [&arguments[..], &["--k", "5,20", "-o", "charts", "--png", "--width", "3.5"]].concat();
-    let output = phylux(&folder, &wide);
+    // spread and bias differ by their lines and marks, which the legend shows in grey
+    let bias = std::fs::read_to_string(charts.join("bias.svg")).expect("a picture");
+    for words in ["spread", "bias, where noise is not all of it"] {
+        assert!(bias.contains(words), "{words}");
+    }
+    // the same as pixels of a column's width, in place of the others, without another run
+    let rows = std::fs::read(charts.join("rows.csv")).expect("rows");
+    let study = std::fs::read(charts.join("study.json")).expect("a study");
+    let again = ["chart", "charts/study.json", "-o", "charts"];
+    let output = phylux(&folder, &[&again[..], &["--png", "--width", "3.5"]].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.lines().eq(String::from_utf8_lossy(&output.stdout).lines()), "the same words");
+    assert!(rows == std::fs::read(charts.join("rows.csv")).expect("rows"), "the same rows");
+    assert!(study == std::fs::read(charts.join("study.json")).expect("a study"), "the same study");
+    refused(
+        &folder,
+        &[&again[..], &["--photons", "1e4"]].concat(),
+        &["charts/study.json", "holds runs that are complete", "--width"],
+    );
+    std::fs::write(scene.path("study.json"), "{\"rungs\": 3}").expect("written");
+    let wrong = ["chart", "study.json", "-o", "charts"];
+    refused(&folder, &wrong, &["study.json: is no study of charts", "scene again"]);
     for name in pictures {
         assert!(!charts.join(name).exists(), "{name}");
         let bytes = std::fs::read(charts.join(name.replace("svg", "png"))).expect("a picture");

@@ -126,14 +126,17 @@ fn a_lamp_of_known_lumens_has_them() {
     }
 }
 
-/// Errors of ratios against the spread of 200 runs of 4096 photons (seeds 1 to 200), as they are and
-/// after a mix: the root mean square of deviations over errors is 1 with a standard deviation of
-/// 0.05; 0.8 to 1.2 is allowed.
+/// Errors of ratios against the spread of 200 runs of 4096 photons (seeds 1 to 200), as they are,
+/// after a mix, and after a mix by bands: the root mean square of deviations over errors is 1 with a
+/// standard deviation of 0.05; 0.8 to 1.2 is allowed. In the mix by bands the errors of ratios of
+/// more bands than one over another are upper bounds, so there it may be lower, to 0.5.
 #[test]
 fn errors_of_ratios_are_the_spread_of_seeds() {
     let scene = scene("umol/s", |_| ());
     let factors: ByLight<f64> = [("red".to_string(), 0.3)].into_iter().collect();
-    let mut found: Vec<[Vec<(f64, f64)>; 2]> = Vec::new();
+    let by_bands = phylux::results::Factor::Bands(vec![0.5, 2.0, 0.3, 1.5]);
+    let by_bands: ByLight<phylux::results::Factor> = [("red".to_string(), by_bands)].into();
+    let mut found: Vec<[Vec<(f64, f64)>; 3]> = Vec::new();
     for seed in 1..=200 {
         let result = run(&scene, |settings| {
             (settings.seed, settings.by_light, settings.threads) = (seed, true, 1);
@@ -147,42 +150,62 @@ fn errors_of_ratios_are_the_spread_of_seeds() {
             });
             each.map(|found| found.expect("a ratio")).collect::<Vec<_>>()
         };
-        found.push([all(&result), all(&result.mix(&factors).expect("a mix"))]);
+        let mixes = [result.mix(&factors), result.mix_bands(&by_bands)];
+        let [mixed, uneven] = mixes.map(|mix| all(&mix.expect("a mix")));
+        found.push([all(&result), mixed, uneven]);
     }
     let n = found.len() as f64;
-    for mixed in [0, 1] {
+    for mixed in [0, 1, 2] {
         for i in 0..found[0][mixed].len() {
             let values = || found.iter().map(move |run| run[mixed][i]);
             let mean = values().map(|(value, _)| value).sum::<f64>() / n;
             let squares = values().map(|(value, error)| ((value - mean) / error).powi(2));
             let rms = (squares.sum::<f64>() / n).sqrt();
-            assert!((0.8..1.2).contains(&rms), "ratio {i}, mixed {mixed}: {rms}");
+            // B:R, PSS, R:FR, blue, lux/PAR
+            let exact = mixed < 2 || [0, 2].contains(&(i % 5));
+            let least = if exact { 0.8 } else { 0.5 };
+            assert!((least..1.2).contains(&rms), "ratio {i}, mixed {mixed}: {rms}");
         }
     }
 }
 
-/// A mix in which nothing changes has the ratios of the run, with their errors; factors that differ
-/// between bands leave the values and drop the errors.
+/// A mix in which nothing changes has the ratios of the run, with their errors. Mixes by bands have
+/// errors, too: those of one factor if the factors are equal, and never smaller ones after a way
+/// through other factors and back.
 #[test]
 fn mixes_have_ratios() {
     let scene = scene("umol/s", |_| ());
     let result = run(&scene, |settings| settings.by_light = true);
-    let one: ByLight<f64> = [("red".to_string(), 1.0)].into_iter().collect();
-    let same = result.mix(&one).expect("a mix");
-    let bands = [("red".to_string(), phylux::results::Factor::Bands(vec![1.0, 1.0, 2.0, 1.0]))];
-    let uneven = result.mix_bands(&bands.into_iter().collect()).expect("a mix");
-    for ((was, is), other) in result.captors.iter().zip(&same.captors).zip(&uneven.captors) {
-        let [was, is, other] =
-            [was, is, other].map(|captor| captor.front.ratios.as_ref().expect("ratios"));
-        for r in 0..result.ratios.len() {
-            let ((a, a_se), (b, b_se)) =
-                (was.get(r).expect("a ratio"), is.get(r).expect("a ratio"));
-            assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
-            assert!((a_se.unwrap() / b_se.unwrap() - 1.0).abs() < 0.3, "lights are strata");
-            let (c, c_se) = other.get(r).expect("a ratio");
-            let name = &result.ratios[r].name;
-            assert!(c_se.is_none() && c != a || !["B:R", "R:FR"].contains(&name.as_str()));
-        }
+    let mix = |result: &RunResult, factors: [f64; 4]| {
+        let factors = phylux::results::Factor::Bands(factors.into());
+        result.mix_bands(&[("red".to_string(), factors)].into()).expect("a mix")
+    };
+    let one: ByLight<f64> = [("red".to_string(), 3.0)].into();
+    let [even, by_bands] = [result.mix(&one).expect("a mix"), mix(&result, [3.0; 4])];
+    let same = mix(&result, [1.0; 4]);
+    let uneven = mix(&result, [1.0, 4.0, 2.0, 1.0]);
+    let back = mix(&uneven, [1.0, 0.25, 0.5, 1.0]);
+    let ratios = |result: &RunResult| -> Vec<phylux::results::Ratios> {
+        let faces = result.captors.iter().flat_map(|captor| captor.faces());
+        let on_faces = faces.filter(|face| face.photons > 0).map(|face| face.ratios.clone());
+        let absorbed = result.captors.iter().filter(|captor| captor.absorbed.is_some());
+        let all = on_faces.chain(absorbed.map(|captor| captor.absorbed_ratios.clone()));
+        all.map(|ratios| ratios.expect("ratios")).collect()
+    };
+    assert_eq!(ratios(&even), ratios(&by_bands));
+    let all = [&result, &same, &uneven, &back].map(ratios);
+    assert!(all[0].len() > 3);
+    let places = (0..all[0].len()).flat_map(|i| (0..result.ratios.len()).map(move |r| (i, r)));
+    for (i, r) in places {
+        let [(a, a_se), (b, b_se), (c, c_se), (d, d_se)] = [0, 1, 2, 3].map(|of| {
+            let (value, error) = all[of][i].get(r).expect("a ratio");
+            (value, error.expect("an error"))
+        });
+        assert!((a / b - 1.0).abs() < 1e-12 && (a / d - 1.0).abs() < 1e-12, "{a} {b} {d}");
+        assert!((a_se / b_se - 1.0).abs() < 0.3, "lights are strata");
+        assert!(d_se > b_se * (1.0 - 1e-9) && c_se > 0.0, "{b_se} {d_se}");
+        let name = result.ratios[r].name.as_str();
+        assert!(c != a || !["B:R", "R:FR"].contains(&name));
     }
 }
 

@@ -61,7 +61,7 @@ fn needs_chromium_a_known_captor_shows_its_numbers() {
     assert!(tip.starts_with("sensor"), "{tip}");
     let line = tip.lines().find(|line| line.trim().starts_with("front")).expect("its front");
     let cells: Vec<&str> = line.split('\t').map(str::trim).collect();
-    assert_eq!((cells[0], cells[4]), ("front", "W/m2"), "{tip}");
+    assert_eq!((cells[0], cells[4]), ("front", "W/m²"), "{tip}");
     for band in 0..3 {
         let (value, error) = cells[1 + band].split_once(" ± ").expect("an error");
         for (shown, known) in [(value, "irradiance"), (error, "irradiance_se")] {

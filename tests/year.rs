@@ -349,8 +349,8 @@ fn sums_against_paths(world: &World, photons: u64, paths: u64) -> (f64, f64) {
 #[ignore = "takes minutes: .ci/nightly runs it"]
 fn nightly_sums_of_june_have_no_bias() {
     let distances: Vec<f64> = (0..15).map(|i| 1.0 + f64::from(i / 3)).collect();
-    let world = south_room(sunny(1..30), &distances);
-    let (chi2, error) = sums_against_paths(&world, 30_000_000, 3_000_000);
+    let world = south_room(sunny(1..30), &distances).with("settings", json!({ "guiding": "auto" }));
+    let (chi2, error) = sums_against_paths(&world, 30_000_000, 6_000_000);
     println!("chi2 / n {chi2}, error {error} %");
     assert!(chi2 < 2.0 && error < 2.5, "chi2 / n {chi2}, error {error} %");
 }
@@ -539,8 +539,62 @@ fn months_are_columns_from_0() {
             height.split('"').next().expect("its end").parse().expect("a number")
         })
         .collect();
-    assert_eq!(heights.len(), 2, "{svg}");
+    // the third is that of the legend
+    assert_eq!(heights.len(), 3, "{svg}");
     assert!((heights[0] / heights[1] - 2.0).abs() < 0.1, "{heights:?}");
+}
+
+/// Where lamps are switched, the chart of a year and that of its folder have the light of lamps on
+/// that of the day: in a month without sun the whole column is theirs.
+#[test]
+fn light_of_lamps_stands_on_daylight() {
+    let mut weather = String::from("time,ghi,dni,dhi\n");
+    for (day, light) in [("06-30", 200.0), ("07-01", 0.0)] {
+        for hour in 0..24 {
+            let light = if (5..20).contains(&hour) { light } else { 0.0 };
+            let _ = writeln!(weather, "2025-{day}T{hour:02}:00+01:00,{light},0,{light}");
+        }
+    }
+    let period = json!({ "from": "2025-06-30T00:00+01:00", "to": "2025-07-02T00:00+01:00" });
+    let scene = world(period)
+        .captor("up", &Mesh::square([0.0; 3], UP, 1.0))
+        .light(json!({ "type": "point", "name": "lamp", "position": [0, 0, 1], "power": 900 }))
+        .write();
+    std::fs::write(scene.path("w.csv"), weather).expect("weather");
+    let control = r#"{"lamps": [{"lights": "lamp", "hours": [0, 24]}]}"#;
+    std::fs::write(scene.path("control.json"), control).expect("control.json");
+    let run = |arguments: &[&str]| {
+        let output = phylux(&scene.path(""), arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    let year = ["year", "scene.json", "-o", "y", "--photons", "20000", "--csv"];
+    run(&[&year[..], &["--control", "control.json"]].concat());
+    let daylight = std::fs::read_to_string(scene.path("y/daylight.csv")).expect("daylight");
+    assert!(daylight.starts_with("captor,day,band,daylight\nup,2025-06-30,PAR,"), "{daylight}");
+    assert!(daylight.ends_with("up,2025-07-01,PAR,0\n"), "{daylight}");
+    run(&["plot", "y", "-o", "plot.svg"]);
+    let [drawn, chart] = ["plot.svg", "y/dli.svg"]
+        .map(|name| std::fs::read_to_string(scene.path(name)).expect("a picture"));
+    assert_eq!(drawn, chart);
+    // orange columns of two months, as high as each other, and the entry of the legend
+    let heights = |fill: &str| -> Vec<f64> {
+        let all = drawn.split("<rect").filter(|text| text.contains(fill));
+        let height = |text: &str| text.split_once(" height=\"")?.1.split('"').next()?.parse().ok();
+        all.filter_map(height).collect()
+    };
+    let [lamps, sky] = ["fill=\"#DB7626\"", "fill=\"#2687BE\""].map(heights);
+    assert!(lamps.len() == 3 && (lamps[0] / lamps[1] - 1.0).abs() < 0.1, "{lamps:?}");
+    assert!(sky.len() >= 2 && sky[0] > 30.0, "{sky:?}");
+    assert!(
+        ["daylight", "lamps", "daily light integral, PAR, up"].iter().all(|t| drawn.contains(t))
+    );
+    // a damaged table has its sentence, and a folder without it is drawn as before
+    std::fs::write(scene.path("y/daylight.csv"), "captor,day,band,daylight\nup,d,PAR,x\n")
+        .expect("written");
+    refused(&scene.path(""), &["plot", "y"], &["y/daylight.csv", "line 2", "`x`"]);
+    std::fs::remove_file(scene.path("y/daylight.csv")).expect("removed");
+    run(&["plot", "y", "-o", "plain.svg"]);
+    assert!(!std::fs::read_to_string(scene.path("plain.svg")).expect("a plot").contains("lamps"));
 }
 
 #[test]

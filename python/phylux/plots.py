@@ -145,7 +145,7 @@ def profile(
     **options: Any,
 ) -> Any:
     """Draws values per area over height: the mean of the captors at each height, weighted by area, with error bars of
-    1.98 standard errors (95 %). The errors are added in squares, as if captors were independent.
+    one standard error. The errors are added in squares, as if captors were independent.
 
     Args:
         quantity: ``"irradiance"``, or ``"absorbed"`` (absorbed power per area).
@@ -177,10 +177,10 @@ def profile(
     spread = np.array([np.sqrt((errors[part] ** 2).sum()) for part in parts]) / whole
     heights = np.array([(area[part] * height[part]).sum() for part in parts]) / whole
     usual = {"fmt": "o-", "capsize": 3, "label": result.bands[column]}
-    ax.errorbar(means, heights, xerr=1.98 * spread, **{**usual, **options})
+    ax.errorbar(means, heights, xerr=spread, **{**usual, **options})
     label = _label(result, column)
     if quantity == "absorbed":
-        label = f"absorbed per area, {result.bands[column]}, {result.unit['irradiance']}"
+        label = _with_unit(f"absorbed per area, {result.bands[column]}", result.unit["irradiance"])
     ax.set(xlabel=label, ylabel="height z, m")
     ax.set_xlim(left=0)
     return ax
@@ -197,8 +197,7 @@ def rank(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Draws the values of captors, such as the leaves of a plant, in their order, with error bars of 1.98 standard errors
-    (95 %).
+    """Draws the values of captors, such as the leaves of a plant, in their order, with error bars of one standard error.
 
     Args:
         quantity: ``"irradiance"``, ``"flux"`` or ``"absorbed"``.
@@ -210,7 +209,7 @@ def rank(
     values, errors = _numbers(result, quantity, face)
     usual = {"fmt": "o-", "capsize": 3, "label": result.bands[column]}
     ranks = np.arange(1, len(rows) + 1)
-    ax.errorbar(ranks, values[rows, column], 1.98 * errors[rows, column], **{**usual, **options})
+    ax.errorbar(ranks, values[rows, column], errors[rows, column], **{**usual, **options})
     ax.set(xlabel="rank", ylabel=_label(result, column, quantity))
     ax.set_ylim(bottom=0)
     return ax
@@ -226,7 +225,7 @@ def plants(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Draws the power that plants absorbed, with error bars of 1.98 standard errors (95 %). The errors are added in
+    """Draws the power that plants absorbed, with error bars of one standard error. The errors are added in
     squares, as if captors were independent.
 
     Args:
@@ -273,7 +272,7 @@ def plants(
             places, usual["fmt"] = np.array(numbers), "o-"
             means = np.array([own[:, 0].mean() for own in of_rank])
             spread = np.array([np.sqrt(own[:, 1].sum()) / len(own) for own in of_rank])
-        ax.errorbar(places, means, 1.98 * spread, **{**usual, **options})
+        ax.errorbar(places, means, spread, **{**usual, **options})
     ax.set(xlabel=by, ylabel=_label(result, column, "absorbed"))
     ax.set_ylim(bottom=0)
     if len(objects) > 1:
@@ -294,7 +293,7 @@ def spectrum(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Draws irradiance over the bands, with a line for each captor and error bars of 1.98 standard errors (95 %).
+    """Draws irradiance over the bands, with a line for each captor and error bars of one standard error.
 
     Args:
         captors, face, ax: as for `captor_map`.
@@ -312,12 +311,12 @@ def spectrum(
         values = result.irradiance[row, _face(face), columns]
         errors = result.irradiance_se[row, _face(face), columns]
         usual = {"fmt": "o-", "capsize": 3, "label": result.ids[row]}
-        ax.errorbar(places, values, 1.98 * errors, **{**usual, **options})
+        ax.errorbar(places, values, errors, **{**usual, **options})
     ax.legend()
     if not known:
         ax.set_xticks(columns, [result.bands[i] for i in columns])
     ax.set_ylim(bottom=0)
-    ax.set(xlabel="wavelength, nm" if known else "band", ylabel=f"irradiance, {result.unit['irradiance']}")
+    ax.set(xlabel="wavelength, nm" if known else "band", ylabel=_with_unit("irradiance", result.unit["irradiance"]))
     return ax
 
 
@@ -332,7 +331,7 @@ def bars(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Draws values by the names of the captors, as bars with errors of 1.98 standard errors (95 %).
+    """Draws values by the names of the captors, as bars with errors of one standard error.
 
     Args:
         quantity: ``"irradiance"``, ``"flux"`` or ``"absorbed"``.
@@ -343,7 +342,7 @@ def bars(
     rows, column = _rows(result, captors), _band(result, band)
     values, errors = _numbers(result, quantity, face)
     names = [result.ids[row] for row in rows]
-    ax.barh(names, values[rows, column], xerr=1.98 * errors[rows, column], **options)
+    ax.barh(names, values[rows, column], xerr=errors[rows, column], **options)
     ax.invert_yaxis()
     ax.set(xlabel=_label(result, column, quantity))
     ax.set_xlim(left=0)
@@ -353,7 +352,7 @@ def bars(
 
 def canopy(result: Result, *, band: str | None = None, ax: Any = None, **options: Any) -> Any:
     """Draws the power that surfaces absorbed in each layer of a scene with ``layers``, per area of leaf, over height, with
-    error bars of 1.98 standard errors (95 %). The title says the share that the plants take, where it is known.
+    error bars of one standard error. The title says the share that the plants take, where it is known.
 
     Args:
         band, ax: as for `captor_map`.
@@ -368,12 +367,11 @@ def canopy(result: Result, *, band: str | None = None, ax: Any = None, **options
         raise wrong(result.scene, "no surface captor in any layer", 'give the plants `"captor": true`')
     ax = _axes(ax)
     area, heights = layers["area"].to_numpy(), layers["to_m"].to_numpy() - layers["from_m"].to_numpy()
-    errors = 1.98 * np.nan_to_num(layers["standard_error"].to_numpy(dtype=float)) / area
+    errors = np.nan_to_num(layers["standard_error"].to_numpy(dtype=float)) / area
     usual = {"height": 0.9 * heights, "align": "center", "capsize": 3}
     middles = layers["from_m"].to_numpy() + heights / 2
     ax.barh(middles, layers["per_area"].to_numpy(), xerr=errors, **{**usual, **options})
-    unit = result.unit["irradiance"]
-    ax.set(xlabel=f"absorbed per area of leaf, {name}, {unit}", ylabel="height, m")
+    ax.set(xlabel=_with_unit(f"absorbed per area of leaf, {name}", result.unit["irradiance"]), ylabel="height, m")
     if result.canopy is not None:
         ax.set_title(f"the plants absorb {100 * result.canopy['absorbed'][name]:.1f} % of {name}")
     return ax
@@ -437,7 +435,12 @@ def _numbers(result: Result, quantity: str, face: str) -> tuple[Any, Any]:
 def _label(result: Result, column: int, quantity: str = "irradiance") -> str:
     unit = result.unit["irradiance" if quantity == "irradiance" else "flux"]
     name = "PPFD" if quantity == "irradiance" and _is_par(result, column) else quantity
-    return f"{name}, {result.bands[column]}, {unit}"
+    return _with_unit(f"{name}, {result.bands[column]}", unit)
+
+
+def _with_unit(label: str, unit: str) -> str:
+    """Returns a label with its unit as it is printed: umol/m2/s is µmol/m²/s."""
+    return f"{label}, {unit.replace('umol', 'µmol').replace('m2', 'm²')}"
 
 
 def _is_par(result: Result, column: int) -> bool:

@@ -362,7 +362,7 @@ class Result:
     def layers(self) -> Any:
         """A pandas DataFrame of what surface captors absorbed by layers, from the lowest up; None without layers.
 
-        Columns: from_m, to_m, area (m2, one side), band, absorbed, standard_error, and per_area (absorbed over area).
+        Columns: from_m, to_m, area (m2, one side), band, absorbed, standard_error, and per_area (absorbed over area); in scenes with ``sunlit`` also sunlit, the share of the area on which the sun shines, and sunlit_se.
         """
         found = self._head.get("layers")
         if found is None:
@@ -378,6 +378,9 @@ class Result:
         ]
         frame = pd.DataFrame(rows, columns=["from_m", "to_m", "area", "band", "absorbed", "standard_error"])
         frame["per_area"] = frame["absorbed"] / frame["area"]
+        for name in ("sunlit", "sunlit_se"):
+            if any(name in layer for layer in found):
+                frame[name] = np.repeat([layer.get(name, np.nan) for layer in found], len(self.bands))
         return frame
 
     @property
@@ -556,7 +559,7 @@ class Result:
             calibration: what `Scene.calibrate` has found, or a file of factors per band that ``phylux calibrate`` has
                 written; `factors` multiply them.
 
-        Sums over bands with different factors have no standard errors.
+        Standard errors of sums over bands with different factors, and of most ratios of them, are upper bounds.
         """
         given = [
             (name, float(factor) if np.ndim(factor) == 0 else [float(one) for one in factor])  # type: ignore[arg-type,union-attr]

@@ -255,13 +255,15 @@ def test_types(tmp_path):
 
 ROOT = Path(__file__).parents[2]
 NAMED = [ROOT / name for name in ("README.md", "python/README.md", "docs/python.md")]
-PAGES = [path for path in [*NAMED, *sorted(ROOT.glob("docs/coming-from/*.md"))] if path.is_file() and "import phylux" in path.read_text(encoding="utf-8")]
+FOLDERS = [page for folder in ("coming-from", "python") for page in sorted(ROOT.glob(f"docs/{folder}/*.md"))]
+PAGES = [path for path in [*NAMED, *FOLDERS] if path.is_file() and "import phylux" in path.read_text(encoding="utf-8")]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_the_examples_of_the_pages_run(page, tmp_path, monkeypatch):
     """All Python blocks of a page run in order, in a separate folder, with few photons."""
-    for package in ("pandas", "xarray", "trimesh", "tqdm", "matplotlib"):
+    others = ["pyvista"] if page.name == "pyvista.md" else []
+    for package in ("pandas", "xarray", "trimesh", "tqdm", "matplotlib", *others):
         pytest.importorskip(package)
     import matplotlib
 

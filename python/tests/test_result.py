@@ -201,7 +201,7 @@ def test_plots_return_axes(result, kind, options):
     matplotlib.use("Agg")
     ax = result.plot(kind, **options)
     assert isinstance(ax, matplotlib.axes.Axes)
-    assert "umol" in ax.get_xlabel() + ax.get_ylabel() + "".join(a.get_ylabel() for a in ax.figure.axes)
+    assert "µmol" in ax.get_xlabel() + ax.get_ylabel() + "".join(a.get_ylabel() for a in ax.figure.axes)
     assert result.plot(kind, ax=ax, **options) is ax
     with pytest.raises(px.InputError):
         result.plot(kind, captors="none", ax=ax)
@@ -218,13 +218,13 @@ def test_a_map_has_contours_and_says_ppfd():
     rows = scene.run(photons=100_000)
     ax = rows.plot("map")
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title(loc="left")) == ("x, m", "y, m", "z = 0.5 m")
-    assert ax.figure.axes[-1].get_ylabel() == "PPFD, PAR, umol/m2/s"
+    assert ax.figure.axes[-1].get_ylabel() == "PPFD, PAR, µmol/m²/s"
     # colours and lines, where every line lies between the sensors
     colours, lines = ax.collections[:2]
     assert len(colours.get_paths()) > 20 and any(len(path) for path in lines.get_paths())
     for path in lines.get_paths():
         assert (path.vertices >= -1e-9).all() and (path.vertices <= [2 + 1e-9, 1 + 1e-9]).all()
-    assert rows.plot("map", band="far").figure.axes[-1].get_ylabel() == "irradiance, far, umol/m2/s"
+    assert rows.plot("map", band="far").figure.axes[-1].get_ylabel() == "irradiance, far, µmol/m²/s"
     # an option of dots selects dots instead of contours
     assert [len(rows.plot("map", **{option: value}).collections) for option, value in (("s", 9), ("marker", "s"))] == [1, 1]
     # captors in one line do not span a plane

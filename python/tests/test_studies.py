@@ -265,7 +265,9 @@ def test_plots_of_a_canopy():
     pytest.importorskip("pandas")
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
-    scene = px.Scene("field", quantity="umol/s", bands={"PAR": (400, 700)}, layers={"dz": 0.1}, periodic={"x": [0, 1], "y": [0, 1]})
+    sun_at = {"elevation_deg": 90, "azimuth_deg": 180}
+    cell = {"layers": {"dz": 0.1}, "periodic": {"x": [0, 1], "y": [0, 1]}, "sunlit": True, "sun_at": sun_at}
+    scene = px.Scene("field", quantity="umol/s", bands={"PAR": (400, 700)}, **cell)
     scene.material("leaf", type="leaf", reflectance=0.06, transmittance=0.03)
     scene.material("soil", type="lambert", reflectance=0.1)
     scene.add("soil", [[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], material="soil", captor=True, ground=True)
@@ -273,10 +275,14 @@ def test_plots_of_a_canopy():
         z = 0.25 + 0.1 * i
         scene.add(f"leaf{i}", [[[0.1, 0.1, z], [0.9, 0.1, z], [0.5, 0.9, z]]], material="leaf", captor=True)
     scene.light("sky", type="sky", model="uniform", irradiance=1000)
+    scene.light("sun", type="sun", irradiance=500)
     result = scene.run(photons=20_000, seed=1, k=0)
     axes = result.plot("canopy")
     per_area = result.layers[result.layers.area > 0].per_area.tolist()
+    # equal leaves one above the other, below the sun: the highest shades the others
+    leaves = result.layers[result.layers.area > 0]
+    assert leaves.sunlit.tolist() == pytest.approx([0, 0, 1], abs=0.01) and (leaves.sunlit_se < 0.005).all()
     assert [bar.get_width() for bar in axes.patches] == pytest.approx(per_area)
-    assert "the plants absorb" in axes.get_title() and "umol/m2/s" in axes.get_xlabel()
+    assert "the plants absorb" in axes.get_title() and "µmol/m²/s" in axes.get_xlabel()
     with pytest.raises(px.InputError, match="results without layers"):
         bench().run(photons=1000, k=0).plot("canopy")

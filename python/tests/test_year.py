@@ -116,7 +116,7 @@ def test_errors_of_folders(greenhouse, tmp_path):
 
 def test_plots_of_a_year(greenhouse, tmp_path):
     year = greenhouse.year(tmp_path / "year", photons=20_000, seed=1, sun_rays=32)
-    for show, words in (("months", "mol/m2/d"), ("carpet", "hour"), ("day", "hour of the day")):
+    for show, words in (("months", "mol/m²/d"), ("carpet", "hour"), ("day", "hour of the day")):
         picture = tmp_path / f"{show}.svg"
         year.plot(picture, show=show)
         assert words in picture.read_text(encoding="utf-8")

@@ -20,6 +20,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::{
+        input, json,
         output::{FilesRead, OutputFile, Temporary},
         scene_file,
         written::Written,
@@ -49,12 +50,15 @@ struct ChartTracing {
 /// The tables of the runs: as rows, and all that was found.
 const ROWS: &str = "rows.csv";
 const STUDY: &str = "study.json";
+/// Defaults of --seeds and --k.
+const SEEDS: u64 = 5;
+const NEAREST: [usize; 3] = [20, 50, 200];
 /// The record of the files in their folder.
 const RECORD: &str = "chart.written.json";
 
 #[derive(Args)]
 pub(super) struct Arguments {
-    /// Scene file (JSON)
+    /// Scene file (JSON), or the study.json of earlier charts, which draws them anew without a run
     scene: PathBuf,
     /// Folder for the charts and their numbers (CSV, JSON); made if it does not exist
     #[arg(short, long, value_name = "DIR")]
@@ -67,10 +71,10 @@ pub(super) struct Arguments {
     tracing: ChartTracing,
     /// Number of runs for each budget: the first has the seed, the second the number after it, and
     /// so on
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(2..=1000))]
+    #[arg(long, value_name = "N", default_value_t = SEEDS, value_parser = clap::value_parser!(u64).range(2..=1000))]
     seeds: u64,
     /// Values of k for the k-nearest estimates, separated by commas
-    #[arg(long, value_name = "N", default_values_t = [20, 50, 200], value_delimiter = ',', value_parser = run::k)]
+    #[arg(long, value_name = "N", default_values_t = NEAREST, value_delimiter = ',', value_parser = run::k)]
     k: Vec<usize>,
     #[command(flatten)]
     plots: Plots,
@@ -109,10 +113,76 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     let mut files = prepared.collect::<Result<BTreeMap<_, _>>>()?;
     interrupt.make(|| Ok(()), |()| new.then(|| Temporary::IfEmpty(folder.clone())))?;
 
+    let places = files.values().filter_map(OutputFile::place).map(Path::to_path_buf).collect();
+    let (found, read) = match drawn_before(arguments)? {
+        // it is read already, so its own file may be written again
+        Some(found) => (found, FilesRead::default()),
+        None => traced(arguments, interrupt, places)?,
+    };
+    interrupt.writing();
+    let mut complete = Vec::new();
+    let mut write = |name: &str, content: &[u8]| {
+        let file = files.remove(name).ok_or_else(|| Error::run(name, "is no file of a chart"))?;
+        let mut file = written.begin(name, file.open(&read)?);
+        file.write_all(content).map_err(|e| Error::run(name, format!("cannot be written: {e}")))?;
+        complete.push(file.complete()?);
+        Ok(())
+    };
+    let failed = |e: io::Error| Error::run(folder.display(), format!("cannot be written: {e}"));
+    write(ROWS, &rows(&found.rows).map_err(failed)?)?;
+    let mut study = serde_json::to_vec_pretty(&found).map_err(|e| failed(e.into()))?;
+    study.push(b'\n');
+    write(STUDY, &study)?;
+    for (name, chart) in found.charts() {
+        write(&format!("{name}.{}", style.ending()), &style.chart(chart)?)?;
+    }
+    written.put(complete)?;
+    super::terminal::print(&format!("{}wrote {}\n", found.words(), folder.display()))
+}
+
+/// Reads the study of earlier charts, if it is one and no scene. Errors: it is damaged; an option is
+/// given that would need runs.
+fn drawn_before(arguments: &Arguments) -> Result<Option<ConvergenceStudy>> {
+    let path = &arguments.scene;
+    let place = path.display();
+    if path.file_name().is_none_or(|name| name != STUDY) {
+        return Ok(None);
+    }
+    let bytes = input::read_bytes(path).map_err(|problem| Error::input(&place, problem))?;
+    json::check_memory(&bytes).map_err(|problem| Error::input(&place, problem))?;
+    let is_study = serde_json::from_slice::<serde_json::Value>(&bytes)
+        .is_ok_and(|value| value.get("rungs").is_some());
+    if !is_study {
+        return Ok(None);
+    }
+    let ChartTracing { photons, seed, threads } = arguments.tracing;
+    let needs_runs = photons.or(seed).is_some()
+        || threads.is_some()
+        || arguments.truth.is_some()
+        || arguments.seeds != SEEDS
+        || arguments.k != NEAREST;
+    if needs_runs {
+        return Err(Error::input(
+            place,
+            "holds runs that are complete, so only --output, --width and --png go with it",
+        )
+        .remedy("leave the other options out, or name the scene to run it again"));
+    }
+    serde_json::from_slice(&bytes).map(Some).map_err(|e| {
+        Error::input(place, format!("is no study of charts: {e}"))
+            .remedy("run `phylux chart` on the scene again")
+    })
+}
+
+/// Runs the study of a scene. Returns it with the files that were read.
+fn traced(
+    arguments: &Arguments,
+    interrupt: &Interrupt,
+    places: Vec<PathBuf>,
+) -> Result<(ConvergenceStudy, FilesRead)> {
     let loaded = during("reading the scene", || scene_file::load(&arguments.scene))?;
-    let places = files.values().filter_map(OutputFile::place).map(Path::to_path_buf);
     let read = FilesRead::new(loaded.files.iter().chain(&arguments.truth));
-    outputs::check_places(&places.collect::<Vec<_>>(), &read)?;
+    outputs::check_places(&places, &read)?;
     let scene = &loaded.scene;
     super::terminal::warn(&loaded.warnings);
     if scene.captors.is_empty() {
@@ -139,26 +209,7 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     let control = Control { stop: interrupt.stop(), progress: &progress };
     let found = study(scene, &plan, truth, &control);
     bar.finish_and_clear();
-    let found = found?;
-    interrupt.writing();
-    let mut complete = Vec::new();
-    let mut write = |name: &str, content: &[u8]| {
-        let file = files.remove(name).ok_or_else(|| Error::run(name, "is no file of a chart"))?;
-        let mut file = written.begin(name, file.open(&read)?);
-        file.write_all(content).map_err(|e| Error::run(name, format!("cannot be written: {e}")))?;
-        complete.push(file.complete()?);
-        Ok(())
-    };
-    let failed = |e: io::Error| Error::run(folder.display(), format!("cannot be written: {e}"));
-    write(ROWS, &rows(&found.rows).map_err(failed)?)?;
-    let mut study = serde_json::to_vec_pretty(&found).map_err(|e| failed(e.into()))?;
-    study.push(b'\n');
-    write(STUDY, &study)?;
-    for (name, chart) in found.charts() {
-        write(&format!("{name}.{}", style.ending()), &style.chart(chart)?)?;
-    }
-    written.put(complete)?;
-    super::terminal::print(&format!("{}wrote {}\n", found.words(), folder.display()))
+    Ok((found?, read))
 }
 
 fn rows(rows: &[Row]) -> io::Result<Vec<u8>> {

@@ -129,7 +129,13 @@ pub(super) fn mixed(
     let Some(Calibrated { factors: own, errors }) = calibration else {
         return result.mix_bands(factors);
     };
-    let mixed = result.mix_bands(own)?.mix_bands(factors)?;
+    // one mix knows more of the errors of ratios than two
+    let mut all = own.clone();
+    for (light, factor) in factors {
+        let product = all.get(light).map_or_else(|| factor.clone(), |own| own.times(factor));
+        all.insert(light.clone(), product);
+    }
+    let mixed = result.mix_bands(&all)?;
     Ok(match errors {
         Some(errors) => mixed.with_errors_of(errors),
         None => mixed,

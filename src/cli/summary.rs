@@ -38,6 +38,15 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
             "with {photons} photons beside them, which count where they bring light that paths leave to them, and \
              whose energy this is"
         );
+        let faces = || result.captors.iter().flat_map(CaptorResult::faces);
+        let alone = faces().filter(|face| face.by_photons).count();
+        if alone > 0 {
+            let _ = writeln!(
+                text,
+                "all of them count at {alone} of {} faces of captors, from which no paths start",
+                faces().count()
+            );
+        }
     }
     let guided = match result.guiding {
         Some(Guiding::Aim) => "with flights aimed at the sensors beside them (--guiding aim)",
@@ -445,7 +454,12 @@ fn layers(text: &mut String, result: &RunResult) {
     let bands = shown_bands(result);
     let names: String = bands.iter().map(|&b| format!("{:>14}", result.bands[b].name)).collect();
     let unit = &result.unit.irradiance;
-    let _ = writeln!(text, "\n{:<24}{:>10}{names}   {unit}", "absorbed by layer, m", "area, m2");
+    let sunlit = if layers.iter().any(|layer| layer.sunlit.is_some()) { "   sunlit" } else { "" };
+    let _ = writeln!(
+        text,
+        "\n{:<24}{:>10}{sunlit}{names}   {unit}",
+        "absorbed by layer, m", "area, m2"
+    );
     for layer in layers.iter().rev().take(SHOWN_LAYERS) {
         let name = format!("  {} to {}", short(layer.from), short(layer.to));
         let per_area = |&b: &usize| match layer.area > 0.0 {
@@ -453,7 +467,12 @@ fn layers(text: &mut String, result: &RunResult) {
             false => format!("{:>14}", "-"),
         };
         let cells: String = bands.iter().map(per_area).collect();
-        let _ = writeln!(text, "{name:<24}{:>10}{cells}", short(layer.area));
+        let share = match (layer.sunlit, sunlit) {
+            (_, "") => String::new(),
+            (Some(share), _) => format!("{:>7.1} %", 100.0 * share),
+            (None, _) => format!("{:>9}", "-"),
+        };
+        let _ = writeln!(text, "{name:<24}{:>10}{share}{cells}", short(layer.area));
     }
     if layers.len() > SHOWN_LAYERS {
         let _ = writeln!(text, "  and {} more", layers.len() - SHOWN_LAYERS);

@@ -96,8 +96,9 @@ impl ObjFile {
             return Err(Error::input(scan.path, found).remedy("a face is a line `f 1 2 3`"));
         }
         let mtl = MtlLibrary::load(&scan.mtllibs, path, load_mtl);
+        drop(text);
         let mut parts = scan.parts;
-        load_triangles(&scan.sound, &mut parts)
+        load_triangles(scan.sound, &mut parts)
             .map_err(|e| Error::input(&scan.path, format!("tobj cannot read it: {e}")))?;
         let notes = scan
             .unused
@@ -132,11 +133,15 @@ pub fn merged<'a>(again: impl ExactSizeIterator<Item = (&'a String, String)>) ->
 
 /// Lets tobj read the checked text `sound` and fills in the triangles of the parts, one model per
 /// part.
-fn load_triangles(sound: &str, parts: &mut [ObjPart]) -> std::result::Result<(), tobj::LoadError> {
+fn load_triangles(
+    sound: String,
+    parts: &mut [ObjPart],
+) -> std::result::Result<(), tobj::LoadError> {
     // keep polygons whole: tobj would cut them into fans, which is wrong for concave ones
     let options = tobj::LoadOptions::default();
     let no_mtl = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
     let (models, _) = tobj::load_obj_buf(&mut sound.as_bytes(), &options, no_mtl)?;
+    drop(sound);
     debug_assert_eq!(models.len(), parts.len());
     for (part, model) in parts.iter_mut().zip(models) {
         let mesh = model.mesh;

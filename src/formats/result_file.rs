@@ -365,6 +365,9 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
             let key = [&name, "", &band.name, "absorbed"];
             write_row(&mut table, key, layer.absorbed[b], layer.absorbed_se[b], &place)?;
         }
+        if let Some(share) = layer.sunlit {
+            write_row(&mut table, [&name, "", "", "sunlit"], share, layer.sunlit_se, &place)?;
+        }
     }
     for (share, values, errors) in result.canopy.iter().flat_map(CanopyResult::shares) {
         let quantity = format!("share_{share}");

@@ -84,8 +84,14 @@ fn parse_table(bytes: &[u8], path: &Path, column: Column) -> Result<Curve> {
         },
         Column::Name(name) => {
             let known = || header.iter().skip(1).take(20).map(String::as_str);
-            match header.iter().skip(1).position(|other| other == name) {
-                Some(position) if named => position + 1,
+            let mut fits = (1..header.len()).filter(|&column| header[column] == name);
+            match (fits.next(), fits.next()) {
+                (Some(_), Some(twice)) if named => {
+                    let problem = format!("column {} is named {} too", twice + 1, quoted(name));
+                    let remedy = "give the number of the one that is meant";
+                    return Err(error(line, problem).remedy(remedy));
+                }
+                (Some(column), _) if named => column,
                 _ if !named => {
                     let problem = format!("no header that names a column {}", quoted(name));
                     return Err(error(line, problem).remedy("give its number: 2 is the second"));

@@ -10,7 +10,7 @@ mod parquet_rows;
 mod rows;
 
 use std::{
-    collections::HashSet,
+    collections::{HashMap, HashSet},
     path::{Path, PathBuf},
 };
 
@@ -114,6 +114,8 @@ pub struct YearFolder {
 impl YearFolder {
     /// Names of the files that say it.
     pub const FACTS: &'static str = "year.json";
+    /// Name of the table of daylight alone.
+    pub const DAYLIGHT: &'static str = "daylight.csv";
     const CAPTORS: &'static str = "captors.csv";
 
     /// Reads the facts in a folder. Error: it holds no year.
@@ -137,6 +139,29 @@ impl YearFolder {
             }
         }
         Ok(Self { facts, groups })
+    }
+
+    /// Reads what is daylight of the daily light integral on fronts in a band, by captor or group and
+    /// day. Empty where the folder does not tell it, as where no lamps are switched. Error: the table
+    /// is damaged.
+    pub fn daylight(folder: &Path, band: &str) -> Result<HashMap<(String, String), f64>> {
+        let path = folder.join(Self::DAYLIGHT);
+        if !path.is_file() {
+            return Ok(HashMap::new());
+        }
+        let bytes = input::read_bytes(&path).map_err(|why| Error::input(path.display(), why))?;
+        let mut found = HashMap::new();
+        for record in records(&bytes, &path).skip(1) {
+            let (place, record) = record?;
+            let cell = |i: usize| csv_text::text(record.get(i).unwrap_or_default());
+            let light = cell(3).parse::<f64>().ok().filter(|light| light.is_finite());
+            let problem = || format!("line {}: {}", place.line, input::quoted(cell(3)));
+            let light = light.ok_or_else(|| broken(&path, problem()))?;
+            if cell(2) == band {
+                found.insert((cell(0).to_string(), cell(1).to_string()), light);
+            }
+        }
+        Ok(found)
     }
 
     /// Returns whether an id is the name of a group.

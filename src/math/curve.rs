@@ -45,13 +45,19 @@ impl Curve {
         [self.x[0], self.x[self.x.len() - 1]]
     }
 
-    /// Returns whether the curve reaches from one place to another. At either end, up to the length
-    /// of its first or last step may be missing.
+    /// Returns whether a spectrum reaches from one wavelength to another, nm. At either end, up to
+    /// the length of its first or last step may be missing, if that is at most 10 nm or a quarter of
+    /// the range; some of the range must be there.
     pub fn reaches(&self, from: f64, to: f64) -> bool {
+        const LITTLE: f64 = 10.0;
         let [first, last] = self.range();
         let n = self.x.len();
-        let [begin, end] = [self.x[1] - first, last - self.x[n - 2]];
-        first - begin <= from && to <= last + end
+        let may_miss =
+            |missing: f64, step: f64| missing <= step && missing <= LITTLE.max(0.25 * (to - from));
+        first < to
+            && from < last
+            && may_miss(first - from, self.x[1] - first)
+            && may_miss(to - last, last - self.x[n - 2])
     }
 }
 
@@ -87,8 +93,13 @@ mod tests {
         {
             assert!((curve.at(x) - y).abs() < 1e-12, "{x}");
         }
-        assert!(curve.reaches(390.0, 450.0));
-        assert!(!curve.reaches(389.0, 450.0) && !curve.reaches(390.0, 451.0));
+        assert!(curve.reaches(390.0, 440.0));
+        assert!(!curve.reaches(389.0, 440.0) && !curve.reaches(390.0, 451.0));
+        // of long steps only a part may be missing, and no range lies outside
+        let coarse = Curve::new([[500.0, 1.0], [600.0, 1.0], [700.0, 1.0]]).unwrap();
+        assert!(coarse.reaches(490.0, 510.0) && coarse.reaches(470.0, 600.0));
+        assert!(!coarse.reaches(470.0, 560.0) && !coarse.reaches(495.0, 500.0));
+        assert!(!coarse.reaches(400.0, 500.0) && !coarse.reaches(650.0, 750.0));
         assert!(Curve::new([[400.0, 1.0]]).is_err());
         assert!(Curve::new([[400.0, 1.0], [400.0, 2.0]]).is_err());
         assert!(Curve::new([[400.0, 1.0], [f64::NAN, 2.0]]).is_err());

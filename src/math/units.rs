@@ -82,3 +82,19 @@ impl Quantity {
         UnitNames { length: "m".into(), flux, irradiance, radiance, dli: None }
     }
 }
+
+/// Returns a label with its units as they are printed: umol/m2/s is µmol/m²/s.
+pub(crate) fn printed(label: &str) -> String {
+    label.replace("umol/", "µmol/").replace("/m2", "/m²")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_printed_with_their_letters() {
+        assert_eq!(printed("PAR, umol/m2/s"), "PAR, µmol/m²/s");
+        assert_eq!(printed("room2, W/m2/nm"), "room2, W/m²/nm");
+    }
+}

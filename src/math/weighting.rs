@@ -6,6 +6,7 @@
 use super::{
     curve::integral,
     luminosity::{LM_PER_W, luminosity},
+    phytochrome::{MANCINELLI, SAGER},
     units::{Quantity, UMOL_PER_J_NM},
 };
 
@@ -137,11 +138,20 @@ pub const SUMS: [(&str, Weighting); 5] = [
 
 /// The ratios that have a name: of light weighted in one way over light weighted in ways that are
 /// added up.
-pub const RATIOS: [(&str, Weighting, &[Weighting]); 4] = [
+pub const RATIOS: [(&str, Weighting, &[Weighting]); 5] = [
     ("R:FR", Weighting::Photons(655.0, 665.0), &[Weighting::Photons(725.0, 735.0)]),
     ("R:FR-broad", Weighting::Photons(600.0, 700.0), &[Weighting::Photons(700.0, 800.0)]),
     ("blue-share", Weighting::Photons(400.0, 500.0), &[Weighting::Photons(400.0, 700.0)]),
-    ("PSS", Weighting::Table(&TO_PFR), &[Weighting::Table(&TO_PFR), Weighting::Table(&TO_PR)]),
+    (
+        "PSS",
+        Weighting::Table(SAGER.to_pfr),
+        &[Weighting::Table(SAGER.to_pfr), Weighting::Table(SAGER.to_pr)],
+    ),
+    (
+        "PSS-Mancinelli",
+        Weighting::Table(MANCINELLI.to_pfr),
+        &[Weighting::Table(MANCINELLI.to_pfr), Weighting::Table(MANCINELLI.to_pr)],
+    ),
 ];
 
 /// Action of a photon in photosynthesis, relative to 625 nm: the mean over species grown in the
@@ -183,113 +193,6 @@ const YIELD_CHAMBER: [[f64; 2]; 16] = [
     [675.0, 0.92],
     [700.0, 0.44],
     [725.0, 0.20],
-];
-
-/// Photoconversion cross-section of Pr to Pfr, m2/mol: phytochrome of type I, as compiled by
-/// Mancinelli (1994, in Kendrick and Kronenberg, Photomorphogenesis in Plants, 2nd ed., 211-269).
-const TO_PFR: [[f64; 2]; 49] = [
-    [300.0, 1404.00],
-    [310.0, 906.10],
-    [320.0, 677.70],
-    [330.0, 609.00],
-    [340.0, 723.70],
-    [350.0, 981.20],
-    [360.0, 1301.00],
-    [370.0, 1423.00],
-    [380.0, 1492.00],
-    [390.0, 1310.00],
-    [400.0, 845.50],
-    [410.0, 453.90],
-    [420.0, 312.10],
-    [430.0, 241.60],
-    [440.0, 188.70],
-    [450.0, 146.50],
-    [460.0, 114.70],
-    [470.0, 94.08],
-    [480.0, 76.80],
-    [490.0, 66.69],
-    [500.0, 67.12],
-    [510.0, 79.26],
-    [520.0, 101.00],
-    [530.0, 136.40],
-    [540.0, 195.10],
-    [550.0, 287.50],
-    [560.0, 398.80],
-    [570.0, 541.50],
-    [580.0, 758.60],
-    [590.0, 1084.00],
-    [600.0, 1508.00],
-    [610.0, 1870.00],
-    [620.0, 2069.00],
-    [630.0, 2403.00],
-    [640.0, 3062.00],
-    [650.0, 3975.00],
-    [660.0, 4963.00],
-    [666.0, 5313.00],
-    [670.0, 5230.00],
-    [680.0, 3770.00],
-    [690.0, 1647.00],
-    [700.0, 515.80],
-    [710.0, 160.20],
-    [720.0, 65.45],
-    [730.0, 35.53],
-    [740.0, 26.63],
-    [750.0, 20.39],
-    [760.0, 16.88],
-    [770.0, 13.40],
-];
-
-/// The same of Pfr to Pr.
-const TO_PR: [[f64; 2]; 49] = [
-    [300.0, 728.30],
-    [310.0, 572.70],
-    [320.0, 481.00],
-    [330.0, 366.90],
-    [340.0, 314.10],
-    [350.0, 328.00],
-    [360.0, 376.90],
-    [370.0, 450.90],
-    [380.0, 526.00],
-    [390.0, 599.60],
-    [400.0, 650.60],
-    [410.0, 658.30],
-    [420.0, 559.70],
-    [430.0, 409.00],
-    [440.0, 280.70],
-    [450.0, 198.60],
-    [460.0, 146.10],
-    [470.0, 113.40],
-    [480.0, 91.95],
-    [490.0, 79.24],
-    [500.0, 71.52],
-    [510.0, 67.39],
-    [520.0, 64.71],
-    [530.0, 63.93],
-    [540.0, 65.82],
-    [550.0, 71.76],
-    [560.0, 81.73],
-    [570.0, 96.74],
-    [580.0, 119.10],
-    [590.0, 149.90],
-    [600.0, 190.10],
-    [610.0, 237.70],
-    [620.0, 296.50],
-    [630.0, 376.20],
-    [640.0, 482.00],
-    [650.0, 610.90],
-    [660.0, 743.90],
-    [666.0, 817.60],
-    [670.0, 854.50],
-    [680.0, 945.70],
-    [690.0, 1061.00],
-    [700.0, 1223.00],
-    [710.0, 1416.00],
-    [720.0, 1602.00],
-    [730.0, 1701.00],
-    [740.0, 1592.00],
-    [750.0, 1237.00],
-    [760.0, 794.70],
-    [770.0, 443.50],
 ];
 
 #[cfg(test)]
@@ -338,12 +241,14 @@ mod tests {
         assert!((ppf.of_band([400.0, 700.0], Quantity::Watt) - 4.598).abs() < 5e-4);
         assert!((ppf.of_band([650.0, 750.0], Quantity::Micromole) - 0.5).abs() < 1e-12);
         assert_eq!(ppf.of_band([700.0, 800.0], Quantity::Micromole), 0.0);
-        let pss = |nm: f64| {
-            let (_, over, under) = RATIOS[3];
+        let pss = |ratio: usize, nm: f64| {
+            let (_, over, under) = RATIOS[ratio];
             over.at(nm) / under.iter().map(|weighting| weighting.at(nm)).sum::<f64>()
         };
-        assert!((pss(660.0) - 4963.0 / 5706.9).abs() < 1e-12);
-        assert!((pss(730.0) - 35.53 / 1736.53).abs() < 1e-12);
+        assert!((pss(3, 660.0) - 5250.0 / 5884.0).abs() < 1e-12);
+        assert!((pss(3, 731.0) - 80.8 / (80.8 + 1505.0)).abs() < 1e-12);
+        assert!((pss(4, 660.0) - 4963.0 / 5706.9).abs() < 1e-12);
+        assert!((pss(4, 730.0) - 35.53 / 1736.53).abs() < 1e-12);
         let yields = SUMS.map(|(_, weighting)| weighting.at(612.5));
         assert!((yields[3] - 0.985).abs() < 1e-12 && (yields[4] - 1.0).abs() < 1e-12);
         assert_eq!([SUMS[3].1.at(349.9), SUMS[3].1.at(725.1)], [0.0, 0.0]);

@@ -442,6 +442,10 @@ pub struct FaceResult {
     /// histories of photons came here.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub few_paths: bool,
+    /// With complete paths: whether no paths start from here, because all photons beside them count
+    /// here. Always false for groups.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub by_photons: bool,
     /// For a group of several captors: the smallest irradiance of its captors, per band.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min: Option<Vec<f64>>,

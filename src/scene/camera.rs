@@ -21,6 +21,9 @@ pub struct View {
     pub height: usize,
 }
 
+/// Half of a picture relative to half of what a chosen view fills of it.
+const MARGIN: f64 = 1.06;
+
 impl View {
     /// Default angle of view, degrees.
     pub const FOV_DEG: f64 = 45.0;
@@ -30,16 +33,43 @@ impl View {
     pub const MOST_PIXELS: u64 = 65_536;
 
     /// Chooses a view of everything inside `extent`, m from `center`, seen from the front, the left
-    /// and above. `size` is in pixels, (across, down).
-    pub fn of(extent: &Extent, center: DVec3, (width, height): (usize, usize)) -> Self {
-        let radius = f64::from(0.5 * extent.size().length()).max(1e-6);
-        let half_across = (Self::FOV_DEG / 2.0).to_radians();
-        let aspect = height as f64 / width as f64;
-        let half = half_across.min((half_across.tan() * aspect).atan());
-        let look_at = center + extent.center().as_dvec3();
-        let distance = radius / half.sin();
-        let position = look_at + distance * DVec3::new(-0.45, -0.75, 0.5).normalize();
-        Self { position, look_at, up: DVec3::Z, fov_deg: Self::FOV_DEG, width, height }
+    /// and above. The box fills the width or the height of the picture but for a small margin, and
+    /// lies in its middle. `size` is in pixels, (across, down); `fov_deg` is the angle of view across,
+    /// degrees, in (0, 180).
+    pub fn of(
+        extent: &Extent,
+        center: DVec3,
+        (width, height): (usize, usize),
+        fov_deg: f64,
+    ) -> Self {
+        let away = DVec3::new(-0.45, -0.75, 0.5).normalize();
+        let right = DVec3::Z.cross(away).normalize();
+        let axes = [right, away.cross(right)];
+        let half_across = (fov_deg / 2.0).to_radians().tan();
+        let slopes = [half_across, half_across * height as f64 / width as f64];
+        let half = (0.5 * extent.size().as_dvec3()).max(DVec3::splat(1e-6));
+        let corners = [-1.0, 1.0].into_iter().flat_map(|x| {
+            let signs = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)];
+            signs.map(|(y, z)| half * DVec3::new(x, y, z))
+        });
+        let corners: Vec<DVec3> = corners.collect();
+        // A corner c is inside if |c . axis - e . axis| is at most slope (e . away - c . away), for
+        // an eye at e. The planes through the outermost corners on either side of an axis meet at
+        // the nearest eye, whose place along the axis is half way between them.
+        let (mut aside, mut distance) = (DVec3::ZERO, 0.0f64);
+        for (axis, slope) in axes.into_iter().zip(slopes) {
+            let slope = slope / MARGIN;
+            let least = |sign: f64| {
+                let reach = |c: &DVec3| sign * c.dot(axis) + slope * c.dot(away);
+                corners.iter().map(reach).fold(f64::NEG_INFINITY, f64::max)
+            };
+            let [low, high] = [least(-1.0), least(1.0)];
+            aside += 0.5 * (high - low) * axis;
+            distance = distance.max(0.5 * (high + low) / slope);
+        }
+        let look_at = center + extent.center().as_dvec3() + aside;
+        let position = look_at + distance * away;
+        Self { position, look_at, up: DVec3::Z, fov_deg, width, height }
     }
 
     /// Checks the directions. Error: `look_at` is the position, or the view is along `up`.
@@ -158,20 +188,32 @@ mod tests {
         assert_eq!(camera.project(ray.at(-1.0)), None);
     }
 
-    /// A view chosen for a box shows all of it, in wide pictures and in tall ones.
+    /// A view chosen for a box shows all of it, in wide pictures and in tall ones, and the box fills
+    /// the width or the height but for a margin, which is the same on both sides.
     #[test]
-    fn a_chosen_view_shows_all() {
-        for size in [(800, 600), (300, 900), (900, 100)] {
-            let extent = Extent { min: Vec3::new(-1.0, -2.0, 0.0), max: Vec3::new(3.0, 1.0, 0.5) };
-            let view = View::of(&extent, DVec3::splat(7.0), size);
+    fn a_chosen_view_is_filled_by_all() {
+        let boxes = [[3.0, 1.0, 0.5], [0.0, 9.0, 9.0], [30.0, -1.9, 0.1], [-0.9, -1.9, 4.0]];
+        let sizes = [(800, 600), (300, 900), (900, 100)];
+        for (size, max) in sizes.into_iter().flat_map(|size| boxes.map(|max| (size, max))) {
+            let extent = Extent { min: Vec3::new(-1.0, -2.0, 0.0), max: Vec3::from(max) };
+            let view = View::of(&extent, DVec3::splat(7.0), size, 37.0);
             assert_eq!(view.check_directions(), Ok(()));
             let camera = Camera::new(&view, DVec3::splat(7.0));
+            let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
             for corner in 0..8 {
                 let pick = |axis: usize| [extent.min, extent.max][corner >> axis & 1][axis];
                 let point = Vec3::new(pick(0), pick(1), pick(2));
-                let [x, y] = camera.project(point).expect("in front");
-                assert!(x > 0.0 && x < size.0 as f32, "{x} of {size:?}");
-                assert!(y > 0.0 && y < size.1 as f32, "{y} of {size:?}");
+                let place = camera.project(point).expect("in front");
+                for (axis, side) in [size.0, size.1].into_iter().enumerate() {
+                    let share = place[axis] / side as f32;
+                    (low[axis], high[axis]) = (low[axis].min(share), high[axis].max(share));
+                }
+            }
+            let all = format!("{low:?} to {high:?} of {size:?}, {max:?}");
+            assert!((0..2).all(|axis| low[axis] > 0.02 && high[axis] < 0.98), "{all}");
+            assert!((0..2).any(|axis| high[axis] - low[axis] > 0.93), "{all}");
+            for axis in 0..2 {
+                assert!((low[axis] + high[axis] - 1.0).abs() < 0.12, "{all}");
             }
         }
     }

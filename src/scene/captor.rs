@@ -188,16 +188,18 @@ impl Moments {
     }
 
     /// Computes the moments of `triangles`, given in metres.
-    pub fn of(triangles: &[[DVec3; 3]]) -> Self {
+    pub fn of<'t>(triangles: impl IntoIterator<Item = &'t [DVec3; 3]>) -> Self {
         let (mut area, mut center, mut vector) = (0.0, DVec3::ZERO, DVec3::ZERO);
-        let anchor = triangles.first().map_or(DVec3::ZERO, |t| t[0]);
+        let mut first = None;
         for [a, b, c] in triangles {
+            let anchor = *first.get_or_insert(*a);
             let cross = 0.5 * (*b - *a).cross(*c - *a);
             area += cross.length();
             vector += cross;
             center += cross.length() * ((*a - anchor) + (*b - anchor) + (*c - anchor)) / 3.0;
         }
-        let center = anchor + if area > 0.0 { center / area } else { DVec3::ZERO };
+        let center =
+            first.unwrap_or_default() + if area > 0.0 { center / area } else { DVec3::ZERO };
         let cancels = vector.length() <= 1e-9 * area;
         Self { area, center, normal: if cancels { DVec3::ZERO } else { vector.normalize() } }
     }

@@ -495,6 +495,24 @@ impl Scene {
         &self.shapes.copies
     }
 
+    /// Returns the indices of the triangles that [stand for all](Self::standing_for_all), without
+    /// [copies](Self::copies) and those without area. Neighbours mostly follow each other, so that
+    /// to look around each of them in turn reads the same memory again.
+    pub fn distinct_by_place(&self) -> Vec<usize> {
+        /// Beyond all coordinates, m.
+        const ANYWHERE: f32 = 1e18;
+        let own = self.unshared();
+        let mut found = Vec::with_capacity(own);
+        self.shapes.surface_bvh.near(Vec3::ZERO, ANYWHERE, |triangle| {
+            // an image stands for nothing
+            if (triangle as usize) < own {
+                found.push(triangle as usize);
+            }
+        });
+        found.extend(self.standing_for_all().skip(own));
+        found
+    }
+
     /// Returns whether any triangle that lies in the plane of this one over its middle is `wanted`.
     /// It looks at the triangles of surfaces without [copies](Self::copies), this one among them.
     /// `None` if more than 100 triangles lie there and none of those looked at is wanted.

@@ -1,97 +1,29 @@
-//! Charts: draws rows of numbers as lines, dots and bars on logarithmic or linear axes (plotters),
-//! as SVG in the sizes of printed columns. All plots have the style of this file.
+//! Charts: draws rows of numbers as lines, dots and bars on logarithmic or linear axes, as SVG
+//! (plotters) in the sizes of printed columns.
+//!
+//! `paper` has sizes and letters, `axes` the axes of all plots, `series` how rows look.
+
+pub(super) mod axes;
+pub(super) mod paper;
+mod series;
 
 use std::ops::Range;
 
-use plotters::{
-    chart::{ChartBuilder, ChartContext},
-    coord::{
-        Shift,
-        combinators::IntoLogRange,
-        ranged1d::{AsRangedCoord, Ranged, ValueFormatter},
-    },
-    element::{Circle, PathElement, Polygon, Rectangle, Text},
-    prelude::{
-        Cartesian2d, Color, DrawingArea, IntoDrawingArea, RGBColor, SVGBackend, ShapeStyle,
-        TextStyle,
-    },
-    series::{DashedLineSeries, LineSeries},
-    style::{
-        BLACK, FontDesc, FontFamily, FontStyle, WHITE,
-        text_anchor::{HPos, Pos, VPos},
-    },
-};
+use plotters::element::Text;
 
-use super::xml::allowed;
+use axes::{Axis, BELOW, Frame};
+pub use paper::Width;
+use paper::{Area, Failure, LARGE, Place, SMALL, drawn, font, length, px};
+use series::NAME;
+pub use series::{Series, Stroke};
 
-/// The width of a plot on paper.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Width {
-    /// That of a column of a journal, 3.5 inches.
-    Column,
-    /// That of a page, 7 inches.
-    #[default]
-    Page,
-}
-
-impl Width {
-    /// Returns the width in layout units.
-    pub(super) fn units(self) -> i32 {
-        match self {
-            Self::Column => px(336),
-            Self::Page => px(672),
-        }
-    }
-
-    /// Returns the height of a chart in layout units.
-    fn height(self) -> i32 {
-        match self {
-            Self::Column => px(260),
-            Self::Page => px(380),
-        }
-    }
-}
-
-/// The number of layout units in a pixel of 1/96 inch, in which CSS measures. Places are whole
-/// numbers of units, so lines are smooth in print.
-const UNITS: i32 = 4;
-
-/// Returns a length in layout units, from pixels of 1/96 inch.
-pub(super) const fn px(pixels: i32) -> i32 {
-    UNITS * pixels
-}
-
-/// Height of the title above a chart, and width of the numbers to the left of it.
+/// Height of the title above a chart.
 const TOP: i32 = px(34);
-const LEFT: i32 = px(58);
-/// Height of a line of the legend, and the limit on the number of lines that are inside.
+/// Height of a line of the legend, the limit on the number of lines that are inside, and the number
+/// of lines above the axes for which a chart has room.
 const ROW: i32 = px(15);
 const MOST_INSIDE: usize = 8;
-/// Length of a stroke in the legend, and the distance from its start to the name.
-const SWATCH: i32 = px(18);
-const NAME: i32 = px(23);
-/// Sizes of the letters of numbers and labels, and of titles: 8 and 9 points in print.
-pub(super) const SMALL: i32 = px(11);
-pub(super) const LARGE: i32 = px(12);
-/// Width of the lines of series.
-const LINE: u32 = px(1) as u32 * 3 / 2;
-/// Radii of marks, and of pale dots.
-const MARK: i32 = px(5) / 2;
-const DOT: i32 = px(3) / 2;
-/// The letters: those that journals ask for.
-const LETTERS: &str = "Arial, Helvetica, sans-serif";
-/// Colour of horizontal lines.
-const LEVEL: RGBColor = RGBColor(130, 130, 130);
-/// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(90, 90, 90),
-];
+const ROWS: i32 = 2;
 
 /// A chart.
 #[derive(Clone, Debug, Default)]
@@ -113,412 +45,172 @@ pub struct Chart {
     pub x_names: Vec<(f64, String)>,
     /// Ends of the x axis where both axes are linear, if they are not those of what is drawn.
     pub x_ends: Option<[f64; 2]>,
-    /// The series, in the order in which they are drawn.
+    /// The series, in the order in which they are drawn, but areas below all others.
     pub series: Vec<Series>,
     /// Horizontal lines: their meaning and their y.
     pub levels: Vec<(String, f64)>,
 }
 
-/// Points that are drawn in one colour and style.
-#[derive(Clone, Debug)]
-pub struct Series {
-    /// The name in the legend; a series without a name is not in it.
-    pub name: Option<String>,
-    /// Index of the colour.
-    pub colour: usize,
-    /// The style in which it is drawn.
-    pub stroke: Stroke,
-    /// Points (x, y). Points that an axis cannot show are left out.
-    pub points: Vec<(f64, f64)>,
-}
-
-impl Series {
-    /// The colour of series that only guide the eye.
-    pub const GREY: usize = COLOURS.len() - 1;
-
-    fn colour(&self) -> RGBColor {
-        COLOURS[self.colour % COLOURS.len()]
-    }
-}
-
-/// The style in which a series is drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stroke {
-    /// A line with a mark at each point.
-    Line,
-    /// A line alone.
-    Plain,
-    /// A mark at each point.
-    Marks,
-    /// A dashed line.
-    Dashed,
-    /// Small pale dots.
-    Dots,
-    /// A bar between the two points of each pair.
-    Bars,
-    /// A pale area with these corners.
-    Band,
-    /// A column from 0 to each point.
-    Columns {
-        /// The width in units of the x axis.
-        width: f64,
-        /// Whether the colour is pale.
-        pale: bool,
-    },
-}
-
-/// The reason why a backend could not draw.
-pub(super) type Failure = Box<dyn std::error::Error>;
-/// A part of a picture.
-pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
-/// Returns what `draw` draws on white paper of this width and height in layout units, as SVG text
-/// that says how large it is in print.
-pub(super) fn drawn(
-    (width, height): (i32, i32),
-    draw: impl FnOnce(&Area) -> Result<(), Failure>,
-) -> Result<String, Failure> {
-    let mut text = String::new();
-    let area =
-        SVGBackend::with_string(&mut text, (width as u32, height as u32)).into_drawing_area();
-    area.fill(&WHITE)?;
-    draw(&area)?;
-    area.present()?;
-    drop(area);
-    let [across, down] = [width, height].map(|side| f64::from(side) / f64::from(px(96)));
-    let units = format!("width=\"{width}\" height=\"{height}\"");
-    let inches = format!("width=\"{across:.3}in\" height=\"{down:.3}in\"");
-    Ok(allowed(&text.replacen(&units, &inches, 1)).into_owned())
+/// Where the parts of a chart are.
+struct Layout {
+    /// The series, with those of the levels.
+    series: Vec<Series>,
+    frame: Frame,
+    /// Places of the entries of the legend, in the order of the series that have names.
+    entries: Vec<Place>,
 }
 
 impl Chart {
     /// Returns the chart as SVG text; where there is nothing to draw, the chart says so. Errors:
     /// none that input can cause.
     pub fn svg(&self, width: Width) -> Result<String, String> {
-        drawn(Self::size(width), |area| self.draw(area)).map_err(|e| e.to_string())
+        drawn(self.size(width), |area| self.draw(area)).map_err(|e| e.to_string())
     }
 
-    /// Returns the width and height of a chart in layout units.
-    pub(super) fn size(width: Width) -> (i32, i32) {
-        (width.units(), width.height())
+    /// Returns the width and height of the chart in layout units. It is higher where its legend needs
+    /// many rows above the axes.
+    pub(super) fn size(&self, width: Width) -> (i32, i32) {
+        let (across, down) = (width.units(), width.height());
+        let top = self.layout(across, down).map_or(0, |layout| layout.frame.top);
+        (across, down + (top - TOP - ROWS * ROW).max(0))
     }
 
     /// Draws the chart on an area.
     pub(super) fn draw(&self, area: &Area) -> Result<(), Failure> {
-        let shown: Vec<Series> = self.series.iter().map(|series| self.visible(series)).collect();
-        let points = || shown.iter().flat_map(|series| &series.points);
-        let levels = self.levels.iter().map(|(_, y)| *y).filter(|y| *y > 0.0 && y.is_finite());
-        let spans = (span(points().map(|p| p.0)), span(points().map(|p| p.1).chain(levels)));
-        let (Some(x), Some(y)) = spans else {
+        let (width, height) = area.dim_in_pixel();
+        let Some(layout) = self.layout(width as i32, height as i32) else {
             let note = format!("{}: nothing to draw", self.title);
             return Ok(area.draw(&Text::new(note, (px(40), px(40)), font(LARGE)))?);
         };
-        let plot = |inside: bool| {
-            let (x, y) = (x.clone(), y.clone());
-            let room = x.start..x.end * 1.02 + 1e-9;
-            // amounts begin at 0, so that lengths compare as the amounts do
-            let shares = if self.amounts_across { (1.0, 0.5) } else { (0.3, 1.0) };
-            let across = self.x_ends.map_or(spacious(x.clone(), shares.0), |[a, b]| a..b);
-            let linear = (across, spacious(y.clone(), shares.1));
-            match (self.linear_x, self.linear_y) {
-                (_, true) => self.plot(area, &shown, linear.0, linear.1, inside),
-                (true, _) => self.plot(area, &shown, room, roomy(y).log_scale(), inside),
-                _ => self.plot(area, &shown, roomy(x).log_scale(), roomy(y).log_scale(), inside),
+        let Layout { series: all, frame, entries } = layout;
+        let mut order: Vec<&Series> = all.iter().collect();
+        order.sort_by_key(|series| series.stroke != Stroke::Band);
+        let named = all.iter().filter(|series| series.name.is_some());
+
+        // a long title begins left of the axis
+        let end = width as i32 - px(6) - length(&self.title) * LARGE / SMALL;
+        let from = frame.left.min(end).max(px(8));
+        area.draw(&Text::new(self.title.as_str(), (from, px(10)), font(LARGE)))?;
+        frame.draw(area, true)?;
+        order.iter().try_for_each(|series| series.draw(area, &frame, |p| self.shows(p)))?;
+        named.zip(entries).try_for_each(|(series, place)| series.draw_entry(area, place))
+    }
+
+    /// Lays the chart out on an area of this size; `None` if there is nothing that axes can show.
+    fn layout(&self, width: i32, height: i32) -> Option<Layout> {
+        let [x, y] = self.axes()?;
+        let bottom = height - BELOW;
+        let frame = |top: i32| {
+            let left = y.room_beside(bottom - top);
+            let right = width - x.room_beyond(width - left);
+            Frame { left, top, right, bottom, x: x.clone(), y: y.clone() }
+        };
+        let mut series = self.series.clone();
+        series.extend(self.levels.iter().map(|(name, y)| Series {
+            name: Some(name.clone()),
+            colour: Series::GREY,
+            stroke: Stroke::Level,
+            points: frame(TOP).ends_across().map(|x| (x, *y)).to_vec(),
+        }));
+        let named: Vec<&Series> = series.iter().filter(|series| series.name.is_some()).collect();
+
+        // the legend stands where nothing is drawn, or else between the title and the axes
+        let inside = frame(TOP);
+        let taken = series.iter().flat_map(|series| series.covered(&inside, |p| self.shows(p)));
+        let (frame, entries) = match room_inside(&inside, &named, &taken.collect::<Vec<_>>()) {
+            Some((x, y)) => {
+                let entry = |i: usize| (x, y + ROW * i as i32);
+                (inside, (0..named.len()).map(entry).collect())
+            }
+            None => {
+                let entries = rows_above(&inside, &named);
+                (frame(entries.last().map_or(TOP, |(_, y)| y + px(12))), entries)
             }
         };
-        if !plot(true)? {
-            plot(false)?;
-        }
-        Ok(())
+        Some(Layout { series, frame, entries })
     }
 
-    /// Returns the series without the points that the axes cannot show.
-    fn visible(&self, series: &Series) -> Series {
-        let fits = |&&(x, y): &&(f64, f64)| {
-            x.is_finite()
-                && y.is_finite()
-                && (self.linear_y || y > 0.0 && (self.linear_x || x > 0.0))
-        };
-        Series { points: series.points.iter().filter(fits).copied().collect(), ..series.clone() }
-    }
-
-    /// Draws the chart with its legend inside, or else between the title and the axes; returns
-    /// false, and draws nothing, if there is no room for the legend inside.
-    fn plot<X, Y>(
-        &self,
-        area: &Area,
-        shown: &[Series],
-        x: impl AsRangedCoord<CoordDescType = X, Value = f64>,
-        y: impl AsRangedCoord<CoordDescType = Y, Value = f64>,
-        inside: bool,
-    ) -> Result<bool, Failure>
-    where
-        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
-        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    {
-        let (width, _) = area.dim_in_pixel();
-        let above = if inside { Vec::new() } else { self.rows_above(width as i32 - LEFT - px(20)) };
-        let top = TOP + above.last().map_or(0, |(_, (_, y))| y + ROW);
-        let mut builder = ChartBuilder::on(area);
-        builder.margin(px(10)).margin_top(top);
-        builder.x_label_area_size(px(40)).y_label_area_size(LEFT - px(10));
-        let mut chart = builder.build_cartesian_2d(x, y)?;
-        let legend = match inside {
-            true => self.room_for_legend(area, &chart, shown),
-            false => None,
-        };
-        if inside && legend.is_none() && !self.entries().is_empty() {
-            return Ok(false);
-        }
-        area.draw(&Text::new(self.title.as_str(), (LEFT, px(10)), font(LARGE)))?;
-        let mut mesh = chart.configure_mesh();
-        mesh.x_desc(&self.x).y_desc(&self.y).label_style(font(SMALL)).axis_desc_style(font(SMALL));
-        mesh.x_label_formatter(&|v| tick(*v)).y_label_formatter(&|v| tick(*v)).y_labels(6);
-        mesh.x_labels(match self.x_names.is_empty() {
-            false => 0,
-            true if width < px(500) as u32 => 5,
-            true => 9,
-        });
-        mesh.axis_style(BLACK.stroke_width(px(1) as u32)).set_all_tick_mark_size(px(4));
-        // pale lines at the numbers of the y axis alone
-        mesh.disable_x_mesh().light_line_style(BLACK.mix(0.0));
-        mesh.bold_line_style(BLACK.mix(0.1).stroke_width(px(1) as u32)).draw()?;
-        self.draw_x_names(area, &chart)?;
-        self.draw_levels(&mut chart)?;
-        // areas lie below all lines
-        let (bands, others): (Vec<_>, Vec<_>) =
-            shown.iter().partition(|series| series.stroke == Stroke::Band);
-        bands.into_iter().chain(others).try_for_each(|series| draw_series(&mut chart, series))?;
-        if let Some((x, y)) = legend {
-            let [width, height] = self.size_of_legend();
-            let corner = (x - px(6), y - px(9));
-            let paper = [corner, (corner.0 + width, corner.1 + height)];
-            area.draw(&Rectangle::new(paper, WHITE.mix(0.85).filled()))?;
-            let entries = self.entries();
-            for (i, entry) in entries.iter().enumerate() {
-                draw_entry(area, entry, (x, y + ROW * i as i32))?;
+    /// Returns the two axes; `None` if there is nothing that they can show.
+    fn axes(&self) -> Option<[Axis; 2]> {
+        let runs = || self.series.iter().flat_map(|series| series.runs(|p| self.shows(p)));
+        let levels = self.levels.iter().map(|(_, y)| *y).filter(|y| *y > 0.0 && y.is_finite());
+        let x = span(runs().flatten().map(|p| p.0))?;
+        let y = span(runs().flatten().map(|p| p.1).chain(levels))?;
+        // amounts begin at 0, so that lengths compare as the amounts do
+        let shares = if self.amounts_across { (1.0, 0.5) } else { (0.15, 1.0) };
+        let x = match (self.linear_x, self.linear_y) {
+            (_, true) => {
+                let ends = self.x_ends.map_or_else(|| spacious(x, shares.0), |[a, b]| a..b);
+                Axis::linear(&self.x, ends)
             }
-        }
-        let entries = self.entries();
-        for (i, (x, y)) in above {
-            draw_entry(area, &entries[i], (LEFT + x, TOP - px(2) + y))?;
-        }
-        Ok(true)
-    }
-
-    /// Arranges the entries of the legend in rows of this width: their indices, and how far right
-    /// and down they are.
-    fn rows_above(&self, width: i32) -> Vec<(usize, (i32, i32))> {
-        let (mut x, mut y) = (0, 0);
-        let mut rows = Vec::new();
-        for (i, (name, ..)) in self.entries().into_iter().enumerate() {
-            let own = NAME + length(name) + px(14);
-            if x > 0 && x + own > width {
-                (x, y) = (0, y + ROW);
-            }
-            rows.push((i, (x, y)));
-            x += own;
-        }
-        rows
-    }
-
-    /// Draws the names of places on the x axis, each with its tick.
-    fn draw_x_names<X, Y>(
-        &self,
-        area: &Area,
-        chart: &ChartContext<SVGBackend, Cartesian2d<X, Y>>,
-    ) -> Result<(), Failure>
-    where
-        X: Ranged<ValueType = f64>,
-        Y: Ranged<ValueType = f64>,
-    {
-        let (left, top) = area.get_base_pixel();
-        let style = font(SMALL).pos(Pos::new(HPos::Center, VPos::Top));
-        for (x, name) in &self.x_names {
-            let at = chart.backend_coord(&(*x, chart.y_range().start));
-            let (x, y) = (at.0 - left, at.1 - top);
-            let tick = BLACK.stroke_width(px(1) as u32);
-            area.draw(&PathElement::new(vec![(x, y), (x, y + px(4))], tick))?;
-            area.draw(&Text::new(name.as_str(), (x, y + px(7)), style.clone()))?;
-        }
-        Ok(())
-    }
-
-    /// Returns the place of the legend's first line in a corner where nothing is drawn, if there is
-    /// one.
-    fn room_for_legend<X, Y>(
-        &self,
-        area: &Area,
-        chart: &ChartContext<SVGBackend, Cartesian2d<X, Y>>,
-        shown: &[Series],
-    ) -> Option<(i32, i32)>
-    where
-        X: Ranged<ValueType = f64>,
-        Y: Ranged<ValueType = f64>,
-    {
-        let (left, top) = area.get_base_pixel();
-        let place = |p: (f64, f64)| {
-            let (x, y) = chart.backend_coord(&p);
-            (x - left, y - top)
+            (true, false) => Axis::linear(&self.x, x.start..x.end * 1.02 + 1e-9),
+            (false, false) => Axis::logarithmic(&self.x, roomy(x)),
         };
-        let mut drawn: Vec<(i32, i32)> = Vec::new();
-        let mut join = |from: (i32, i32), to: (i32, i32)| {
-            let steps = (to.0 - from.0).abs().max((to.1 - from.1).abs()) / px(4) + 1;
-            let at = |from: i32, to: i32, i: i32| from + (to - from) * i / steps;
-            drawn.extend((0..=steps).map(|i| (at(from.0, to.0, i), at(from.1, to.1, i))));
+        let y = match self.linear_y {
+            true => Axis::linear(&self.y, spacious(y, shares.1)),
+            false => Axis::logarithmic(&self.y, roomy(y)),
         };
-        for series in shown {
-            let points: Vec<(i32, i32)> = series.points.iter().map(|&p| place(p)).collect();
-            match series.stroke {
-                Stroke::Bars => points.chunks_exact(2).for_each(|ends| join(ends[0], ends[1])),
-                Stroke::Columns { .. } => {
-                    for (&(x, _), &at) in series.points.iter().zip(&points) {
-                        join(at, place((x, 0.0)));
-                    }
-                }
-                Stroke::Marks | Stroke::Dots => points.iter().for_each(|&at| join(at, at)),
-                _ => points.windows(2).for_each(|ends| join(ends[0], ends[1])),
-            }
-        }
-        let ends = chart.x_range();
-        for (_, y) in self.levels.iter().filter(|(_, y)| *y > 0.0 && y.is_finite()) {
-            join(place((ends.start, *y)), place((ends.end, *y)));
-        }
-        let (across, down) = chart.plotting_area().get_pixel_range();
-        let [width, height] = self.size_of_legend();
-        let (right, bottom) = (across.end - left - width - px(4), down.end - top - height - px(8));
-        let (first, highest) = (across.start - left + px(12), down.start - top + px(4));
-        let places = [(right, highest), (first, highest), (right, bottom), (first, bottom)];
-        let is_free = |&(x, y): &(i32, i32)| {
-            let inside = |p: &(i32, i32)| {
-                (x - px(6)..x + width + px(4)).contains(&p.0)
-                    && (y - px(4)..y + height + px(4)).contains(&p.1)
-            };
-            !drawn.iter().any(inside)
+        // places that are all whole are counts of plants, leaves, days or bounces
+        let x = match (self.x_names.is_empty(), runs().flatten().all(|p| p.0.fract() == 0.0)) {
+            (false, _) => x.with_names(self.x_names.clone()),
+            (true, true) if self.linear_x => x.of_counts(),
+            (true, _) => x,
         };
-        let fits = right > first && bottom > highest && self.entries().len() <= MOST_INSIDE;
-        places.into_iter().find(is_free).filter(|_| fits).map(|(x, y)| (x + px(6), y + px(9)))
+        Some([x, y])
     }
 
-    /// Returns the width and height of the legend.
-    fn size_of_legend(&self) -> [i32; 2] {
-        let entries = self.entries();
-        let longest = entries.iter().map(|(name, ..)| length(name)).max().unwrap_or(0);
-        [NAME + longest + px(12), ROW * entries.len() as i32 + px(3)]
-    }
-
-    fn draw_levels<X, Y>(
-        &self,
-        chart: &mut ChartContext<SVGBackend, Cartesian2d<X, Y>>,
-    ) -> Result<(), Failure>
-    where
-        X: Ranged<ValueType = f64>,
-        Y: Ranged<ValueType = f64>,
-    {
-        let Range { start, end } = chart.x_range();
-        for (_, y) in self.levels.iter().filter(|(_, y)| *y > 0.0 && y.is_finite()) {
-            let line = DashedLineSeries::new(
-                [(start, *y), (end, *y)],
-                px(2),
-                px(3),
-                LEVEL.stroke_width(px(1) as u32),
-            );
-            chart.draw_series(line)?;
-        }
-        Ok(())
-    }
-
-    /// Returns what the legend has: names, and the colour of their strokes and whether they are
-    /// dashed.
-    fn entries(&self) -> Vec<(&str, RGBColor, bool)> {
-        let series = self.series.iter().filter_map(|series| {
-            Some((series.name.as_deref()?, series.colour(), series.stroke == Stroke::Dashed))
-        });
-        let levels = self.levels.iter().map(|(name, _)| (name.as_str(), LEVEL, true));
-        series.chain(levels).collect()
+    /// Returns whether the axes can show a point.
+    fn shows(&self, &(x, y): &(f64, f64)) -> bool {
+        let fits = self.linear_y || y > 0.0 && (self.linear_x || x > 0.0);
+        x.is_finite() && y.is_finite() && fits
     }
 }
 
-/// Draws an entry of a legend: a name beside a stroke in its colour, which may be dashed.
-fn draw_entry(
-    area: &Area,
-    (name, colour, dashed): &(&str, RGBColor, bool),
-    (x, y): (i32, i32),
-) -> Result<(), Failure> {
-    let style = ShapeStyle::from(colour).stroke_width(LINE);
-    let third = SWATCH / 5;
-    let parts = if *dashed { vec![(0, 2 * third), (3 * third, SWATCH)] } else { vec![(0, SWATCH)] };
-    for (from, to) in parts {
-        area.draw(&PathElement::new(vec![(x + from, y), (x + to, y)], style))?;
-    }
-    let beside = font(SMALL).pos(Pos::new(HPos::Left, VPos::Center));
-    Ok(area.draw(&Text::new(*name, (x + NAME, y), beside))?)
+/// Returns the place of the first entry of a legend in a corner of a frame, or in the middle of a
+/// side of it, that is free of what is drawn, if there is one.
+fn room_inside(frame: &Frame, named: &[&Series], drawn: &[Place]) -> Option<Place> {
+    let names = named.iter().filter_map(|series| series.name.as_deref());
+    let longest = names.map(length).max().unwrap_or(0);
+    let (width, height) = (NAME + longest + px(4), ROW * named.len() as i32);
+    let ([left, right], [top, bottom]) = (
+        [frame.left + px(14), frame.right - width - px(4)],
+        [frame.top + px(4), frame.bottom - height - px(8)],
+    );
+    let (middle, centre) = ((left + right) / 2, (top + bottom) / 2);
+    let places = [
+        (right, top),
+        (left, top),
+        (right, bottom),
+        (left, bottom),
+        (right, centre),
+        (left, centre),
+        (middle, top),
+        (middle, bottom),
+    ];
+    let is_free = |&(x, y): &Place| {
+        let inside = |p: &Place| {
+            (x - px(8)..x + width + px(4)).contains(&p.0)
+                && (y - px(5)..y + height + px(5)).contains(&p.1)
+        };
+        !drawn.iter().any(inside)
+    };
+    let fits = right >= left && bottom >= top && named.len() <= MOST_INSIDE;
+    places.into_iter().find(is_free).filter(|_| fits).map(|(x, y)| (x, y + ROW / 2))
 }
 
-fn draw_series<X, Y>(
-    chart: &mut ChartContext<SVGBackend, Cartesian2d<X, Y>>,
-    series: &Series,
-) -> Result<(), Failure>
-where
-    X: Ranged<ValueType = f64>,
-    Y: Ranged<ValueType = f64>,
-{
-    let colour = series.colour();
-    let points = || series.points.iter().copied();
-    let stroke = ShapeStyle::from(&colour).stroke_width(LINE);
-    match series.stroke {
-        Stroke::Line | Stroke::Marks => {
-            let marks = points().map(|p| Circle::new(p, MARK, colour.filled()));
-            chart.draw_series(marks)?;
-            if series.stroke == Stroke::Line {
-                chart.draw_series(LineSeries::new(points(), stroke))?;
-            }
+/// Returns the places of the entries of a legend above a frame, in rows.
+fn rows_above(frame: &Frame, named: &[&Series]) -> Vec<Place> {
+    let (mut x, mut y) = (frame.left, TOP);
+    let place = |series: &&Series| {
+        let own = NAME + length(series.name.as_deref().unwrap_or_default());
+        if x > frame.left && x + own > frame.right {
+            (x, y) = (frame.left, y + ROW);
         }
-        Stroke::Plain => {
-            chart.draw_series(LineSeries::new(points(), stroke))?;
-        }
-        Stroke::Dashed => {
-            chart.draw_series(DashedLineSeries::new(points(), px(5), px(4), stroke))?;
-        }
-        Stroke::Bars => {
-            let bars = series.points.chunks_exact(2);
-            chart.draw_series(bars.map(|bar| PathElement::new(bar.to_vec(), stroke)))?;
-        }
-        Stroke::Band => {
-            chart.draw_series([Polygon::new(series.points.clone(), colour.mix(0.15))])?;
-        }
-        Stroke::Columns { width, pale } => {
-            // opaque: no line of the grid shows through
-            let paint = on_paper(colour, if pale { 0.4 } else { 0.85 });
-            let column = |(x, y): (f64, f64)| {
-                Rectangle::new([(x - width / 2.0, 0.0), (x + width / 2.0, y)], paint.filled())
-            };
-            chart.draw_series(points().map(column))?;
-        }
-        Stroke::Dots => {
-            let pale = colour.mix(0.35).filled();
-            chart.draw_series(points().map(|p| Circle::new(p, DOT, pale)))?;
-        }
-    }
-    Ok(())
-}
-
-/// Returns the colour of a part of some ink on white paper.
-fn on_paper(RGBColor(r, g, b): RGBColor, part: f64) -> RGBColor {
-    let mixed = |ink: u8| (part * f64::from(ink) + (1.0 - part) * 255.0).round() as u8;
-    RGBColor(mixed(r), mixed(g), mixed(b))
-}
-
-/// Returns letters whose capitals and accents fit into `size` layout units.
-pub(super) fn font(size: i32) -> TextStyle<'static> {
-    // the backend writes font sizes as if they contained the space between lines
-    let size = f64::from(size) * 1.24;
-    FontDesc::new(FontFamily::Name(LETTERS), size, FontStyle::Normal).into()
-}
-
-/// Returns about how long a text of small letters is.
-pub(super) fn length(text: &str) -> i32 {
-    text.chars().count() as i32 * SMALL * 53 / 100
+        let place = (x, y);
+        x += own + px(14);
+        place
+    };
+    named.iter().map(place).collect()
 }
 
 /// Returns the range from the least to the greatest value; `None` without values.
@@ -546,11 +238,146 @@ fn spacious(range: Range<f64>, share: f64) -> Range<f64> {
     (if near_zero { 0.0 } else { start - room })..end + room
 }
 
-/// Formats a number at an axis.
-pub(super) fn tick(value: f64) -> String {
-    match value.abs() {
-        0.0 => "0".into(),
-        v if (1e-3..1e5).contains(&v) => format!("{}", (value * 1e6).round() / 1e6),
-        _ => format!("{value:e}"),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(series: Vec<Series>) -> Chart {
+        let (x, y) = ("time, s".into(), "light, umol/m2/s".into());
+        Chart { title: "a chart".into(), x, y, series, ..Chart::default() }
+    }
+
+    fn series(name: &str, colour: usize, stroke: Stroke, points: &[(f64, f64)]) -> Series {
+        Series { name: Some(name.into()), colour, stroke, points: points.to_vec() }
+    }
+
+    /// Returns the texts of a picture with their places.
+    fn texts(svg: &str) -> Vec<(String, [f64; 2])> {
+        let number = |tag: &str, name: &str| -> f64 {
+            let (_, rest) = tag.split_once(&format!(" {name}=\"")).expect(name);
+            rest.split('"').next().and_then(|n| n.parse().ok()).expect(name)
+        };
+        let all = svg.split("<text").skip(1).map(|text| {
+            let (tag, rest) = text.split_once('>').expect("its start");
+            let text = rest.split('<').next().expect("its end").trim().to_string();
+            (text, [number(tag, "x"), number(tag, "y")])
+        });
+        all.collect()
+    }
+
+    /// The label of the y axis stands clear of the longest number, and one axis has one notation.
+    #[test]
+    fn labels_stand_beside_long_numbers() {
+        let drawn = |points: &[(f64, f64)]| {
+            let lines = vec![series("a", 0, Stroke::Line, points)];
+            texts(&chart(lines).svg(Width::Column).expect("a picture"))
+        };
+        let place = |texts: &[(String, [f64; 2])], wanted: &str| {
+            let found = texts.iter().find(|(text, _)| text == wanted);
+            found.unwrap_or_else(|| panic!("no `{wanted}` in {texts:?}")).1
+        };
+        let long = drawn(&[(1.0, 1e-4), (2.0, 0.01)]);
+        // numbers end at their place, and the label is centred on its own
+        let (number, label) = (place(&long, "0.0001"), place(&long, "light, µmol/m²/s"));
+        let room = number[0] - f64::from(length("0.0001")) - label[0];
+        assert!((30.0..60.0).contains(&room), "{room} of {long:?}");
+        assert!(!long.iter().any(|(text, _)| text.contains('e') && text.starts_with('1')));
+        let wide = drawn(&[(10.0, 1e-6), (1e7, 1.0)]);
+        assert!(!wide.iter().any(|(text, _)| ["0.1", "100", "1e-6"].contains(&text.as_str())));
+        assert!(wide.iter().filter(|(text, _)| text == "10").count() > 6, "{wide:?}");
+        for raised in ["−6", "0", "3"] {
+            place(&wide, raised);
+        }
+    }
+
+    /// In a narrow plot names of months do not lie on each other.
+    #[test]
+    fn names_leave_room_for_each_other() {
+        let points: Vec<(f64, f64)> = (1..=24).map(|m| (f64::from(m), 1.0)).collect();
+        let mut months = chart(vec![series("a", 0, Stroke::Line, &points)]);
+        (months.linear_x, months.linear_y) = (true, true);
+        months.x_names = points.iter().map(|(x, _)| (*x, "Jan".into())).collect();
+        let found = texts(&months.svg(Width::Column).expect("a picture"));
+        let names: Vec<f64> = found.iter().filter(|t| t.0 == "Jan").map(|t| t.1[0]).collect();
+        assert!((8..24).contains(&names.len()), "{names:?}");
+        assert!(names.windows(2).all(|pair| pair[1] - pair[0] > f64::from(length("Jan"))));
+    }
+
+    /// A line breaks where a point cannot be shown, and does not go on to the next.
+    #[test]
+    fn lines_break_where_there_is_no_point() {
+        let points = [
+            (1.0, 1.0),
+            (2.0, 2.0),
+            (3.0, 0.0),
+            (4.0, 2.0),
+            (5.0, 1.0),
+            (6.0, f64::NAN),
+            (7.0, 3.0),
+        ];
+        for (stroke, marks) in [(Stroke::Line, 5), (Stroke::Plain, 1), (Stroke::Hollow, 10)] {
+            let mut line = series("a", 0, stroke, &points);
+            line.name = None;
+            let svg = chart(vec![line]).svg(Width::Page).expect("a picture");
+            let lines = svg.matches("stroke-width=\"6\"").count();
+            let dashes = stroke == Stroke::Hollow;
+            assert!(if dashes { lines > 4 } else { lines == 2 }, "{stroke:?}: {lines}");
+            assert_eq!(svg.matches("<circle").count(), marks, "{stroke:?}");
+        }
+    }
+
+    /// The legend shows lines and marks as they are drawn: beyond the last colour, marks are
+    /// squares.
+    #[test]
+    fn legends_have_marks() {
+        let two = |stroke, colour| {
+            let points = [(1.0, 1.0), (2.0, 1.0)];
+            let pair = vec![series("a", 0, stroke, &points), series("b", colour, stroke, &points)];
+            chart(pair).svg(Width::Page).expect("a picture")
+        };
+        assert_eq!(two(Stroke::Marks, 1).matches("<circle").count(), 6);
+        let squares = two(Stroke::Line, 7);
+        assert_eq!(squares.matches("<circle").count(), 3);
+        assert_eq!(
+            squares.matches("<rect").count(),
+            two(Stroke::Line, 1).matches("<rect").count() + 3
+        );
+        let line = "stroke-width=\"6\"";
+        assert!(!two(Stroke::Marks, 1).contains(line) && two(Stroke::Line, 1).contains(line));
+    }
+
+    /// A legend never lies on an area or a column, and has no paper that would cut lines of the
+    /// grid.
+    #[test]
+    fn legends_lie_on_nothing() {
+        let full = [(0.0, 0.0), (10.0, 0.0), (10.0, 9.0), (0.0, 9.0)];
+        let mut all = chart(vec![series("all", 0, Stroke::Band, &full)]);
+        (all.linear_x, all.linear_y) = (true, true);
+        let svg = all.svg(Width::Page).expect("a picture");
+        let found = texts(&svg);
+        let y = |wanted: &str| found.iter().find(|(text, _)| text == wanted).expect(wanted).1[1];
+        assert!(y("all") < f64::from(TOP + px(2)), "above the axes: {found:?}");
+        let rectangles = |svg: &str| svg.matches("<rect").count();
+        all.series[0].name = None;
+        assert_eq!(rectangles(&svg), rectangles(&all.svg(Width::Page).expect("a picture")));
+        // half of it is free
+        all.series =
+            vec![series("low", 0, Stroke::Band, &full.map(|(x, y)| (x, y * (10.0 - x) / 10.0)))];
+        let found = texts(&all.svg(Width::Page).expect("a picture"));
+        let y = |wanted: &str| found.iter().find(|(text, _)| text == wanted).expect(wanted).1[1];
+        assert!(y("low") > f64::from(TOP + px(2)), "in a corner: {found:?}");
+    }
+
+    /// A legend that needs more rows than there is room for makes a chart higher, so that its axes
+    /// stay as high as they were.
+    #[test]
+    fn a_long_legend_makes_a_chart_higher() {
+        let height = |count: usize| {
+            let name = |i: usize| format!("a method with a rather long name {i}");
+            let line = |i: usize| series(&name(i), i, Stroke::Plain, &[(1.0, 1.0), (2.0, 2.0)]);
+            chart((0..count).map(line).collect()).size(Width::Column).1
+        };
+        assert_eq!(height(1), Width::Column.height());
+        assert!(height(12) > Width::Column.height() + 8 * ROW, "{}", height(12));
     }
 }

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use crate::{
     error::{Error, Result},
     formats::year_table::YearTable,
-    math::{geometry::Extent, stats::Estimate},
+    math::{geometry::Extent, stats::Estimate, units::printed},
     results::saved::CaptorValues,
     scene::{
         captor::{CHANNELS, Channel},
@@ -197,7 +197,7 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
         if !sum.weights.is_empty() {
             let [flux, irradiance] = scene.units(scene.bands.len() + s);
             facts["weights"] = json!(sum.weights);
-            facts["unit"] = json!({ "flux": flux, "irradiance": irradiance });
+            facts["unit"] = json!({ "flux": printed(&flux), "irradiance": printed(&irradiance) });
         }
         facts
     });
@@ -217,7 +217,7 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
         "phylux": env!("CARGO_PKG_VERSION"),
         "scene": scene.name,
         "source": rendered.source,
-        "unit": { "flux": unit.flux, "irradiance": unit.irradiance },
+        "unit": { "flux": printed(&unit.flux), "irradiance": printed(&unit.irradiance) },
         "bands": bands.chain(sums).collect::<Vec<_>>(),
         "objects": scene.objects,
         "materials": materials

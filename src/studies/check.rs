@@ -466,9 +466,7 @@ fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
         let twin = least < i && !(solid(i) && solid(least)) && mutual(least);
         (twin.then_some(least), all.is_none())
     };
-    let is_copy = |i: u32| scene.copies().binary_search_by_key(&i, |[copy, _]| *copy).is_ok();
-    let all: Vec<usize> = scene.standing_for_all().collect();
-    let distinct = all.into_par_iter().filter(|&i| !is_copy(i as u32));
+    let distinct = scene.distinct_by_place().into_par_iter();
     let looked = distinct.map(|i| (i, look(i))).filter(|(_, found)| *found != (None, false));
     let looked: Vec<_> = looked.collect();
     let mut crowded: BTreeMap<u32, usize> = BTreeMap::new();

@@ -11,7 +11,7 @@ mod truth;
 use std::cell::Cell;
 
 use cpu_time::ProcessTime;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     error::{Error, Result},
@@ -53,7 +53,7 @@ pub struct ConvergencePlan {
 }
 
 /// One run of a convergence study, a row of its table.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// Name of the estimator.
     pub estimator: String,
@@ -70,7 +70,7 @@ pub struct Row {
 }
 
 /// The runs of one estimator and budget together.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Rung {
     /// Name of the estimator.
     pub estimator: String,
@@ -94,7 +94,7 @@ pub struct Rung {
 }
 
 /// The results of a convergence study.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ConvergenceStudy {
     /// Name of the scene.
     pub scene: String,

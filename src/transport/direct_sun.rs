@@ -1,6 +1,9 @@
 //! Direct and mirrored sunlight on captors, found by shadow rays.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::{
+    ops::Range,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use rayon::prelude::*;
 
@@ -10,7 +13,7 @@ use crate::{
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
-        captor::{CHANNELS, CaptorKind, Channel},
+        captor::{CHANNELS, Captor, CaptorKind, Channel},
         daylight::InfiniteLight,
         world::Scene,
     },
@@ -32,8 +35,12 @@ pub struct SunRays {
 impl SunRays {
     /// The least and the most points.
     pub const RANGE: std::ops::RangeInclusive<u64> = 4..=65_536;
-    /// Number of points unless there are very many captors.
+    /// Number of points unless there are very many captors, or few.
     const USUAL: u64 = 16;
+    /// The most points where there are few, and the number of points of all captors and suns that is
+    /// then not exceeded: they take a few seconds.
+    const PLENTY: u64 = 256;
+    const CHEAP: u64 = 4_000_000;
     /// Number of captors up to which that many are taken, and the number of points of all captors
     /// and suns that is not exceeded with more captors.
     const CAPTORS: u64 = 5_000;
@@ -50,7 +57,7 @@ impl SunRays {
     pub fn usual(captors: usize, suns: usize) -> Self {
         let pairs = (captors as u64).saturating_mul(suns as u64).max(1);
         Self::new(match captors as u64 <= Self::CAPTORS {
-            true => Self::USUAL,
+            true => (Self::CHEAP / pairs).clamp(Self::USUAL, Self::PLENTY),
             false => Self::USUAL.min(Self::MOST / pairs),
         })
     }
@@ -87,11 +94,7 @@ const SHARE_POINTS: u64 = 64;
 /// error, at least half a point. The scene has one sun. The same seed gives the same values on any
 /// number of threads. `None` if no sun is there, or if there are several.
 pub fn sunlit_shares(scene: &Scene, seed: u64) -> Option<Vec<[f64; 2]>> {
-    let mut suns = scene.infinite_lights().filter(|(_, light)| light.suns() > 0);
-    let (_, light) = suns.next().filter(|(_, light)| light.suns() == 1)?;
-    if suns.next().is_some() {
-        return None;
-    }
+    let light = only_sun(scene)?;
     let captors = scene.captors.len() as u64;
     let rays = SunRays::new((SHARE_POINTS * SunRays::CAPTORS / captors.max(1)).min(SHARE_POINTS));
     let (channels, never) = (CHANNELS.len(), AtomicBool::new(false));
@@ -104,6 +107,92 @@ pub fn sunlit_shares(scene: &Scene, seed: u64) -> Option<Vec<[f64; 2]>> {
         [mean, error.hypot(least)]
     };
     Some((0..scene.captors.len()).into_par_iter().map(share).collect())
+}
+
+/// Returns the light that is the scene's one sun; `None` if no sun is there, or several are.
+fn only_sun(scene: &Scene) -> Option<&InfiniteLight> {
+    let mut suns = scene.infinite_lights().filter(|(_, light)| light.suns() > 0);
+    let (_, light) = suns.next().filter(|(_, light)| light.suns() == 1)?;
+    suns.next().is_none().then_some(light)
+}
+
+/// Number of sets of points for the sunlit shares of layers, and of points in each set.
+const LAYER_SETS: usize = 8;
+const LAYER_POINTS: f64 = 16_384.0;
+
+/// Returns the fraction of the leaves of each layer, by area, that has a straight path to the sun,
+/// also through thin panes, by either face; with its standard error, at least half a point. The
+/// points are spread evenly over all leaves of the scene, which has one sun. The same seed gives the
+/// same values on any number of threads. `None` for a layer in which no point lies; for the whole if
+/// the scene has no layers or not one sun.
+pub fn sunlit_layers(scene: &Scene, seed: u64) -> Option<Vec<Option<[f64; 2]>>> {
+    let mut layers = vec![[[0u64; 2]; LAYER_SETS]; scene.stand().layers.as_ref()?.areas.len()];
+    let sun = only_sun(scene)?;
+    let of_leaves = |captor: &Captor| match captor.kind {
+        CaptorKind::Surface if !scene.is_ground(captor.triangles.start) => captor.area,
+        _ => 0.0,
+    };
+    let mut end = 0.0;
+    let areas: Vec<_> = scene
+        .captors
+        .iter()
+        .map(|captor| {
+            let start = end;
+            end += of_leaves(captor);
+            start..end
+        })
+        .collect();
+    // in each set the points of a captor are those multiples of one share of the area, from another
+    // start in each set, that lie in its range
+    let before = |set: usize, area: f64| {
+        (LAYER_POINTS * area / end + set as f64 / LAYER_SETS as f64).floor() as u64
+    };
+    let of_captor = |(captor, area): (usize, &Range<f64>)| {
+        let points = std::array::from_fn(|set| before(set, area.end) - before(set, area.start));
+        with_lanes!(scene.lanes(), L => in_layers::<L>(scene, captor, sun, seed, points))
+    };
+    let found: Vec<_> = areas.par_iter().enumerate().map(of_captor).collect();
+    for (set, layer, is_sunlit) in found.into_iter().flatten() {
+        let [points, sunlit] = &mut layers[layer][set];
+        *points += 1;
+        *sunlit += u64::from(is_sunlit);
+    }
+    Some(layers.iter().map(share_of).collect())
+}
+
+/// Looks for the sun from so many points of a captor in each set. Returns for each point that counts
+/// in a layer its set, the layer, and whether the sun shines there.
+fn in_layers<L: Lanes>(
+    scene: &Scene,
+    captor: usize,
+    sun: &InfiniteLight,
+    seed: u64,
+    points: [u64; LAYER_SETS],
+) -> Vec<(usize, usize, bool)> {
+    if points == [0; LAYER_SETS] {
+        return Vec::new();
+    }
+    let faces = [Channel::Front, Channel::Back].map(|face| Face::new(scene, captor, face));
+    let streams = Streams::new(seed, Purpose::DirectSun, captor as u64);
+    let look = |set: usize, point: u64| {
+        let rng = streams.history(point * LAYER_SETS as u64 + set as u64);
+        let mut rng = rng.with_sobol(streams.sequence(set as u64), point, NUMBERS);
+        let beam = faces[0].sunbeam::<L>(sun, &mut rng)?;
+        Some((set, faces[0].layer_of(&beam)?, faces.iter().any(|face| face.is_sunlit(&beam))))
+    };
+    let all = (0..LAYER_SETS).flat_map(|set| (0..points[set]).map(move |point| (set, point)));
+    all.filter_map(|(set, point)| look(set, point)).collect()
+}
+
+/// Returns the share of points in the sun by the counts of several sets, with its standard error.
+fn share_of(sets: &[[u64; 2]; LAYER_SETS]) -> Option<[f64; 2]> {
+    let sets = sets.map(|counts| counts.map(|count| count as f64));
+    let [points, sunlit] =
+        sets.iter().fold([0.0; 2], |[a, b], [points, sunlit]| [a + points, b + sunlit]);
+    let share = sunlit / points;
+    let squares: f64 = sets.iter().map(|[points, sunlit]| (sunlit - share * points).powi(2)).sum();
+    let n = LAYER_SETS as f64;
+    (points > 0.0).then(|| [share, (squares * n / (n - 1.0)).sqrt().hypot(0.5) / points])
 }
 
 fn of_captor<L: Lanes>(
@@ -188,9 +277,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fewer_rays_are_taken_for_very_many_captors() {
+    fn few_captors_have_more_rays_and_very_many_fewer() {
         let count = |captors, suns| SunRays::usual(captors, suns).count();
-        assert_eq!([count(1, 1), count(5_000, 4_170), count(10_000, 4_170)], [16; 3]);
+        assert_eq!([count(1, 1), count(15, 480), count(3, 4_170)], [256; 3]);
+        assert_eq!(count(15, 4_170), 56);
+        assert_eq!([count(400, 4_170), count(5_000, 4_170), count(10_000, 4_170)], [16; 3]);
         assert_eq!(count(25_000, 4_170), 8);
         assert_eq!([count(100_000, 4_170), count(usize::MAX, usize::MAX)], [4; 2]);
         assert_eq!([0, 5, 12, 16, 20, 64].map(|n| SunRays::new(n).count()), [4, 4, 12, 16, 16, 64]);

@@ -54,7 +54,7 @@ pub use joined::radiance;
 use mirrored::by_way_of;
 use reflectors::Reflectors;
 use spots::Spots;
-pub use unseen::{Finding, Told, Unseen};
+pub use unseen::{Finding, Told, Unseen, unaimed};
 use vertex::{Arrival, Vertex};
 
 /// When surfaces have left less than this fraction of a path, Russian roulette decides whether it
@@ -126,9 +126,16 @@ impl Pilot {
     }
 
     /// Traces the photons of the pilot run of paths beside which photons are traced: these paths
-    /// leave to the photons what they would find by chance alone of lights that are small.
+    /// leave to the photons what they would find by chance alone of lights that are small, unless
+    /// photons would find the captors by less chance than paths find the light.
     pub fn beside_photons(scene: &Scene, seed: u64) -> Self {
-        let is_left = |light: &Light| is_small(scene, light.exitance().unwrap_or(0.0));
+        let faces =
+            scene.captors.iter().flat_map(|c| c.kind.faces().iter().map(|_| c.area_of_face()));
+        let area = faces.sum::<f64>() as f32;
+        let is_left = |light: &Light| {
+            let exitance = light.exitance().unwrap_or(0.0);
+            is_small(scene, exitance) && exitance * area > 1.0
+        };
         let left: Vec<bool> = scene.lights.iter().map(is_left).collect();
         let strata = Strata::new(&scene.lights, scene.sources() as u64, scene.lanes());
         let mut shares = Vec::with_capacity(strata.sources());
@@ -143,9 +150,11 @@ impl Pilot {
     }
 
     /// Returns the strata of so many photons beside so many paths from each face, by whose number
-    /// their sums are divided.
-    pub fn strata(&self, scene: &Scene, photons: u64, paths: u64) -> Strata {
-        Strata::shared(&scene.lights, photons, scene.lanes(), Some(&self.shares)).divided_by(paths)
+    /// their sums are divided. Lights of which nothing is left to photons have few of them, unless
+    /// `all` light counts somewhere.
+    pub fn strata(&self, scene: &Scene, photons: u64, paths: u64, all: bool) -> Strata {
+        let shares = Some(&self.shares[..]).filter(|_| !all);
+        Strata::shared(&scene.lights, photons, scene.lanes(), shares).divided_by(paths)
     }
 
     /// Returns whether photons are traced beside the paths.

@@ -16,6 +16,7 @@ mod accuracy;
 mod batches;
 mod beside;
 mod checkpoint;
+mod division;
 mod found_and_unseen;
 mod lamps;
 mod light_by_light;
@@ -46,7 +47,7 @@ use crate::{
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
         guiding::Guidance,
-        paths::{Face, Pilot, Told, Unseen},
+        paths::{Face, Pilot, Told, Unseen, unaimed},
         photon_map::{MapBuilder, PhotonMap},
         settings::{Estimator, Guiding, Settings},
         tally::{Tally, Totals},
@@ -114,6 +115,9 @@ pub struct Simulation {
     pub estimator: Estimator,
     /// For complete paths: the number of photons beside them.
     pub beside: Option<u64>,
+    /// For complete paths, per channel of captors: whether no paths start from this face, so that all
+    /// photons count there. Empty if paths start from all faces, and for other estimators.
+    pub by_photons: Arc<[bool]>,
     /// The reason for the estimator, if a trial has chosen it.
     pub choice: Option<Choice>,
     /// The guiding that was used.
@@ -126,9 +130,9 @@ pub struct Simulation {
     pub map: Option<PhotonMap>,
     /// For paths alone: the light that they cannot find, if there may be such light.
     pub unseen: Option<Unseen>,
-    /// For paths, per channel of captors and groups: whether its standard error is too small for
-    /// the light that paths find by chance alone, as photons show. Empty if there is no such light,
-    /// and for photons.
+    /// For paths and aimed photons, per channel of captors and groups: whether its standard error is
+    /// too small for the light that they find by chance alone, as plain photons show. Empty if there
+    /// is no such light.
     pub too_small: Vec<bool>,
     /// The reason why the run ended.
     pub end: End,
@@ -201,6 +205,9 @@ struct Run<'a> {
     work: Work<'a>,
     /// For complete paths: the photons beside them.
     beside: Option<Beside>,
+    /// For complete paths, per channel of captors: whether all photons count there, and no paths
+    /// start. Empty if that is so nowhere.
+    by_photons: Arc<[bool]>,
     /// What guides its photons; `None` if they are not guided.
     guidance: Option<Guidance<'a>>,
     /// The part in which each light is counted; empty if nothing is split.
@@ -265,8 +272,14 @@ impl<'a> Run<'a> {
     ) -> Result<Self> {
         let (keep, known) = (Keep::OnCaptors, plan.of_paths.clone());
         let run = Self::knowing(scene, settings, part_of, keep, control, known)?;
-        let beside = plan.beside.map(|ratio| Beside { ratio, least: scene.sources() as u64 });
-        Ok(Self { beside, ..run.guided_by(plan.guidance.clone()) })
+        let run = run.guided_by(plan.guidance.clone());
+        let (Some(division), Work::Paths(_, pilot)) = (&plan.division, &run.work) else {
+            return Ok(run);
+        };
+        let by_photons = division.by_photons.clone();
+        let work = Work::Paths(faces_of_paths(scene, &by_photons), pilot.clone());
+        let beside = Some(Beside { ratio: division.photons, least: scene.sources() as u64 });
+        Ok(Self { work, beside, by_photons, ..run })
     }
 
     fn new(
@@ -323,6 +336,7 @@ impl<'a> Run<'a> {
             started,
             work,
             beside: None,
+            by_photons: Arc::default(),
             guidance: None,
             part_of,
             keeper: None,
@@ -351,7 +365,11 @@ impl<'a> Run<'a> {
 
     fn totals(&self) -> Totals {
         let totals = Totals::new(self.scene, parts(&self.part_of));
-        if self.beside.is_some() { totals.beside_paths() } else { totals }
+        if self.beside.is_some() {
+            totals.beside_paths(self.scene, &self.by_photons)
+        } else {
+            totals
+        }
     }
 
     /// Shares a number of histories of photons among the lights.
@@ -451,17 +469,29 @@ impl<'a> Run<'a> {
         let beside = self.beside.map(|_| rounds * schedule.all_beside());
         totals.histories *= self.unit();
         let (unseen, too_small) = match &self.work {
-            Work::Photons(_) | Work::Lights => (None, Vec::new()),
+            Work::Photons(_) | Work::Lights => {
+                let targets = self.guidance.as_ref().and_then(|guidance| guidance.targets.as_ref());
+                let unaimed = targets.and_then(|targets| {
+                    let shows = |point, normal| targets.shows(point, normal);
+                    unaimed(self.scene, shows, totals.histories, self.settings.seed)
+                });
+                let photons = Some(totals.histories);
+                let too_small =
+                    unaimed.map(|found| found.too_small(self.scene, &totals, 1, photons, &[]));
+                (None, too_small.unwrap_or_default())
+            }
             Work::Paths(_, pilot) => {
                 let Told { unseen, by_chance } = Told::find(self.scene, pilot, self.settings.seed);
-                let too_small =
-                    by_chance.map(|found| found.too_small(self.scene, &totals, paths, beside));
+                let by_photons = &self.by_photons;
+                let too_small = by_chance
+                    .map(|found| found.too_small(self.scene, &totals, paths, beside, by_photons));
                 (unseen.filter(|_| beside.is_none()), too_small.unwrap_or_default())
             }
         };
         Ok(Simulation {
             estimator: self.settings.estimator,
             beside,
+            by_photons: self.by_photons.clone(),
             choice: None,
             guiding: self.guidance.as_ref().map_or(Guiding::Off, Guidance::guiding),
             starved: self.guidance.as_ref().is_some_and(|guidance| guidance.starved),
@@ -509,6 +539,18 @@ fn faces(scene: &Scene) -> Vec<Face<'_>> {
         captor.kind.faces().iter().map(move |&face| Face::new(scene, c, face))
     };
     scene.captors.iter().enumerate().flat_map(of).collect()
+}
+
+/// Returns the channel of a face.
+fn channel(scene: &Scene, face: &Face) -> usize {
+    scene.captors[face.captor].first_channel + face.channel as usize
+}
+
+/// Returns the faces from which paths start, where all photons count `by_photons`.
+fn faces_of_paths<'a>(scene: &'a Scene, by_photons: &[bool]) -> Vec<Face<'a>> {
+    let mut all = faces(scene);
+    all.retain(|face| !by_photons.get(channel(scene, face)).is_some_and(|&alone| alone));
+    all
 }
 
 /// Returns the least number of paths of a run, over all faces.

@@ -203,20 +203,20 @@ impl Tally {
 
     #[inline]
     fn score_whole<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
-        self.score_beside(scene, weights, event, true);
+        self.score_beside(scene, weights, event, |_| true);
     }
 
-    /// Scores an event of a photon of these weights. It counts for captors only if `counts` is
-    /// true; where power goes is scored in any case.
+    /// Scores an event of a photon of these weights. It counts for the captors for which `counts`
+    /// is true; where power goes is scored in any case.
     #[inline]
     pub fn score_beside<L: Lanes>(
         &mut self,
         scene: &Scene,
         weights: &[f64],
         event: &Event<'_, L>,
-        counts: bool,
+        counts: impl Fn(&Counted<'_, L>) -> bool,
     ) {
-        let counted = if counts { event.counted(scene) } else { None };
+        let counted = event.counted(scene).filter(counts);
         if let Some(counted) = &counted {
             match &counted.captor.sensor.response {
                 None => self.add(counted.channel(), weights, counted.power),

@@ -97,7 +97,7 @@ fn a_grid_runs_every_pair() {
     for name in pictures {
         let svg = fs::read_to_string(folder.path("out/plots").join(name)).expect("a picture");
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
-        assert!(svg.contains("irradiance, W/m2") && !svg.contains("NaN"), "{name}");
+        assert!(svg.contains("irradiance, W/m²") && !svg.contains("NaN"), "{name}");
     }
     // times differ each time, so they are in a file of their own
     assert_eq!(column(&folder, "out/times.csv", "file"), column(&folder, "out/runs.csv", "file"));

@@ -73,7 +73,7 @@ fn shards_make_the_same_year() {
     );
     done(&folder, &["merge", "s3", "s1", "s2", "-o", "joined"]);
     let (whole, joined) = (tables(&scene.path("whole")), tables(&scene.path("joined")));
-    assert!(whole.len() == 13, "{:?}", listing(&scene.path("whole")));
+    assert!(whole.len() == 14, "{:?}", listing(&scene.path("whole")));
     for (whole, joined) in whole.iter().zip(&joined) {
         assert_eq!(whole.0, joined.0);
         assert!(whole.1 == joined.1, "{} differs", whole.0);

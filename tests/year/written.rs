@@ -57,9 +57,9 @@ fn folders_of_years_are_plotted() {
     done(&folder, &["year", "scene.json", "-o", "y", "--photons", "3000", "--results"]);
     done(&folder, &["year", "scene.json", "-o", "c", "--photons", "3000", "--csv"]);
     for (show, texts) in [
-        ("months", &["daily light integral, all", "both", "MJ/m2/d"][..]),
-        ("carpet", &["hour", "both", "W/m2", "06-20"]),
-        ("day", &["hour of the day", "2025-06-2", "W/m2"]),
+        ("months", &["daily light integral, all", "both", "MJ/m²/d"][..]),
+        ("carpet", &["hour of the day", "both", "W/m²", "06-20"]),
+        ("day", &["hour of the day", "2025-06-2", "W/m²"]),
     ] {
         for (year, output) in [("y", "y.svg"), ("c", "c.svg")] {
             done(&folder, &["plot", year, "--show", show, "-o", output]);

@@ -59,7 +59,7 @@ impl ViewArguments {
         let size = (pixels(self.width, width), pixels(self.height, height));
         let base = match view {
             Some(view) => *view,
-            None => Viewpoint::choose_view(scene, size)?,
+            None => Viewpoint::choose_view(scene, size, self.fov_deg.unwrap_or(View::FOV_DEG))?,
         };
         let metres = |point: DVec3| point * unit.metres();
         let seen = View {

@@ -73,9 +73,12 @@ pub(super) fn read(bytes: &[u8]) -> std::result::Result<Panorama, String> {
         for (_, values) in &mut channels {
             *values = place.within(values, width, height);
         }
+        let rest = match place.covers(width, height) {
+            true => "what lies outside of that is cut off",
+            false => "the rest of that is black",
+        };
         notes.push(format!(
-            "its data window, {} x {} texels, is not its display window, {width} x {height}: the \
-             rest is black",
+            "its data window, {} x {} texels, is not its display window, {width} x {height}: {rest}",
             place.width, place.height
         ));
     }
@@ -104,6 +107,13 @@ impl Placement {
 
     fn fills(&self, width: usize, height: usize) -> bool {
         (self.left, self.top, self.width, self.height) == (0, 0, width, height)
+    }
+
+    fn covers(&self, width: usize, height: usize) -> bool {
+        let all = |from: i64, data: usize, display: usize| {
+            from <= 0 && from + data as i64 >= display as i64
+        };
+        all(self.left, self.width, width) && all(self.top, self.height, height)
     }
 
     /// Places the values of a channel in a display window of this size; what lies outside the data

@@ -166,6 +166,10 @@ fn tga(bytes: &[u8]) -> Result<Picture, String> {
     if seen < count {
         return Err(short());
     }
+    // a bit of the descriptor says that rows are stored from right to left
+    if bytes.get(17).is_some_and(|descriptor| descriptor & 0x10 != 0) {
+        texels.chunks_mut(width.into()).for_each(<[_]>::reverse);
+    }
     // programs that do not use the fourth byte leave it 0
     if header.alpha_channel_depth == 0 && texels.iter().all(|[.., alpha]| *alpha == 0) {
         texels.iter_mut().for_each(|texel| texel[3] = 255);

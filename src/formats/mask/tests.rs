@@ -130,7 +130,7 @@ fn tga(kind: u8, bits: u8, descriptor: u8, width: u8, data: &[u8]) -> Vec<u8> {
 #[test]
 fn every_kind_of_picture_is_read() {
     use png::{BitDepth::*, ColorType::*};
-    let rows: [(&str, Vec<u8>, Channel); 13] = [
+    let rows: [(&str, Vec<u8>, Channel); 14] = [
         ("grey", png(Grayscale, Eight, 2, &[127, 128]), Channel::Luminance),
         ("1 bit", png(Grayscale, One, 2, &[0b0100_0000]), Channel::Luminance),
         ("16 bits", png(Grayscale, Sixteen, 2, &[127, 255, 128, 0]), Channel::Luminance),
@@ -141,6 +141,7 @@ fn every_kind_of_picture_is_read() {
         ("palette", png(Indexed, Eight, 2, &[1, 0]), Channel::Alpha),
         ("TGA RGBA", tga(2, 32, 8, 2, &[1, 2, 3, 0, 1, 2, 3, 255]), Channel::Alpha),
         ("TGA RLE", tga(10, 32, 8, 2, &[0x80, 1, 2, 3, 0, 0, 1, 2, 3, 255]), Channel::Alpha),
+        ("TGA from the right", tga(3, 8, 0x10, 2, &[255, 0]), Channel::Luminance),
         ("TGA grey", tga(3, 8, 0, 2, &[0, 255]), Channel::Luminance),
         ("TGA RGB", tga(2, 24, 0, 2, &[0, 0, 0, 255, 255, 255]), Channel::Luminance),
         ("TGA blue", tga(2, 24, 0, 2, &[0, 255, 255, 255, 0, 0]), Channel::Blue),

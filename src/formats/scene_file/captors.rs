@@ -39,7 +39,7 @@ impl Loader<'_> {
             let name = self.entry_name(&pointer, file)?;
             self.claim_group(&pointer, &name)?;
             let mut groups = vec![self.group(&name)];
-            groups.extend(file.group.as_ref().map(|group| self.group(group)));
+            groups.extend(file.group.as_ref().map(|group| self.joined(&pointer, &name, group)));
             groups.sort_unstable();
             groups.dedup();
             let kind = CaptorKind::Virtual { both_sides: file.sides == SidesSpec::Both };
@@ -221,6 +221,16 @@ impl Loader<'_> {
     /// Makes the groups that are given by patterns of captors' ids. All captors must be known by
     /// then.
     pub(super) fn load_groups(&mut self, groups: &BTreeMap<String, Patterns>) -> Result<()> {
+        for (group, place) in std::mem::take(&mut self.joined) {
+            if self.entries.contains(&group) {
+                let problem = format!(
+                    "an entry or object is named {} too, whose own group has these captors as well: its means \
+                     are over all of them; give the group another name if this is not meant",
+                    quoted(&group)
+                );
+                self.warn(place, problem);
+            }
+        }
         const MOST: usize = 1_000_000_000;
         let patterns: usize = groups.values().map(|patterns| patterns.all().len()).sum();
         if patterns.saturating_mul(self.parts.captors.len()) > MOST {

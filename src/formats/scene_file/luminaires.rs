@@ -206,6 +206,9 @@ impl Loader<'_> {
         let power = match power {
             PowerSpec::Given(power) => return self.per_band(&there, power, f64::MAX),
             PowerSpec::Spectrum(spectrum) => {
+                if let (Some(measured), Some(file)) = (measured, lamp.file) {
+                    self.remark_on_emitter(&there, file, spectrum, measured);
+                }
                 let power = self.lamp_power(&there, spectrum, flux)?;
                 if spectrum.total != TotalSpec::File {
                     return Ok(power);
@@ -309,6 +312,25 @@ impl Loader<'_> {
                 .remedy(format!("let both agree, or {spectrum}")));
         }
         Ok(vec![value])
+    }
+
+    /// Warns where the intensities are those of another emitter of a file than the spectrum.
+    fn remark_on_emitter(
+        &mut self,
+        there: &str,
+        file: &str,
+        spectrum: &LampSpectrumSpec,
+        measured: &Measured,
+    ) {
+        let set = measured.picked + 1;
+        if set > 1 && spectrum.spectrum == file && spectrum.column.is_none() {
+            let problem = format!(
+                "the intensities are those of emitter {set} of {file}, and the spectrum is that of the first: give \
+                 its name or number as `column` (column {} is the spectrum of emitter {set}, if each has one)",
+                set + 1
+            );
+            self.warn(self.place(there), problem);
+        }
     }
 
     /// Warns where a file has more than one flux, of which one had to be chosen, and of what it notes.

@@ -1,7 +1,7 @@
 //! Loads objects: placed files of meshes (and files in the format of Radiance), with their materials,
 //! their captors and their surfaces that emit light.
 
-use std::{collections::BTreeMap, f64::consts::PI, sync::Arc};
+use std::{collections::BTreeMap, f64::consts::PI, ops::Range, sync::Arc};
 
 use glam::DVec3;
 
@@ -38,6 +38,8 @@ struct Object<'a> {
     name: String,
     file: &'a ObjectSpec,
     obj: Arc<ObjFile>,
+    /// Length of the file's unit, m.
+    metres: f64,
     /// Name of the file without its extension: the group of faces outside any group of the file.
     stem: String,
     /// Index in the scene of the material of each part of the file.
@@ -49,6 +51,13 @@ struct Object<'a> {
     pieces: Pieces,
     /// Surfaces that emit light, by the name of their MTL entry.
     glows: BTreeMap<String, Glow>,
+}
+
+impl Object<'_> {
+    /// Returns the corners of a surface's triangles, in the file's unit.
+    fn corners(&self, surface: &OwnSurface) -> &[[DVec3; 3]] {
+        &self.obj.parts[surface.part].triangles[surface.triangles.clone()]
+    }
 }
 
 struct Glow {
@@ -70,9 +79,10 @@ impl Loader<'_> {
         let (obj, pieces) = self.masked(pointer, file, obj)?;
         let stem = stem(&self.sibling(file.obj.as_ref().or(file.rad.as_ref()).map_or("", |f| f)));
         let name = file.name.clone().unwrap_or_else(|| stem.clone());
+        let metres = self.metres_of(&obj);
         let (materials, tangents, glows) = (Vec::new(), Vec::new(), BTreeMap::new());
         let mut object =
-            Object { pointer, name, file, obj, stem, materials, tangents, pieces, glows };
+            Object { pointer, name, file, obj, metres, stem, materials, tangents, pieces, glows };
         for (i, part) in object.obj.clone().parts.iter().enumerate() {
             let material = match (&file.material, &rad) {
                 (Some(material), _) => {
@@ -199,22 +209,28 @@ impl Loader<'_> {
     /// Divides an object into surfaces and captors.
     fn own_surfaces(&mut self, object: &Object) -> OwnSurfaces {
         let mut own = OwnSurfaces::default();
-        let metres = self.metres_of(&object.obj);
+        let has_area =
+            |[a, b, c]: &[DVec3; 3]| area(&[*a, *b, *c].map(|p| p * object.metres)) != 0.0;
         let mut seen = vec![Seen::default(); object.obj.groups.len()];
         let captor = object.file.captor;
         let mut first = 0;
-        for (part, &material) in object.obj.parts.iter().zip(&object.materials) {
+        for (index, (part, &material)) in object.obj.parts.iter().zip(&object.materials).enumerate()
+        {
             let range = first..first + part.triangles.len();
             first = range.end;
             let of_part = object.tangents.get(range.clone());
             let turned = of_part.filter(|_| self.materials.needs_tangents(material));
             let tangents = turned.unwrap_or_default();
             let numbers = object.pieces.numbers.get(range);
-            let triangles: Vec<[DVec3; 3]> =
-                part.triangles.iter().map(|corners| corners.map(|p| p * metres)).collect();
             let glow = part.material.clone().filter(|name| object.glows.contains_key(name));
-            let mut surface =
-                OwnSurface { material, captor: None, triangles, tangents: tangents.to_vec(), glow };
+            let mut surface = OwnSurface {
+                material,
+                captor: None,
+                part: index,
+                triangles: 0..part.triangles.len(),
+                tangents: tangents.to_vec(),
+                glow,
+            };
             let whole = captor == SurfaceCaptorSpec::Instances;
             let group = object.obj.groups[part.group].name.as_deref().unwrap_or(&object.stem);
             let before = match whole {
@@ -228,16 +244,16 @@ impl Loader<'_> {
                     let number = |i| numbers.map_or(seen.triangles + i, |numbers| numbers[i]);
                     let numbers: Vec<usize> = (0..surface.triangles.len()).map(number).collect();
                     seen.triangles += surface.triangles.len();
-                    let (mut rest, mut tangents) = (&surface.triangles[..], tangents);
+                    let (mut next, mut tangents) = (0, tangents);
                     // the pieces that a mask leaves of one triangle are one captor
                     for pieces in numbers.chunk_by(|a, b| a == b) {
-                        let (triangles, after) = rest.split_at(pieces.len());
-                        rest = after;
+                        let triangles = next..next + pieces.len();
+                        next = triangles.end;
                         let (of_pieces, after) =
                             tangents.split_at(pieces.len().min(tangents.len()));
                         tangents = after;
                         let number = pieces[0];
-                        if triangles.iter().all(|triangle| area(triangle) == 0.0) {
+                        if !part.triangles[triangles.clone()].iter().any(has_area) {
                             self.warn(
                                 object.pointer,
                                 format!("triangle `{before}/{number}` has no area: no captor"),
@@ -247,7 +263,7 @@ impl Loader<'_> {
                         own.captors.push([before.clone(), format!("/{number}")]);
                         own.surfaces.push(OwnSurface {
                             captor: Some(own.captors.len() - 1),
-                            triangles: triangles.to_vec(),
+                            triangles,
                             tangents: of_pieces.to_vec(),
                             ..surface.clone_without_triangles()
                         });
@@ -282,7 +298,8 @@ impl Loader<'_> {
         if instance.is_some() && object.file.captor != SurfaceCaptorSpec::Instances {
             groups.push(self.group(&format!("{}{copy}", object.name)));
         }
-        groups.extend(object.file.group.as_ref().map(|group| self.group(group)));
+        let joins = object.file.group.as_ref();
+        groups.extend(joins.map(|group| self.joined(object.pointer, &object.name, group)));
         groups.sort_unstable();
         groups.dedup();
         for [before, after] in &own.captors {
@@ -302,7 +319,7 @@ impl Loader<'_> {
         let object_index = self.parts.objects.len().checked_sub(1);
         let first_captor = self.place_captors(object, own, instance)?;
         for surface in &own.surfaces {
-            let triangles = self.placed(&surface.triangles, transform, 1.0)?;
+            let triangles = self.placed(object.corners(surface), transform, object.metres)?;
             let glow = surface.glow.as_ref().and_then(|name| object.glows.get_mut(name));
             if let Some(glow) = glow {
                 glow.triangles.extend_from_slice(&triangles);
@@ -381,8 +398,11 @@ impl Loader<'_> {
             self.place_captors(object, &own, object.file.instances.as_ref().map(|_| copy))?;
         }
         let mut surfaces = Vec::new();
-        for OwnSurface { material, captor, triangles, .. } in own.surfaces {
-            self.count_triangles(triangles.len())?;
+        for surface in &own.surfaces {
+            let OwnSurface { material, captor, .. } = *surface;
+            let corners = object.corners(surface);
+            self.count_triangles(corners.len())?;
+            let triangles = corners.iter().map(|t| t.map(|p| p * object.metres)).collect();
             surfaces.push(SurfacePart { object: object_index, material, captor, triangles });
         }
         let object = object_index;
@@ -427,8 +447,9 @@ struct OwnSurface {
     material: usize,
     /// Index of the captor among those of the object.
     captor: Option<usize>,
-    /// Corners, m in the object's own coordinates.
-    triangles: Vec<[DVec3; 3]>,
+    /// The part of the file whose triangles it has, and which of them.
+    part: usize,
+    triangles: Range<usize>,
     /// Direction of azimuth 0 on each triangle, if the material needs it.
     tangents: Vec<DVec3>,
     /// Name of the MTL entry, if it emits light.
@@ -441,7 +462,8 @@ impl OwnSurface {
         Self {
             material: self.material,
             captor: self.captor,
-            triangles: Vec::new(),
+            part: self.part,
+            triangles: 0..0,
             tangents: Vec::new(),
             glow: self.glow.clone(),
         }

@@ -19,9 +19,17 @@ use crate::{
 const UNEVEN: f64 = 0.5;
 /// A part of a weighting that no band covers, beyond which there is a warning.
 const UNCOVERED: f64 = 0.05;
+/// The largest number of sums, and of ratios.
+const MOST: usize = 4096;
 
 impl Loader<'_> {
     pub(super) fn load_sums(&mut self, file: &SceneSpec) -> Result<()> {
+        for (key, count) in [("sums", file.sums.len()), ("ratios", file.ratios.len())] {
+            if count > MOST {
+                let problem = format!("{count} {key}, must be at most {MOST}");
+                return Err(self.error(format!("/{key}"), problem).remedy("split the scene file"));
+            }
+        }
         for (name, sum) in &file.sums {
             let pointer = format!("/sums/{}", json::escaped(name));
             self.check_sum_name(&pointer, name, "sum")?;

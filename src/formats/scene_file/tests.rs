@@ -44,6 +44,20 @@ fn table(rows: usize, below: usize, value: f64) -> String {
     "nm,R\n".to_string() + &(0..rows).map(row).collect::<String>()
 }
 
+/// Names of sums are compared with all others, so there is a limit on their number.
+#[test]
+fn too_many_sums_are_refused() {
+    let sums = |count: usize| {
+        let sum = |i: usize| (format!("s{i}"), json!(["a"]));
+        let mut scene = sheet(json!({ "type": "lambert", "reflectance": 0.5 }), json!(1));
+        scene["sums"] = Value::Object((0..count).map(sum).collect());
+        let files = Files::from([("a.obj", SHEET.into())]);
+        loaded(scene, &files).map(|loaded| loaded.scene.sums.len()).map_err(|e| e.to_string())
+    };
+    assert_eq!(sums(100), Ok(100));
+    assert!(sums(4097).unwrap_err().contains("/sums: 4097 sums, must be at most 4096"));
+}
+
 /// A few values below 0 are noise, more are told, in reflectances and in lamps.
 #[test]
 fn spectra_below_zero_are_told() {

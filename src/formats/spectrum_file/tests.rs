@@ -48,6 +48,7 @@ fn bad_tables_are_told() {
         ("nm,R\n400,1\n401,2", Column::Number(1), "the first has the wavelengths"),
         ("nm,leaf\n400,1\n401,2", Column::Name("laef"), "did you mean `leaf`?"),
         ("400,1\n401,2", Column::Name("R"), "no header that names a column `R`"),
+        ("nm,R,R\n400,1,2\n401,2,3", Column::Name("R"), "a.csv:1: column 3 is named `R` too"),
         ("nm,R\n400,1\n401,x", Column::Number(2), "a.csv:3: the value is `x`, not a finite"),
         ("nm,R\n400,1\n401", Column::Number(2), "a.csv:3: the value is ``"),
         ("nm,R\n400,1\n390,1", Column::Number(2), "a.csv:3: the wavelength 390 nm comes after 400"),

@@ -226,6 +226,48 @@ fn the_clock_is_tested_by_global_irradiance_alone() {
     assert!(warnings[0].contains("line 3: 310.0 W/m2 where at most 50.0"), "{warnings:?}");
 }
 
+/// Direct and diffuse light alone show the clock too, as their sum on the ground must rise and fall
+/// with the sun.
+#[test]
+fn the_clock_is_tested_by_direct_and_diffuse_light() {
+    let weather = |late: f64| {
+        let rows = epw(late).lines().skip(8).enumerate().fold(String::new(), |text, (i, line)| {
+            let values: Vec<&str> = line.split(',').collect();
+            let days = (i / 24) as i64 + Date { year: 2005, month: 1, day: 1 }.days();
+            let Date { month, day, .. } = Date::from_days(days);
+            let time = format!("2005-{month:02}-{day:02}T{:02}:00+01:00", i % 24);
+            text + &format!("{time},{},{}\n", values[14], values[15])
+        });
+        let text = format!("time,dni,dhi\n{rows}");
+        Weather::parse(text.as_bytes(), Path::new("a.csv"), Some(Stamp::Start)).unwrap()
+    };
+    assert!(weather(0.0).clock_warnings(SITE, 0.0).is_empty());
+    for late in [-1.0, 1.0, 2.0, -3.0] {
+        let weather = weather(late);
+        let check = weather.check_clock(SITE, 0.0).unwrap();
+        assert_eq!(check.by, Evidence::Course);
+        assert!(check.advised && (check.best_shift - late).abs() < 0.1, "{late}: {check:?}");
+        assert!(weather.clock_warnings(SITE, late).is_empty(), "{late}");
+    }
+}
+
+/// More direct light than there is outside the atmosphere, and hardly any light at noon, are said.
+#[test]
+fn light_in_other_units_is_said() {
+    let warnings = |columns: &str, values: &str| {
+        let rows: String =
+            (8..16).map(|hour| format!("2025-06-21T{hour:02}:00+01:00,{values}\n")).collect();
+        let text = format!("time,{columns}\n{rows}");
+        let weather = Weather::parse(text.as_bytes(), Path::new("a.csv"), Some(Stamp::Start));
+        weather.unwrap().clock_warnings(SITE, 0.0).join("\n")
+    };
+    let beyond = warnings("dni,dhi", "1350,20");
+    assert!(beyond.contains("W/m2 of direct light where at most 132"), "{beyond}");
+    assert!(warnings("ghi,dhi", "0.5,0.1").contains("is the unit kW/m2"));
+    assert!(warnings("dni,dhi", "0.5,0.1").contains("hardly any light arrives: of 8 rows"));
+    assert_eq!(warnings("dni,dhi", "100,50"), "");
+}
+
 /// Rows whose columns contradict each other are counted, and the worst is named.
 #[test]
 fn measured_global_is_compared() {

@@ -100,7 +100,7 @@ impl RunResult {
             }),
             groups: group_results(scene, simulation, &captors),
             captors,
-            layers: stand::layers(scene, simulation),
+            layers: stand::layers(scene, simulation, settings.seed),
             canopy: stand::canopy(scene, simulation),
         };
         result.add_dli();
@@ -384,20 +384,21 @@ impl Sums {
 fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
     let totals = &simulation.totals;
     let concentrated = |r: &Running| r.concentration(totals.batches) > CONCENTRATED;
-    let of_paths = simulation.estimator != Estimator::Photons;
+    let by_photons = simulation.by_photons.get(channel).is_some_and(|&alone| alone);
+    let of_paths = simulation.estimator != Estimator::Photons && !by_photons;
     let split = !totals.parts().is_empty();
+    let few = match of_paths {
+        true => totals.running(channel).iter().any(concentrated),
+        false => {
+            let counted = || totals.histories_in(channel).map(|n| n as f64);
+            let histories = totals.equal_histories(channel).or_else(counted);
+            histories.is_some_and(|n| 0.0 < n && n < FEW_HISTORIES as f64)
+        }
+    };
+    let too_small = simulation.too_small.get(channel).is_some_and(|&too_small| too_small);
     FaceResult {
-        few_paths: match of_paths {
-            true => {
-                totals.running(channel).iter().any(concentrated)
-                    || simulation.too_small.get(channel).is_some_and(|&too_small| too_small)
-            }
-            false => {
-                let counted = || totals.histories_in(channel).map(|n| n as f64);
-                let histories = totals.equal_histories(channel).or_else(counted);
-                histories.is_some_and(|n| 0.0 < n && n < FEW_HISTORIES as f64)
-            }
-        },
+        few_paths: few || too_small,
+        by_photons,
         by_light: by_light(scene, totals, |_, part| flux(part, channel, area, split)),
         ..flux(totals, channel, area, split)
     }
@@ -416,6 +417,7 @@ fn flux(totals: &Totals, channel: usize, area: f64, split: bool) -> FaceResult {
         flux: flux.mean,
         flux_se: flux.standard_error,
         few_paths: false,
+        by_photons: false,
         min: None,
         max: None,
         uniformity: None,

@@ -1,13 +1,13 @@
 //! Results at other powers of the lights: light is linear in these powers.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, iter::once};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
     Absorbed, AbsorbedByFace, AllAbsorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult,
-    GroupResult, RatioResult, Ratios, RunResult, spread::Spread,
+    GroupResult, RatioResult, Ratios, RunResult, ratios::OfLight, spread::Spread,
 };
 use crate::error::{Error, LISTED, Result, nearest, number, some};
 
@@ -23,8 +23,9 @@ impl RunResult {
     }
 
     /// Like [`mix`](Self::mix), with factors that may differ between bands. The errors of such bands
-    /// are not independent, and how they vary together is not kept: the standard errors of sums over
-    /// them are upper bounds, and ratios of them have none.
+    /// are not independent, and how they vary together is kept only for ratios of the run: the
+    /// standard errors of sums over them are upper bounds, and so are those of ratios unless
+    /// numerator and denominator are combinations of what they were.
     pub fn mix_bands(&self, factors: &ByLight<Factor>) -> Result<Self> {
         let Some(lights) = &self.energy.by_light else {
             return Err(Error::input(&self.scene, "these results are not split by light")
@@ -117,7 +118,8 @@ impl Factor {
         }
     }
 
-    fn times(&self, other: &Self) -> Self {
+    /// Returns the factor that stands for both, one after the other.
+    pub fn times(&self, other: &Self) -> Self {
         match (self, other) {
             (Self::All(a), Self::All(b)) => Self::All(a * b),
             (Self::All(a), Self::Bands(b)) | (Self::Bands(b), Self::All(a)) => {
@@ -137,9 +139,14 @@ struct Mix<'a> {
     ratios: &'a [RatioResult],
 }
 
-/// Factors on the entries of the lists of one light: bands, then sums over bands.
+/// Factors on the entries of the lists of one light.
 #[derive(Clone)]
-struct Scale(Vec<Entry>);
+struct Scale {
+    /// Of bands, then of sums over bands.
+    entries: Vec<Entry>,
+    /// Of bands alone.
+    of_bands: Vec<f64>,
+}
 
 /// How the entry of a list is rescaled.
 #[derive(Clone)]
@@ -175,34 +182,30 @@ impl Scale {
                 false => Entry::Sum(members),
             }
         };
-        Self(bands.iter().enumerate().map(entry).collect())
+        let plain = (0..bands.len()).filter(|b| bands[*b].sum_of.is_none());
+        Self {
+            entries: bands.iter().enumerate().map(entry).collect(),
+            of_bands: plain.map(of_band).collect(),
+        }
     }
 
     /// Returns whether nothing of the light is left.
     fn is_dark(&self) -> bool {
-        self.0.iter().all(|entry| matches!(entry, Entry::Times(0.0)))
+        self.entries.iter().all(|entry| matches!(entry, Entry::Times(0.0)))
     }
 
     fn times(&self, values: &[f64]) -> Vec<f64> {
         let mut scaled: Vec<f64> = values.to_vec();
-        for (value, entry) in scaled.iter_mut().zip(&self.0) {
+        for (value, entry) in scaled.iter_mut().zip(&self.entries) {
             *value *= if let Entry::Times(factor) = entry { *factor } else { 1.0 };
         }
-        for (i, entry) in self.0.iter().enumerate().take(values.len()) {
+        for (i, entry) in self.entries.iter().enumerate().take(values.len()) {
             if let Entry::Sum(members) = entry {
                 let member = |of: &Member| Some(scaled.get(of.band)? * of.weight);
                 scaled[i] = members.iter().filter_map(member).sum();
             }
         }
         scaled
-    }
-
-    /// Returns the factor of a band.
-    fn of_band(&self, band: usize) -> f64 {
-        match self.0.get(band) {
-            Some(Entry::Times(factor)) => *factor,
-            _ => 1.0,
-        }
     }
 
     /// Rescales the standard errors of these values; a factor of zero leaves no known error.
@@ -216,7 +219,7 @@ impl Scale {
             Entry::Times(factor) => error.filter(|_| *factor > 0.0).map(|e| e * factor),
             Entry::Sum(members) => largest_error((*error)?, members, of_band),
         };
-        errors.iter().zip(&self.0).map(scaled).collect()
+        errors.iter().zip(&self.entries).map(scaled).collect()
     }
 }
 
@@ -246,10 +249,15 @@ impl<'a> Mix<'a> {
         Self { of_lights: scales.collect(), one: Scale::new(bands, &Factor::All(1.0)), ratios }
     }
 
+    /// Returns the factors of a light.
+    fn scale(&self, light: &str) -> &Scale {
+        self.of_lights.get(light).unwrap_or(&self.one)
+    }
+
     /// Rescales each light's part.
     fn scaled<T>(&self, parts: &ByLight<T>, scale: impl Fn(&T, &Scale) -> T) -> ByLight<T> {
-        let of = |name: &str| self.of_lights.get(name).unwrap_or(&self.one);
-        parts.iter().map(|(name, part)| (name.clone(), scale(part, of(name)))).collect()
+        let scaled = |(name, part): (&String, &T)| (name.clone(), scale(part, self.scale(name)));
+        parts.iter().map(scaled).collect()
     }
 
     fn energy(&self, energy: &Energy, lights: &ByLight<Energy>) -> Energy {
@@ -326,20 +334,21 @@ impl<'a> Mix<'a> {
     }
 
     fn face(&self, face: &FaceResult) -> FaceResult {
-        let parts =
-            self.scaled(face.by_light.as_ref().unwrap_or(&ByLight::new()), |part, scale| {
-                FaceResult {
-                    // photons of a dark light bring nothing
-                    photons: if scale.is_dark() { 0 } else { part.photons },
-                    histories: part.histories.map(|n| if scale.is_dark() { 0 } else { n }),
-                    flux: scale.times(&part.flux),
-                    flux_se: scale.error_times(&part.flux, &part.flux_se),
-                    irradiance: scale.times(&part.irradiance),
-                    irradiance_se: scale.error_times(&part.irradiance, &part.irradiance_se),
-                    ratios: self.ratios_of(part.ratios.as_ref(), &part.flux, scale),
-                    ..part.clone()
-                }
-            });
+        let none = ByLight::new();
+        let before = face.by_light.as_ref().unwrap_or(&none);
+        let parts = self.scaled(before, |part, scale| {
+            FaceResult {
+                // photons of a dark light bring nothing
+                photons: if scale.is_dark() { 0 } else { part.photons },
+                histories: part.histories.map(|n| if scale.is_dark() { 0 } else { n }),
+                flux: scale.times(&part.flux),
+                flux_se: scale.error_times(&part.flux, &part.flux_se),
+                irradiance: scale.times(&part.irradiance),
+                irradiance_se: scale.error_times(&part.irradiance, &part.irradiance_se),
+                ratios: Ratios::mixed(self.ratios, once(on_face(part, scale))),
+                ..part.clone()
+            }
+        });
         let bands = face.flux.len();
         let values = || parts.values();
         FaceResult {
@@ -356,11 +365,12 @@ impl<'a> Mix<'a> {
             ),
             dli: None,
             dli_se: None,
-            ratios: Ratios::summed(
+            ratios: Ratios::mixed(
                 self.ratios,
-                values().map(|part| (part.ratios.as_ref(), &part.flux[..])),
+                before.iter().map(|(light, part)| on_face(part, self.scale(light))),
             ),
             few_paths: face.few_paths,
+            by_photons: false,
             min: None,
             max: None,
             uniformity: None,
@@ -369,14 +379,9 @@ impl<'a> Mix<'a> {
         }
     }
 
-    /// Returns the ratios of one light at its new power, from the values at the old one.
-    fn ratios_of(&self, found: Option<&Ratios>, values: &[f64], scale: &Scale) -> Option<Ratios> {
-        Some(found?.scaled(self.ratios, &scale.times(values), |band| scale.of_band(band)))
-    }
-
     fn absorbed(&self, parts: Option<&ByLight<Absorbed>>) -> AllAbsorbed {
-        let Some(parts) = parts else { return AllAbsorbed::default() };
-        let parts = self.scaled(parts, |part, scale| Absorbed {
+        let Some(before) = parts else { return AllAbsorbed::default() };
+        let parts = self.scaled(before, |part, scale| Absorbed {
             absorbed: scale.times(&part.absorbed),
             absorbed_se: scale.error_times(&part.absorbed, &part.absorbed_se),
             absorbed_by_face: part.absorbed_by_face.as_ref().map(|faces| AbsorbedByFace {
@@ -385,11 +390,11 @@ impl<'a> Mix<'a> {
                 back: scale.times(&faces.back),
                 back_se: scale.error_times(&faces.back, &faces.back_se),
             }),
-            absorbed_ratios: self.ratios_of(part.absorbed_ratios.as_ref(), &part.absorbed, scale),
+            absorbed_ratios: Ratios::mixed(self.ratios, once(absorbed(part, scale))),
         });
-        let ratios = Ratios::summed(
+        let ratios = Ratios::mixed(
             self.ratios,
-            parts.values().map(|part| (part.absorbed_ratios.as_ref(), &part.absorbed[..])),
+            before.iter().map(|(light, part)| absorbed(part, self.scale(light))),
         );
         let bands = parts.values().map(|part| part.absorbed.len()).max().unwrap_or(0);
         let faces = || parts.values().filter_map(|part| part.absorbed_by_face.as_ref());
@@ -409,6 +414,18 @@ impl<'a> Mix<'a> {
             by_light: Some(parts),
         }
     }
+}
+
+/// Returns the light of a lamp on a face.
+fn on_face<'a>(part: &'a FaceResult, scale: &'a Scale) -> OfLight<'a> {
+    let (values, errors) = (&part.flux, &part.flux_se);
+    OfLight { ratios: part.ratios.as_ref(), values, errors, factors: &scale.of_bands }
+}
+
+/// Returns the light of a lamp that was absorbed.
+fn absorbed<'a>(part: &'a Absorbed, scale: &'a Scale) -> OfLight<'a> {
+    let (values, errors) = (&part.absorbed, &part.absorbed_se);
+    OfLight { ratios: part.absorbed_ratios.as_ref(), values, errors, factors: &scale.of_bands }
 }
 
 fn sum<'a>(parts: impl Iterator<Item = &'a [f64]>, bands: usize) -> Vec<f64> {

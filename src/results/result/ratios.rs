@@ -49,12 +49,147 @@ impl RatioResult {
             .map(|weights| weights.iter().zip(values).map(|(weight, value)| weight * value).sum())
     }
 
-    /// Returns the factor that a light has in all bands that count, if it is one.
-    fn factor(&self, of_band: impl Fn(usize) -> f64) -> Option<f64> {
-        let counts = |band: &usize| self.numerator[*band] > 0.0 || self.denominator[*band] > 0.0;
-        let mut factors = (0..self.numerator.len()).filter(counts).map(of_band);
-        let first = factors.next().unwrap_or(1.0);
-        factors.all(|factor| factor == first).then_some(first)
+    /// Returns the bands that count.
+    fn counting(&self) -> impl Iterator<Item = usize> + Clone + '_ {
+        (0..self.numerator.len()).filter(|b| self.numerator[*b] > 0.0 || self.denominator[*b] > 0.0)
+    }
+
+    /// Returns both sums at other powers, as combinations of both sums before, where they are that:
+    /// (a, b) stands for a times the numerator and b times the denominator.
+    fn combined(&self, factors: &[f64]) -> Option<[[f64; 2]; 2]> {
+        let [over, under] = [&self.numerator, &self.denominator].map(|weights| {
+            let mut own = weights.iter().zip(factors).filter(|(w, _)| **w > 0.0).map(|(_, f)| *f);
+            let first = own.next()?;
+            own.all(|factor| factor == first).then_some(first)
+        });
+        if let (Some(over), Some(under)) = (over, under) {
+            return Some([[over, 0.0], [0.0, under]]);
+        }
+        let mut counting = self.counting();
+        let first = counting.next()?;
+        let places = counting.find_map(|b| self.solve([first, b], [0.0; 2]).map(|_| [first, b]))?;
+        let combination = |weights: &[f64]| {
+            let wanted = |b: usize| weights[b] * factors[b];
+            let of = self.solve(places, places.map(wanted))?;
+            let most = self.counting().map(wanted).fold(0.0, f64::max);
+            let rest = |b: usize| (wanted(b) - self.weight(of, b)).abs();
+            self.counting().all(|b| rest(b) <= ROUNDING * most).then_some(of)
+        };
+        Some([combination(&self.numerator)?, combination(&self.denominator)?])
+    }
+
+    /// Returns the weight of a band in a combination of both sums.
+    fn weight(&self, [over, under]: [f64; 2], band: usize) -> f64 {
+        over * self.numerator[band] + under * self.denominator[band]
+    }
+
+    /// Returns the combination of both sums in which two bands have these weights, if there is one.
+    fn solve(&self, [i, j]: [usize; 2], [a, b]: [f64; 2]) -> Option<[f64; 2]> {
+        let ([n_i, n_j], [d_i, d_j]) =
+            ([self.numerator[i], self.numerator[j]], [self.denominator[i], self.denominator[j]]);
+        let determinant = n_i * d_j - n_j * d_i;
+        (determinant.abs() > ROUNDING * (n_i * d_j + n_j * d_i))
+            .then(|| [(a * d_j - b * d_i) / determinant, (n_i * b - n_j * a) / determinant])
+    }
+
+    /// Returns an upper bound of the standard error of N - r D, where N and D are both sums at other
+    /// powers of a light and r is `ratio`; `None` where no bound is known. How all bands vary
+    /// together is not kept, only how both sums did before, and each band alone.
+    ///
+    /// N - r D is the sum of g X over the bands, where X is the light of a band before, and g its
+    /// factor times its weight n - r d. Take any combination a N0 + b D0 of both sums before. The
+    /// rest of N - r D has the weights g - a n - b d. By the triangle inequality (standard errors
+    /// are norms: Cauchy and Schwarz) the error is at most that of a N0 + b D0, which follows from
+    /// the covariance, and |g - a n - b d| times that of each band. The least of these bounds is
+    /// returned over these combinations: none (a = b = 0); f (N0 - r D0) for factors f; and those
+    /// that leave no rest in two bands, with which the bound is the error itself where N and D are
+    /// combinations of N0 and D0.
+    fn largest_error(&self, ratio: f64, light: &OfLight, before: Option<[f64; 3]>) -> Option<f64> {
+        let factor = |b: usize| light.factors[b];
+        let wanted = |b: usize| factor(b) * self.weight([1.0, -ratio], b);
+        // bands that differ in kind; more than a few would cost time and gain little
+        let mut kinds: Vec<usize> = Vec::new();
+        for b in self.counting() {
+            let kind = |b: usize| (factor(b), self.numerator[b] > 0.0, self.denominator[b] > 0.0);
+            if kinds.len() < MOST_KINDS && kinds.iter().all(|other| kind(*other) != kind(b)) {
+                kinds.push(b);
+            }
+        }
+        let bound = |of: [f64; 2]| {
+            let known = match (of, before) {
+                ([0.0, 0.0], _) => 0.0,
+                (_, covariance) => variance(of, covariance?).max(0.0).sqrt(),
+            };
+            self.counting().try_fold(known, |sum, b| {
+                let rest = (wanted(b) - self.weight(of, b)).abs();
+                Some(if rest > 0.0 { sum + rest * light.error(b)? } else { sum })
+            })
+        };
+        let pairs = kinds.iter().enumerate().flat_map(|(n, i)| kinds[..n].iter().map(|j| [*i, *j]));
+        let solved = pairs.filter_map(|pair| self.solve(pair, pair.map(wanted)));
+        let scaled = kinds.iter().map(|b| [factor(*b), -ratio * factor(*b)]);
+        let bounds = std::iter::once([0.0; 2]).chain(scaled).chain(solved).filter_map(bound);
+        bounds.min_by(f64::total_cmp)
+    }
+}
+
+/// Differences below this share of the numbers are those of rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// The most bands whose pairs are tried for a bound of an error.
+const MOST_KINDS: usize = 8;
+
+/// Returns the variance of a combination of two values from their covariance.
+fn variance([a, b]: [f64; 2], [first, both, second]: [f64; 3]) -> f64 {
+    a * a * first + 2.0 * a * b * both + b * b * second
+}
+
+/// The light of one lamp, as it was, and the factors on its power.
+#[derive(Clone, Copy)]
+pub(super) struct OfLight<'a> {
+    /// The ratios before.
+    pub ratios: Option<&'a Ratios>,
+    /// Values before, per band and sum.
+    pub values: &'a [f64],
+    /// Their standard errors.
+    pub errors: &'a [Option<f64>],
+    /// Factor in each band.
+    pub factors: &'a [f64],
+}
+
+impl OfLight<'_> {
+    /// Returns the standard error of a band before; what is dark does not vary.
+    fn error(&self, band: usize) -> Option<f64> {
+        let is_dark = self.values.get(band) == Some(&0.0);
+        self.errors.get(band).copied()?.or(is_dark.then_some(0.0))
+    }
+
+    /// Returns both sums of a ratio at the new power.
+    fn sums(&self, ratio: &RatioResult) -> [f64; 2] {
+        let scaled = self.values.iter().zip(self.factors).map(|(value, factor)| value * factor);
+        [&ratio.numerator, &ratio.denominator].map(|weights| {
+            weights.iter().zip(scaled.clone()).map(|(weight, value)| weight * value).sum()
+        })
+    }
+
+    /// Returns the covariance of both sums of a ratio before.
+    fn before(&self, r: usize) -> Option<[f64; 3]> {
+        self.ratios?.covariance.as_ref()?.get(r).copied()?
+    }
+
+    /// Returns the covariance of both sums at the new power, where it follows from the one before.
+    fn covariance(&self, r: usize, ratio: &RatioResult) -> Option<[f64; 3]> {
+        let [over, under] = ratio.combined(self.factors)?;
+        if over == [0.0; 2] && under == [0.0; 2] {
+            // what is dark does not vary
+            return Some([0.0; 3]);
+        }
+        let before = self.before(r)?;
+        let [first, both, second] = before;
+        let cross = over[0] * under[0] * first
+            + (over[0] * under[1] + over[1] * under[0]) * both
+            + over[1] * under[1] * second;
+        Some([variance(over, before), cross, variance(under, before)])
     }
 }
 
@@ -86,67 +221,44 @@ impl Ratios {
         (!pairs.is_empty()).then_some(Self { ratio, ratio_se, covariance })
     }
 
-    /// Returns the ratios of one light at another power: `values` per band are those at this power,
-    /// and `of_band` are the factors that led to them.
-    pub(super) fn scaled(
-        &self,
+    /// Returns the ratios of the light of these lamps together at their new powers; lamps have
+    /// independent errors. `None` if there are no ratios. Where the covariance of both sums does not
+    /// follow from those before, it is null, and the standard error an upper bound.
+    pub(super) fn mixed<'a>(
         ratios: &[RatioResult],
-        values: &[f64],
-        of_band: impl Fn(usize) -> f64,
-    ) -> Self {
-        let mut scaled = Self { covariance: Some(Vec::new()), ..Self::default() };
-        for (r, ratio) in ratios.iter().enumerate() {
-            let before = || self.covariance.as_ref()?.get(r).copied()?;
-            let covariance = match ratio.factor(&of_band) {
-                // what is dark does not vary
-                Some(0.0) => Some([0.0; 3]),
-                Some(factor) => before().map(|own| own.map(|own| factor * factor * own)),
-                None => None,
-            };
-            scaled.push(ratio.sums(values), covariance);
-        }
-        scaled
-    }
-
-    /// Returns the ratios of the light of all lights together, whose errors are independent, from
-    /// the ratios and the values of each.
-    pub(super) fn summed<'a>(
-        ratios: &[RatioResult],
-        parts: impl Iterator<Item = (Option<&'a Self>, &'a [f64])> + Clone,
+        lights: impl Iterator<Item = OfLight<'a>> + Clone,
     ) -> Option<Self> {
-        let mut summed = Self { covariance: Some(Vec::new()), ..Self::default() };
-        for (r, ratio) in ratios.iter().enumerate() {
-            let (mut sums, mut covariance) = ([0.0; 2], Some([0.0; 3]));
-            for (found, values) in parts.clone() {
-                let own = ratio.sums(values);
+        let mut mixed = Self { covariance: Some(Vec::new()), ..Self::default() };
+        for (r, of) in ratios.iter().enumerate() {
+            let (mut sums, mut all) = ([0.0; 2], Some([0.0; 3]));
+            for light in lights.clone() {
+                let own = light.sums(of);
                 sums = [sums[0] + own[0], sums[1] + own[1]];
-                let of_part = found.and_then(|found| found.covariance.as_ref()?.get(r).copied()?);
-                covariance = covariance
-                    .zip(of_part)
-                    .map(|(sum, own)| std::array::from_fn(|i| sum[i] + own[i]));
+                all = added(all, light.covariance(r, of));
             }
-            summed.push(sums, covariance);
+            let mut found = ratio(sums, all);
+            if let (Some((value, error @ None)), None) = (&mut found, all) {
+                let bound = lights.clone().try_fold(0.0, |sum: f64, light| {
+                    Some(sum.hypot(of.largest_error(*value, &light, light.before(r))?))
+                });
+                *error = bound.map(|bound| bound / sums[1]).filter(|bound| is_possible(*bound));
+            }
+            mixed.ratio.push(found.map(|(ratio, _)| ratio));
+            mixed.ratio_se.push(found.and_then(|(_, error)| error));
+            mixed.covariance.iter_mut().for_each(|found| found.push(all));
         }
-        (!ratios.is_empty()).then_some(summed)
+        (!ratios.is_empty()).then_some(mixed)
     }
 
-    /// Adds to the covariance of the sums of a ratio, where both are known.
+    /// Adds an independent covariance of both `sums` of a ratio, where it is known.
     pub(super) fn add_covariance(&mut self, r: usize, sums: [f64; 2], more: Option<[f64; 3]>) {
-        let own = self.covariance.as_ref().and_then(|all| all.get(r).copied()?);
-        let all = own.zip(more).map(|(own, more)| std::array::from_fn(|i| own[i] + more[i]));
         if let Some(error) = self.ratio_se.get_mut(r) {
-            *error = ratio(sums, all).and_then(|(_, error)| error);
+            let own = ratio(sums, more).and_then(|(_, error)| error);
+            *error = error.zip(own).map(|(error, own)| error.hypot(own));
         }
-        if let Some(covariance) = self.covariance.as_mut().and_then(|all| all.get_mut(r)) {
-            *covariance = all;
+        if let Some(own) = self.covariance.as_mut().and_then(|all| all.get_mut(r)) {
+            *own = added(*own, more);
         }
-    }
-
-    fn push(&mut self, sums: [f64; 2], covariance: Option<[f64; 3]>) {
-        let found = ratio(sums, covariance);
-        self.ratio.push(found.map(|(ratio, _)| ratio));
-        self.ratio_se.push(found.and_then(|(_, error)| error));
-        self.covariance.iter_mut().for_each(|all| all.push(covariance));
     }
 
     /// Returns the ratio with this index, and its standard error.
@@ -168,6 +280,11 @@ impl Ratios {
     }
 }
 
+/// Returns the covariance of sums of independent values.
+fn added(a: Option<[f64; 3]>, b: Option<[f64; 3]>) -> Option<[f64; 3]> {
+    a.zip(b).map(|(a, b)| std::array::from_fn(|i| a[i] + b[i]))
+}
+
 impl BandResult {
     /// Returns the bands of a sum among `bands`, each with its weight; none for a band.
     pub fn members<'a>(&'a self, bands: &'a [Self]) -> impl Iterator<Item = (usize, f64)> + 'a {
@@ -177,5 +294,95 @@ impl BandResult {
         };
         let names = self.sum_of.iter().flatten().enumerate();
         names.filter_map(move |(i, name)| Some((place(name)?, weight(i)?)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// However bands vary together, the error of a ratio at other powers is not below that of its
+    /// closed form, nor above that of bands that go together; it is the closed form where both sums
+    /// are combinations of those before.
+    #[test]
+    fn errors_of_ratios_have_a_bound() {
+        // bands as sums of three independent parts
+        let loadings = [
+            [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]],
+            [[1.0, 0.5, 0.2], [0.9, 0.4, 0.3], [0.8, 0.6, 0.1]],
+            [[1.0, -0.5, 0.2], [-0.9, 0.4, 0.3], [0.1, -0.6, 0.7]],
+            [[1.0, 0.0, 0.0], [1.5, 0.0, 0.0], [0.5, 0.0, 0.0]],
+        ];
+        let values = [10.0, 30.0, 20.0];
+        let weights = [
+            ([1.0, 0.0, 0.0], [0.0, 1.0, 1.0]),
+            ([1.0, 0.0, 0.0], [1.0, 1.0, 1.0]),
+            ([0.3, 0.5, 2.0], [0.5, 1.0, 2.1]),
+        ];
+        let all_factors = [
+            ([2.0, 2.0, 2.0], [true, true, true]),
+            ([0.5, 3.0, 3.0], [true, true, false]),
+            ([0.0, 1.0, 1.0], [true, true, false]),
+            ([0.5, 3.0, 1.1], [false, false, false]),
+            ([0.0, 0.0, 0.0], [false, false, false]),
+        ];
+        for parts in loadings {
+            let error = |weights: [f64; 3]| -> f64 {
+                let part = |k: usize| (0..3).map(|b| weights[b] * parts[b][k]).sum::<f64>();
+                (0..3).map(|k| part(k).powi(2)).sum::<f64>().sqrt()
+            };
+            let errors = [0, 1, 2].map(|b| {
+                let mut alone = [0.0; 3];
+                alone[b] = 1.0;
+                Some(error(alone))
+            });
+            for (case, (numerator, denominator)) in weights.into_iter().enumerate() {
+                let sum: [f64; 3] = std::array::from_fn(|b| numerator[b] + denominator[b]);
+                let [over, under] = [numerator, denominator].map(|weights| error(weights).powi(2));
+                let both = (error(sum).powi(2) - over - under) / 2.0;
+                let of = RatioResult {
+                    name: "r".into(),
+                    numerator: numerator.into(),
+                    denominator: denominator.into(),
+                };
+                let before = Ratios {
+                    covariance: Some(vec![Some([over, both, under])]),
+                    ..Ratios::default()
+                };
+                for (factors, exact) in all_factors {
+                    let light = |ratios, errors| OfLight {
+                        ratios,
+                        values: &values,
+                        errors,
+                        factors: &factors,
+                    };
+                    let found = |light: OfLight| {
+                        let of = std::slice::from_ref(&of);
+                        Ratios::mixed(of, [light].into_iter()).expect("ratios").get(0)
+                    };
+                    let Some((ratio, bound)) = found(light(Some(&before), &errors)) else {
+                        assert_eq!(factors, [0.0; 3]);
+                        continue;
+                    };
+                    let scaled = [0, 1, 2].map(|b| values[b] * factors[b]);
+                    let [top, bottom] = of.sums(&scaled);
+                    assert!((ratio - top / bottom).abs() < 1e-12);
+                    let weight = |b: usize| factors[b] * (numerator[b] - ratio * denominator[b]);
+                    let expected = error([0, 1, 2].map(weight)) / bottom;
+                    let together = |b: usize| weight(b).abs() * errors[b].expect("an error");
+                    let most = [0, 1, 2].map(together).iter().sum::<f64>() / bottom;
+                    let bound = bound.expect("a bound");
+                    assert!(bound > expected * 0.999_999_9 - 1e-9, "{bound} {expected}");
+                    assert!(bound < most * 1.000_000_1 + 1e-9, "{bound} {most}");
+                    assert!(!exact[case] || (bound - expected).abs() < 1e-7, "{bound} {expected}");
+                    // without the covariance before, bands that go together are assumed
+                    let (_, alone) = found(light(None, &errors)).expect("a ratio");
+                    assert!((alone.expect("a bound") - most).abs() < 1e-9 * most + 1e-12);
+                    let unknown = [errors[0], None, errors[2]];
+                    let (_, none) = found(light(None, &unknown)).expect("a ratio");
+                    assert_eq!(none.is_none(), weight(1) != 0.0);
+                }
+            }
+        }
     }
 }

@@ -11,7 +11,7 @@ use crate::{
         stand::{Balance, LayerBins},
         world::Scene,
     },
-    transport::{settings::Estimator, simulate::Simulation},
+    transport::{direct_sun::sunlit_layers, settings::Estimator, simulate::Simulation},
 };
 
 /// Light that the surface captors of a layer absorbed, without those of the ground.
@@ -27,6 +27,13 @@ pub struct LayerResult {
     pub absorbed: Vec<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub absorbed_se: Vec<Option<f64>>,
+    /// Share of the area on which the sun shines, straight or through thin panes, 0 to 1; absent
+    /// unless the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sunlit: Option<f64>,
+    /// Standard error of the value above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sunlit_se: Option<f64>,
 }
 
 /// Where the light of sun and sky goes in a scene that repeats along x and y, as shares of what
@@ -55,12 +62,20 @@ pub struct CanopyResult {
 }
 
 /// Returns what each layer absorbed, from the lowest up; `None` where no layers were asked for.
-pub(super) fn layers(scene: &Scene, simulation: &Simulation) -> Option<Vec<LayerResult>> {
+pub(super) fn layers(
+    scene: &Scene,
+    simulation: &Simulation,
+    seed: u64,
+) -> Option<Vec<LayerResult>> {
     let LayerBins { dz, first, areas, .. } = scene.stand().layers.as_ref()?;
+    let sunlit = scene.sunlit.then(|| sunlit_layers(scene, seed)).flatten();
     let layer = |(bin, &area): (usize, &f64)| {
         let (absorbed, absorbed_se) = of_stand(scene, simulation, bin, None);
         let at = (first + bin as i64) as f64;
-        LayerResult { from: at * dz, to: (at + 1.0) * dz, area, absorbed, absorbed_se }
+        let (from, to) = (at * dz, (at + 1.0) * dz);
+        let share = sunlit.as_ref().and_then(|shares| shares[bin]);
+        let [sunlit, sunlit_se] = [0, 1].map(|i| share.map(|found| found[i]));
+        LayerResult { from, to, area, absorbed, absorbed_se, sunlit, sunlit_se }
     };
     Some(areas.iter().enumerate().map(layer).collect())
 }
@@ -118,6 +133,7 @@ impl LayerResult {
         [self.from.abs(), self.to.abs(), self.area].into_iter().all(is_possible)
             && are_values(&self.absorbed, bands)
             && are_errors(&self.absorbed_se, bands)
+            && [self.sunlit, self.sunlit_se].into_iter().flatten().all(is_possible)
     }
 }
 

@@ -125,7 +125,7 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
             warn(
                 "errors that rest on few paths",
                 format!(
-                    "the errors at {} of {} faces of captors rest on few paths that found much light, as by way of \
+                    "the errors at {} of {} faces of captors rest on few paths or photons that found much light, as by way of \
                      a mirror, or on none though photons know of such light there: values and errors may be far \
                      too small; trace more, or --estimator {other}",
                     faces().filter(|face| face.few_paths).count(),
@@ -136,8 +136,8 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
         _ => warn(
             "few photons on a face of a captor",
             format!(
-                "fewer than {FEW_HISTORIES} photons on a face of {}, or so few that brought most of its light: \
-                 neither their values nor their errors are reliable; trace more, or try --estimator {}",
+                "fewer than {FEW_HISTORIES} photons on a face of {}, or so few that brought most of its light, \
+                 or none that brought what a mirror sends: neither their values nor their errors are reliable; trace more, or try --estimator {}",
                 some(&rough, LISTED),
                 if by_light { "paths" } else { "complete" }
             ),

@@ -1,7 +1,8 @@
 //! Builds a binary tree from triangles or boxes: splits them from the top down, then improves the
 //! tree.
 
-use glam::UVec3;
+use arrayvec::ArrayVec;
+use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer};
 use rayon::prelude::*;
@@ -20,10 +21,11 @@ pub(super) fn binary_tree<T: Things + ?Sized>(things: &T, indices: &[u32]) -> Ve
     let boxed = |&index: &u32| Boxed { extent: things.extent(index), index };
     let mut all: Vec<Boxed> = indices.par_iter().map(boxed).collect();
     let mut tree = Bvh2 { nodes: cut(&mut all), ..Bvh2::default() };
+    drop(all);
     mend(&mut tree);
     let branch = |node: &Bvh2Node| match node.first_index {
         index if node.is_leaf() => Branch::Thing(index),
-        first => Branch::Fork([first as usize, first as usize + 1]),
+        first => Branch::Fork(first),
     };
     tree.nodes.iter().map(branch).collect()
 }
@@ -61,18 +63,31 @@ fn cut(all: &mut [Boxed]) -> Vec<Bvh2Node> {
 /// Limit on the number of bins along an axis.
 const BINS: usize = 32;
 
-/// Bounds and number of the triangles whose centres lie in a bin, or in several bins.
+static EMPTY_BINS: [Bin; BINS] = [Bin::EMPTY; BINS];
+
+/// Bounds and number of the triangles whose centres lie in a bin, or in several bins. Its corners
+/// are vectors of the processor, which find all minima in one step.
 #[derive(Clone, Copy)]
 struct Bin {
-    extent: Extent,
+    min: Vec3A,
+    max: Vec3A,
     count: usize,
 }
 
 impl Bin {
-    const EMPTY: Self = Self { extent: Extent::EMPTY, count: 0 };
+    const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY, count: 0 };
+
+    fn of(extent: &Extent) -> Self {
+        Self { min: extent.min.into(), max: extent.max.into(), count: 1 }
+    }
 
     fn join(self, other: Self) -> Self {
-        Self { extent: self.extent.join(other.extent), count: self.count + other.count }
+        let (min, max) = (self.min.min(other.min), self.max.max(other.max));
+        Self { min, max, count: self.count + other.count }
+    }
+
+    fn extent(&self) -> Extent {
+        Extent { min: self.min.into(), max: self.max.into() }
     }
 
     /// Returns the cost for a random ray: how often it meets the box, times the number of triangles
@@ -81,7 +96,7 @@ impl Bin {
     fn cost(&self) -> f32 {
         match self.count {
             0 => f32::INFINITY,
-            count => self.extent.half_area() * count.div_ceil(4) as f32,
+            count => self.extent().half_area() * count.div_ceil(4) as f32,
         }
     }
 }
@@ -99,23 +114,28 @@ fn cut_in_two(part: &mut [Boxed]) -> [&mut [Boxed]; 2] {
 /// Reorders a part so that one half comes before the other, and returns where the other starts.
 fn best_middle(part: &mut [Boxed]) -> usize {
     let bins = BINS.min(2 * part.len());
-    let centers = Extent::of(part.iter().map(|boxed| boxed.extent.center()));
+    let center = |boxed: &Boxed| {
+        let center = boxed.extent.center();
+        Bin::of(&Extent { min: center, max: center })
+    };
+    let centers = part.iter().map(center).fold(Bin::EMPTY, Bin::join).extent();
     let scale = bins as f32 / centers.size();
     // along an axis on which all centres agree, 0 times infinity is a NaN, which becomes bin 0
-    let place = |boxed: &Boxed| {
-        let place = (boxed.extent.center() - centers.min) * scale;
-        place.as_uvec3().min(UVec3::splat(bins as u32 - 1))
-    };
-    let mut table = [[Bin::EMPTY; BINS]; 3];
+    let places = |boxed: &Boxed| (boxed.extent.center() - centers.min) * scale;
+    let bin = |places: Vec3, axis: usize| (places[axis] as u32).min(bins as u32 - 1) as usize;
+    // no more bins than are used: most parts are small
+    let mut table = [const { ArrayVec::<Bin, BINS>::new_const() }; 3];
+    table.iter_mut().for_each(|table| table.extend(EMPTY_BINS[..bins].iter().copied()));
     for boxed in part.iter() {
-        for (bins, place) in table.iter_mut().zip(place(boxed).to_array()) {
-            let bin = &mut bins[place as usize];
-            *bin = bin.join(Bin { extent: boxed.extent, count: 1 });
+        let (own, places) = (Bin::of(&boxed.extent), places(boxed));
+        for (axis, table) in table.iter_mut().enumerate() {
+            let known = &mut table[bin(places, axis)];
+            *known = known.join(own);
         }
     }
     let mut best = (f32::INFINITY, 0, 0);
     for (axis, table) in table.iter().enumerate() {
-        let (cost, cut) = best_cut(&table[..bins]);
+        let (cost, cut) = best_cut(table);
         if cost < best.0 {
             best = (cost, axis, cut);
         }
@@ -123,7 +143,7 @@ fn best_middle(part: &mut [Boxed]) -> usize {
     match best {
         // all centres at one place
         (f32::INFINITY, ..) => part.len() / 2,
-        (_, axis, cut) => partition(part, |boxed| (place(boxed)[axis] as usize) < cut),
+        (_, axis, cut) => partition(part, |boxed| bin(places(boxed), axis) < cut),
     }
 }
 

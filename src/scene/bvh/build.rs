@@ -2,7 +2,6 @@
 
 use super::binary::binary_tree;
 use super::layout::Bvh;
-use super::pages::in_large_pages;
 use super::walk::STACK;
 use super::wide::{Branch, Things, widen};
 use crate::math::geometry::{Extent, Triangle};
@@ -16,22 +15,23 @@ pub(super) fn build(
     if solid.is_empty() {
         return Bvh::default();
     }
-    arrange(triangles, &solid, root_nodes)
+    arrange(triangles, solid, root_nodes)
 }
 
 /// Builds the tree of boxes, of which there must be at least one.
 pub(super) fn build_of_boxes(boxes: &[Extent]) -> Bvh {
     let all: Vec<u32> = (0..boxes.len() as u32).collect();
-    arrange(boxes, &all, 1)
+    arrange(boxes, all, 1)
 }
 
-fn arrange<T: Things + ?Sized>(things: &T, indices: &[u32], root_nodes: usize) -> Bvh {
-    let binary = binary_tree(things, indices);
+fn arrange<T: Things + ?Sized>(things: &T, indices: Vec<u32>, root_nodes: usize) -> Bvh {
+    let binary = binary_tree(things, &indices);
+    drop(indices);
     let mut wide = widen(&binary, things, root_nodes);
     if wide.waiting > STACK {
         wide = widen(&balanced(&binary), things, root_nodes);
     }
-    Bvh { rows: in_large_pages(wide.rows), root_nodes: wide.root_nodes }
+    Bvh { rows: wide.rows, root_nodes: wide.root_nodes }
 }
 
 /// Returns whether the corners do not lie on one line; exact, apart from the rounding of doubles.
@@ -47,7 +47,7 @@ pub(super) fn balanced(binary: &[Branch]) -> Vec<Branch> {
     let mut waiting = vec![0];
     while let Some(i) = waiting.pop() {
         match binary[i] {
-            Branch::Fork([l, r]) => waiting.extend([r, l]),
+            Branch::Fork(first) => waiting.extend([first as usize + 1, first as usize]),
             Branch::Thing(index) => order.push(index),
         }
     }
@@ -60,7 +60,7 @@ pub(super) fn balanced(binary: &[Branch]) -> Vec<Branch> {
         } else {
             let (middle, next) = (start.midpoint(end), ranges.len());
             ranges.extend([(start, middle), (middle, end)]);
-            Branch::Fork([next, next + 1])
+            Branch::Fork(next as u32)
         });
     }
     tree

@@ -7,20 +7,19 @@ use std::mem::MaybeUninit;
 use super::layout::Row;
 
 /// Size of a large page, bytes: 2 MB, as on x86-64 and most other processors.
+#[cfg(target_os = "linux")]
 const LARGE_PAGE: usize = 1 << 21;
 
-/// Returns the same rows, moved to large pages if they fill at least one and the system provides
+/// Returns room for so many rows, in large pages if they fill at least one and the system provides
 /// large pages on request (Linux).
-pub(super) fn in_large_pages(rows: Vec<Row>) -> Vec<Row> {
-    if cfg!(not(target_os = "linux")) || size_of_val(&rows[..]) < LARGE_PAGE {
-        return rows;
-    }
-    let mut moved = Vec::with_capacity(rows.len());
+pub(super) fn room_for(rows: usize) -> Vec<Row> {
+    let mut room = Vec::with_capacity(rows);
     // asked for before the rows are written, because pages already in use stay as they are
     #[cfg(target_os = "linux")]
-    ask_for_large_pages(moved.spare_capacity_mut());
-    moved.extend(rows);
-    moved
+    if rows * size_of::<Row>() >= LARGE_PAGE {
+        ask_for_large_pages(room.spare_capacity_mut());
+    }
+    room
 }
 
 #[cfg(target_os = "linux")]
@@ -41,11 +40,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_stay_what_they_are() {
+    fn room_is_empty_and_suffices() {
         for count in [0, 1, 65_535, 65_536, 200_000] {
-            let rows: Vec<Row> = (0..count).map(|i| Row([i as f32; 8])).collect();
-            let moved = in_large_pages(rows.clone());
-            assert!(moved.iter().map(|row| row.0).eq(rows.iter().map(|row| row.0)));
+            let mut rows = room_for(count);
+            assert!(rows.is_empty() && rows.capacity() >= count);
+            rows.extend((0..count).map(|i| Row([i as f32; 8])));
+            assert!(rows.iter().enumerate().all(|(i, row)| row.0 == [i as f32; 8]));
         }
     }
 }

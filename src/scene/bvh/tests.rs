@@ -394,12 +394,13 @@ fn degenerate_distributions() {
 fn a_chain_is_balanced() {
     let mut random = Random::new(7);
     let triangles = random.soup(1_000, 0.1);
-    let link = |i: usize| [Branch::Fork([2 * i + 1, 2 * i + 2]), Branch::Thing(i as u32)];
+    let link = |i: usize| [Branch::Fork(2 * i as u32 + 1), Branch::Thing(i as u32)];
     let mut chain: Vec<Branch> = (0..999).flat_map(link).collect();
     chain.push(Branch::Thing(999));
     assert!(widen(&chain, &triangles[..], ROOT_NODES).waiting > STACK);
     let Wide { rows, root_nodes, waiting } = widen(&balanced(&chain), &triangles[..], ROOT_NODES);
     assert!(waiting <= STACK);
+    assert_eq!(rows.len(), rows.capacity());
     let usual = Bvh::build(&triangles);
     let bvh = Bvh { rows, root_nodes };
     let mut hits = 0;

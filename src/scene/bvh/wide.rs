@@ -4,6 +4,7 @@
 use arrayvec::ArrayVec;
 
 use super::layout::Row;
+use super::pages::room_for;
 use super::triangle::{INDICES, Leaf};
 use super::walk::{CHILDLESS, CHILDREN, Child, NODE_ROWS, PAD, ROOT_NODES};
 use crate::math::geometry::{Extent, Triangle};
@@ -11,8 +12,18 @@ use crate::math::geometry::{Extent, Triangle};
 /// A node of a binary tree with one triangle (or box) per leaf; the root comes first.
 #[derive(Clone, Copy)]
 pub(super) enum Branch {
-    Fork([usize; 2]),
+    /// Two branches, of which the first has this index, an odd number, and the other the next one.
+    Fork(u32),
+    /// The triangle or box of this index.
     Thing(u32),
+}
+
+impl Branch {
+    /// Returns the indices of the branches below a fork.
+    #[inline]
+    fn below(first: u32) -> [usize; 2] {
+        [first as usize, first as usize + 1]
+    }
 }
 
 /// Number of places for the children of a node, and for the triangles of a leaf.
@@ -22,6 +33,8 @@ const WIDTH: usize = 8;
 pub(super) trait Things: Sync {
     /// The largest number of them in a leaf.
     const IN_LEAF: usize;
+    /// The number of rows that a leaf needs.
+    const LEAF_ROWS: usize;
 
     /// Returns the box around one of them.
     fn extent(&self, index: u32) -> Extent;
@@ -32,6 +45,7 @@ pub(super) trait Things: Sync {
 
 impl Things for [Triangle] {
     const IN_LEAF: usize = WIDTH;
+    const LEAF_ROWS: usize = size_of::<Leaf>() / size_of::<Row>();
 
     fn extent(&self, index: u32) -> Extent {
         Extent::of_triangles([&self[index as usize]])
@@ -49,6 +63,7 @@ impl Things for [Triangle] {
 /// A leaf is the index of a box, and has no rows: what is in the box is searched for elsewhere.
 impl Things for [Extent] {
     const IN_LEAF: usize = 1;
+    const LEAF_ROWS: usize = 0;
 
     fn extent(&self, index: u32) -> Extent {
         self[index as usize]
@@ -81,12 +96,13 @@ pub(super) fn widen<T: Things + ?Sized>(binary: &[Branch], things: &T, root_node
         /// Number of children that may wait in the levels above.
         above: usize,
     }
-    let parts = parts(binary, things);
-    let mut wide = Wide { rows: Vec::new(), root_nodes: 1, waiting: 0 };
+    let parts = Parts::of(binary, things);
+    let rows = room_for(parts.rows(root_nodes));
+    let mut wide = Wide { rows, root_nodes: 1, waiting: 0 };
     let mut todo = vec![Place { branch: 0, named: None, above: 0 }];
     while let Some(Place { branch, named, above }) = todo.pop() {
         let most = if named.is_none() { root_nodes } else { 1 };
-        let members = members(binary, &parts, branch, most * WIDTH);
+        let members = parts.members(branch, most * WIDTH);
         let nodes = members.len().div_ceil(WIDTH);
         let Wide { rows, root_nodes, waiting } = &mut wide;
         let first = rows.len();
@@ -102,7 +118,7 @@ pub(super) fn widen<T: Things + ?Sized>(binary: &[Branch], things: &T, root_node
         let place = |i: usize| (first + NODE_ROWS * (i / WIDTH), i % WIDTH);
         for (i, &member) in members.iter().enumerate() {
             let (node, place) = place(i);
-            let part = &parts[member];
+            let part = parts.at(member);
             let Extent { min, max } = padded(&part.extent);
             for axis in 0..3 {
                 rows[node + 2 * axis].0[place] = min[axis];
@@ -114,7 +130,7 @@ pub(super) fn widen<T: Things + ?Sized>(binary: &[Branch], things: &T, root_node
             }
         }
         for (i, &member) in members.iter().enumerate().rev() {
-            if !parts[member].leaf {
+            if !parts.at(member).leaf {
                 let (node, place) = place(i);
                 todo.push(Place { branch: member, named: Some((node + CHILDREN, place)), above });
             }
@@ -131,56 +147,6 @@ fn padded(extent: &Extent) -> Extent {
     Extent { min: extent.min - pad, max: extent.max + pad }
 }
 
-/// Returns the branches that become the children of a node: those that use eight places best. As
-/// long as there is `room`, the largest of them is replaced by its own children.
-fn members(
-    binary: &[Branch],
-    parts: &[Part],
-    branch: usize,
-    room: usize,
-) -> ArrayVec<usize, { WIDTH * ROOT_NODES }> {
-    let shared = |branch| {
-        let mut members = ArrayVec::<usize, WIDTH>::new();
-        share(binary, parts, branch, WIDTH, &mut members);
-        members
-    };
-    let mut members: ArrayVec<_, _> = shared(branch).into_iter().collect();
-    while members.len() < room {
-        let nodes = (0..members.len()).filter(|&i| !parts[members[i]].leaf);
-        let area = |i: usize| parts[members[i]].extent.half_area();
-        let Some(largest) = nodes.max_by(|&i, &j| area(i).total_cmp(&area(j))) else { break };
-        let own = shared(members[largest]);
-        if members.len() - 1 + own.len() > room {
-            break;
-        }
-        members.swap_remove(largest);
-        members.extend(own);
-    }
-    members
-}
-
-/// Adds to `members` the branches, all below `branch`, that share `places` places of a node at the
-/// least cost.
-fn share(
-    binary: &[Branch],
-    parts: &[Part],
-    branch: usize,
-    places: usize,
-    members: &mut ArrayVec<usize, WIDTH>,
-) {
-    let part = &parts[branch];
-    // a root that is best a leaf becomes the only child of a node
-    let whole = if places == WIDTH { part.leaf } else { part.costs[places] == part.costs[1] };
-    match binary[branch] {
-        Branch::Fork([l, r]) if !whole => {
-            let (own, _) = parts[l].shared(&parts[r], places);
-            share(binary, parts, l, own, members);
-            share(binary, parts, r, places - own, members);
-        }
-        _ => members.push(branch),
-    }
-}
-
 /// Puts a branch's triangles into the lanes of a leaf from `lane` on.
 fn fill(
     leaf: &mut Leaf,
@@ -190,9 +156,8 @@ fn fill(
     triangles: &[Triangle],
 ) {
     match binary[branch] {
-        Branch::Fork([l, r]) => {
-            fill(leaf, lane, binary, l, triangles);
-            fill(leaf, lane, binary, r, triangles);
+        Branch::Fork(first) => {
+            Branch::below(first).iter().for_each(|&b| fill(leaf, lane, binary, b, triangles));
         }
         Branch::Thing(index) => {
             let Triangle { a, b, c } = triangles[index as usize];
@@ -207,68 +172,146 @@ fn fill(
     }
 }
 
-/// Bounds and number of the things below a branch of the binary tree.
+/// Bounds of the things below a branch of the binary tree, and what they cost.
 #[derive(Clone, Copy)]
 struct Part {
     /// The box around them.
     extent: Extent,
-    /// Their number.
-    count: usize,
-    /// Cost for a random ray, in nodes and leaves that it meets, if the branch takes 1, up to 2,
-    /// ... up to 7 places of a node (entry 0 is not used).
-    costs: [f32; WIDTH],
+    /// Cost for a random ray, in nodes and leaves that it meets, if the branch takes 1, 2, ... up
+    /// to 7 places of a node.
+    costs: [f32; WIDTH - 1],
+    /// Their number; if they are too many for a leaf, any that is too large.
+    count: u8,
     /// Whether the branch is best made a leaf if it takes one place.
     leaf: bool,
 }
 
-/// Finds the costs of all branches by dynamic programming from the leaves up: Ylitie, Karras and
-/// Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017. A
-/// leaf costs as much as a node, since its triangles are tested at once.
-fn parts<T: Things + ?Sized>(binary: &[Branch], things: &T) -> Vec<Part> {
-    let empty = Part { extent: Extent::EMPTY, count: 0, costs: [0.0; WIDTH], leaf: true };
-    let mut parts = vec![empty; binary.len()];
-    for &i in downward(binary).iter().rev() {
-        parts[i] = match binary[i] {
-            Branch::Thing(index) => {
-                let extent = things.extent(index);
-                Part { extent, count: 1, costs: [extent.half_area(); WIDTH], leaf: true }
+/// The parts of a binary tree.
+struct Parts<'a, T: ?Sized> {
+    binary: &'a [Branch],
+    things: &'a T,
+    /// The part below each fork, in the order of the branches below them; that of a single thing is
+    /// known from the thing.
+    forks: Vec<Part>,
+}
+
+impl<'a, T: Things + ?Sized> Parts<'a, T> {
+    /// Finds the costs of all branches by dynamic programming from the leaves up: Ylitie, Karras
+    /// and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG
+    /// 2017. A leaf costs as much as a node, since its triangles are tested at once.
+    fn of(binary: &'a [Branch], things: &'a T) -> Self {
+        let empty = Part { extent: Extent::EMPTY, costs: [0.0; WIDTH - 1], count: 0, leaf: true };
+        let mut parts = Self { binary, things, forks: vec![empty; binary.len() / 2] };
+        for &first in downward(binary).iter().rev() {
+            let [l, r] = Branch::below(first).map(|branch| parts.at(branch));
+            let (extent, count) = (l.extent.join(r.extent), l.count.saturating_add(r.count));
+            let area = extent.half_area();
+            let as_node = area + l.shared(&r, WIDTH).1;
+            let leaf = usize::from(count) <= T::IN_LEAF && area <= as_node;
+            let mut costs = [if leaf { area } else { as_node }; WIDTH - 1];
+            for places in 2..WIDTH {
+                costs[places - 1] = costs[places - 2].min(l.shared(&r, places).1);
             }
-            Branch::Fork([l, r]) => {
-                let (l, r) = (&parts[l], &parts[r]);
-                let (extent, count) = (l.extent.join(r.extent), l.count + r.count);
-                let area = extent.half_area();
-                let as_node = area + l.shared(r, WIDTH).1;
-                let leaf = count <= T::IN_LEAF && area <= as_node;
-                let mut costs = [if leaf { area } else { as_node }; WIDTH];
-                for places in 2..WIDTH {
-                    costs[places] = costs[places - 1].min(l.shared(r, places).1);
-                }
-                Part { extent, count, costs, leaf }
-            }
-        };
+            parts.forks[first as usize / 2] = Part { extent, costs, count, leaf };
+        }
+        parts
     }
-    parts
+
+    /// Returns what is below a branch.
+    #[inline]
+    fn at(&self, branch: usize) -> Part {
+        match self.binary[branch] {
+            Branch::Fork(first) => self.forks[first as usize / 2],
+            Branch::Thing(index) => {
+                let extent = self.things.extent(index);
+                let costs = [extent.half_area(); WIDTH - 1];
+                Part { extent, costs, count: 1, leaf: true }
+            }
+        }
+    }
+
+    /// Returns the number of rows of the wide tree.
+    fn rows(&self, root_nodes: usize) -> usize {
+        let (mut rows, mut todo) = (0, vec![(0, root_nodes)]);
+        while let Some((branch, most)) = todo.pop() {
+            let members = self.members(branch, most * WIDTH);
+            rows += NODE_ROWS * members.len().div_ceil(WIDTH);
+            for member in members {
+                match self.at(member).leaf {
+                    true => rows += T::LEAF_ROWS,
+                    false => todo.push((member, 1)),
+                }
+            }
+        }
+        rows
+    }
+
+    /// Returns the branches that become the children of a node: those that use eight places best.
+    /// As long as there is `room`, the largest of them is replaced by its own children.
+    fn members(&self, branch: usize, room: usize) -> ArrayVec<usize, { WIDTH * ROOT_NODES }> {
+        let shared = |branch| {
+            let mut members = ArrayVec::<usize, WIDTH>::new();
+            self.share(branch, WIDTH, &mut members);
+            members
+        };
+        let mut members: ArrayVec<_, _> = shared(branch).into_iter().collect();
+        while members.len() < room {
+            let nodes = (0..members.len()).filter(|&i| !self.at(members[i]).leaf);
+            let area = |i: usize| self.at(members[i]).extent.half_area();
+            let Some(largest) = nodes.max_by(|&i, &j| area(i).total_cmp(&area(j))) else { break };
+            let own = shared(members[largest]);
+            if members.len() - 1 + own.len() > room {
+                break;
+            }
+            members.swap_remove(largest);
+            members.extend(own);
+        }
+        members
+    }
+
+    /// Adds to `members` the branches, all below `branch`, that share `places` places of a node at
+    /// the least cost.
+    fn share(&self, branch: usize, places: usize, members: &mut ArrayVec<usize, WIDTH>) {
+        match self.binary[branch] {
+            Branch::Fork(first) if !self.is_whole(first, places) => {
+                let [left, right] = Branch::below(first);
+                let (own, _) = self.at(left).shared(&self.at(right), places);
+                self.share(left, own, members);
+                self.share(right, places - own, members);
+            }
+            _ => members.push(branch),
+        }
+    }
+
+    /// Returns whether a fork is best one child where it may have so many places.
+    fn is_whole(&self, first: u32, places: usize) -> bool {
+        let part = &self.forks[first as usize / 2];
+        // a root that is best a leaf becomes the only child of a node
+        if places == WIDTH { part.leaf } else { part.costs[places - 1] == part.costs[0] }
+    }
 }
 
 impl Part {
     /// Returns how many of `places` places this child of a fork takes at the least cost, if the
     /// other child takes the rest, and the cost of both.
     fn shared(&self, other: &Self, places: usize) -> (usize, f32) {
-        let cost = |own: usize| (own, self.costs[own] + other.costs[places - own]);
+        let cost = |own: usize| (own, self.costs[own - 1] + other.costs[places - own - 1]);
         let cheaper = |a: (usize, f32), b: (usize, f32)| if b.1 < a.1 { b } else { a };
         (2..places).map(cost).fold(cost(1), cheaper)
     }
 }
 
-/// Returns all branches, each before those that it forks into.
-fn downward(binary: &[Branch]) -> Vec<usize> {
-    let mut order = Vec::with_capacity(binary.len());
-    order.push(0);
+/// Returns, for all forks, the first branch below, each before those that it forks into.
+fn downward(binary: &[Branch]) -> Vec<u32> {
+    let fork = |branch: usize| match binary[branch] {
+        Branch::Fork(first) => Some(first),
+        Branch::Thing(_) => None,
+    };
+    let mut order = Vec::with_capacity(binary.len() / 2);
+    order.extend(fork(0));
     let mut next = 0;
-    while let Some(&branch) = order.get(next) {
-        if let Branch::Fork(children) = binary[branch] {
-            order.extend(children);
-        }
+    while let Some(&first) = order.get(next) {
+        order.extend(Branch::below(first).into_iter().filter_map(fork));
         next += 1;
     }
     order

@@ -123,14 +123,20 @@ impl LightShape {
         }
     }
 
-    /// Returns the corners of what a ray may meet: the triangles of an area light, or a box around
-    /// either end of a tube.
+    /// Returns the corners of what a ray may meet: the triangles of an area light, or triangles from
+    /// one end of a tube to the other that span the boxes around both ends and all heights between.
     pub(crate) fn pieces(&self) -> impl Iterator<Item = [DVec3; 3]> {
-        let ends = self.tube().into_iter().flat_map(|(ends, radius)| {
-            let radius = DVec3::splat(radius);
-            ends.map(|end| [end - radius, end, end + radius])
+        let tube = self.tube().into_iter().flat_map(|([from, to], radius)| {
+            let diagonals = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+            diagonals.into_iter().flat_map(move |(x, y)| {
+                let across = radius * DVec3::new(x, y, 1.0);
+                [
+                    [from - across, from + across, to + across],
+                    [from - across, to - across, to + across],
+                ]
+            })
         });
-        self.triangles().iter().copied().chain(ends)
+        self.triangles().iter().copied().chain(tube)
     }
 
     /// Returns the place of a point, or the ends of a line.

@@ -130,29 +130,29 @@ impl Scene {
             && parts.lights.iter().all(|l| matches!(l.shape, LightShape::Infinite(_)));
         let own = surface_parts.iter().map(|(_, part)| part.triangles.len()).sum();
         let mut triangles = Vec::with_capacity(own);
-        let mut surfaces = Vec::with_capacity(own);
+        let mut runs = Vec::with_capacity(surface_parts.len());
         let mut tangents = vec![Vec::new(); parts.materials.len()];
         let mut object_parts = Vec::with_capacity(surface_parts.len());
         let mut triangles_of_part = vec![0..0; surface_parts.len()];
-        let mut captor_moments: Vec<(Vec<[DVec3; 3]>, usize)> =
-            parts.captors.iter().map(|_| (Vec::new(), 0)).collect();
-        for (index, part) in &surface_parts {
-            if let Some(captor) = part.captor {
-                let (corners, first) = &mut captor_moments[captor];
-                if corners.is_empty() {
-                    *first = triangles.len();
-                }
-                corners.extend_from_slice(&part.triangles);
+        // of captors that are surfaces
+        let mut found: HashMap<usize, (Moments, Range<usize>)> = HashMap::new();
+        let mut first = 0;
+        for own in surface_parts.chunk_by(|(_, a), (_, b)| a.captor == b.captor) {
+            let corners = || own.iter().flat_map(|(_, part)| &part.triangles);
+            let range =
+                first..first + own.iter().map(|(_, part)| part.triangles.len()).sum::<usize>();
+            first = range.end;
+            if let Some(captor) = own[0].1.captor {
+                found.insert(captor, (Moments::of(corners()), range));
             }
+        }
+        for (index, part) in &surface_parts {
             object_parts.push((triangles.len(), part.object));
             for (i, tangent) in parts.tangents.get(index).into_iter().flatten().enumerate() {
                 tangents[part.material].push(((triangles.len() + i) as u32, tangent.as_vec3()));
             }
-            for corners in &part.triangles {
-                let triangle = local(corners);
-                surfaces.push(surface_of(&triangle, part.material, part.captor));
-                triangles.push(triangle);
-            }
+            triangles.extend(part.triangles.iter().map(local));
+            runs.push((part.triangles.len(), part.material, part.captor));
             triangles_of_part[*index] = triangles.len() - part.triangles.len()..triangles.len();
         }
         // before the search structures need memory
@@ -161,7 +161,6 @@ impl Scene {
 
         let mut placed = Placed::new(center);
         let mut common = Vec::with_capacity(parts.shared.len());
-        let mut of_copies: HashMap<usize, (Moments, Range<usize>)> = HashMap::new();
         let mut first = triangles.len();
         for mut part in parts.shared {
             part.surfaces.sort_by_key(|surface| surface.captor);
@@ -170,7 +169,7 @@ impl Scene {
                 continue;
             }
             placed.add(corners(), &part.transforms, first);
-            add_captors(&part, first, &mut of_copies);
+            add_captors(&part, first, &mut found);
             let prototype = &placed.prototypes[common.len()];
             first += prototype.triangles.len() * part.transforms.len();
             let mut own = prototype.triangles.iter();
@@ -198,11 +197,11 @@ impl Scene {
         let mut captor_of_triangle = Vec::new();
         for (index, part) in parts.captors.into_iter().enumerate() {
             let (corners, first) = match part.kind {
-                CaptorKind::Surface => std::mem::take(&mut captor_moments[index]),
+                CaptorKind::Surface => (Vec::new(), 0),
                 CaptorKind::Virtual { .. } => (part.triangles, captor_triangles.len()),
             };
             let own = || (Moments::of(&corners), first..first + corners.len());
-            let (moments, range) = of_copies.remove(&index).unwrap_or_else(own);
+            let (moments, range) = found.remove(&index).unwrap_or_else(own);
             let Moments { area, center, normal } = moments;
             if area <= 0.0 {
                 return Err(Error::input(place(), format!("captor `{}` has no area", part.id))
@@ -274,6 +273,12 @@ impl Scene {
         let outlines =
             Outlines { triangles, captor_triangles, captor_of_triangle, repeats, placed };
         let shapes = kept.shapes(outlines);
+        // after the search structures, whose making needs the most memory
+        let mut surfaces: Vec<Surface> = Vec::with_capacity(shapes.triangles.len());
+        for (count, material, captor) in runs {
+            let run = &shapes.triangles[surfaces.len()..][..count];
+            surfaces.extend(run.iter().map(|t| surface_of(t, material, captor)));
+        }
         let flush_lights =
             flush::lift(&mut lights, &shapes, (bounds.center() - center).as_vec3(), radius);
         let find_mirrors = || {

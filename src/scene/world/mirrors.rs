@@ -62,6 +62,11 @@ impl MirrorPlane {
         self.area * self.mirrored
     }
 
+    /// Returns whether a point of a surface with this unit normal lies on a pane or mirror in the plane.
+    pub fn holds(&self, point: Vec3, normal: Vec3) -> bool {
+        self.normal.cross(normal).length() < PARALLEL && self.extent.holds(point)
+    }
+
     /// Returns whether a ray comes to the plane within the box around the panes and mirrors.
     #[inline]
     pub fn is_met(&self, ray: &Ray) -> bool {

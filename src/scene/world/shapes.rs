@@ -4,6 +4,7 @@
 use std::{
     borrow::Cow,
     collections::BTreeMap,
+    hash::{DefaultHasher, Hash, Hasher},
     ops::Range,
     sync::{Arc, Mutex, PoisonError, Weak},
 };
@@ -322,13 +323,25 @@ fn captors(captor_of_triangle: &[u32]) -> Vec<(usize, Range<usize>)> {
 /// of them, in rising order.
 fn copies(triangles: &[Triangle]) -> Vec<[u32; 2]> {
     let bits = |t: &Triangle| [t.a, t.b, t.c].map(|p| p.to_array().map(f32::to_bits));
-    let mut sorted: Vec<_> =
-        triangles.par_iter().map(bits).zip(0..triangles.len() as u32).collect();
-    sorted.par_sort_unstable();
-    let same = sorted.chunk_by(|(p, _), (q, _)| p == q);
-    let mut copies: Vec<[u32; 2]> =
-        same.flat_map(|same| same[1..].iter().map(|(_, copy)| [*copy, same[0].1])).collect();
-    copies.par_sort_unstable();
+    // half of a hash, above the index
+    let key = |(triangle, index): (&Triangle, u32)| {
+        let mut hasher = DefaultHasher::new();
+        bits(triangle).hash(&mut hasher);
+        hasher.finish() >> 32 << 32 | u64::from(index)
+    };
+    let mut keys: Vec<u64> = triangles.par_iter().zip(0..triangles.len() as u32).map(key).collect();
+    keys.par_sort_unstable();
+    let mut copies: Vec<[u32; 2]> = Vec::new();
+    let alike = keys.chunk_by(|p, q| p >> 32 == q >> 32).filter(|alike| alike.len() > 1);
+    for alike in alike {
+        let indices = alike.iter().map(|key| *key as u32);
+        let mut found: Vec<_> = indices.map(|i| (bits(&triangles[i as usize]), i)).collect();
+        found.sort_unstable();
+        for same in found.chunk_by(|(p, _), (q, _)| p == q) {
+            copies.extend(same[1..].iter().map(|(_, copy)| [*copy, same[0].1]));
+        }
+    }
+    copies.sort_unstable();
     copies
 }
 

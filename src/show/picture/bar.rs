@@ -6,7 +6,7 @@ use super::{
     Picture, Scale,
     scale::{colour_at, label},
 };
-use crate::{error::Result, show::xml::allowed};
+use crate::{error::Result, math::units::printed, show::xml::allowed};
 
 /// The text and the scale of a colour bar.
 #[derive(Clone, Debug)]
@@ -32,12 +32,13 @@ impl Picture {
         let line = (1.3 * em).round();
         let ticks = legend.scale.ticks(((height / (3.0 * line)) as usize).clamp(2, 10));
         let ticks: Vec<(f64, String)> = ticks.into_iter().map(|tick| (tick, label(tick))).collect();
+        let title: Vec<String> = legend.title.iter().map(|line| printed(line)).collect();
         let longest = |texts: &mut dyn Iterator<Item = &String>| {
             texts.map(|text| text.chars().count()).max().unwrap_or(0) as f64 * WIDTH * em
         };
         let (bar, mark, margin) = (1.2 * em, 0.4 * em, em);
         let numbers = longest(&mut ticks.iter().map(|(_, text)| text));
-        let inner = longest(&mut legend.title.iter()).max(bar + 2.0 * mark + numbers);
+        let inner = longest(&mut title.iter()).max(bar + 2.0 * mark + numbers);
         let width = (inner + 2.0 * margin).round();
 
         let mut svg = format!(
@@ -49,10 +50,10 @@ impl Picture {
             let text = quick_xml::escape::escape(&*text);
             let _ = write!(svg, "<text x=\"{x}\" y=\"{y}\">{text}</text>");
         };
-        for (i, title) in legend.title.iter().enumerate() {
+        for (i, title) in title.iter().enumerate() {
             text(margin, line * (i as f64 + 1.2), title);
         }
-        let top = line * (legend.title.len() as f64 + 1.2);
+        let top = line * (title.len() as f64 + 1.2);
         let length = (height - line - top).max(2.0);
         for (value, number) in &ticks {
             let y = top + (1.0 - legend.scale.place(*value)) * length;

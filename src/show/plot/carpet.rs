@@ -1,13 +1,8 @@
 //! Carpets: the light of every hour as a colour, hours of the day over days.
 
 use plotters::{
-    chart::ChartBuilder,
-    element::{PathElement, Rectangle, Text},
+    element::{Rectangle, Text},
     prelude::Color,
-    style::{
-        BLACK,
-        text_anchor::{HPos, Pos, VPos},
-    },
 };
 
 use super::{
@@ -15,17 +10,20 @@ use super::{
     months::month_name,
 };
 use crate::show::{
-    chart::{Area, Failure, LARGE, SMALL, Width, drawn, font, px},
+    chart::{
+        axes::{Axis, BELOW, Frame},
+        paper::{Area, Failure, LARGE, Width, drawn, font, px},
+    },
     picture::Scale,
 };
 
 /// Height of a carpet, and the least height, which the colour bar needs, layout units.
-const HEIGHT: i32 = px(200);
+const HEIGHT: i32 = px(220);
 const LEAST: i32 = px(240);
 /// The greatest height of the colour bar, layout units.
 const HIGHEST: i32 = px(400);
 /// Margins around the colours: left, right, above, below, layout units.
-const ROOM: (i32, i32, i32, i32) = (px(52), px(10), px(28), px(26));
+const ROOM: (i32, i32, i32, i32) = (px(52), px(10), px(28), BELOW);
 /// Number of colours: finer than the eye can distinguish.
 const STEPS: f64 = 64.0;
 
@@ -67,14 +65,18 @@ impl Carpets {
     fn draw(&self, carpet: &Carpet, area: &Area) -> Result<(), Failure> {
         let (left, right, above, below) = ROOM;
         area.draw(&Text::new(carpet.title.as_str(), (left, px(8)), font(LARGE)))?;
-        let mut builder = ChartBuilder::on(area);
-        builder.margin_top(above).margin_right(right);
-        builder.x_label_area_size(below).y_label_area_size(left);
-        let mut chart = builder.build_cartesian_2d(0.0..self.days.len() as f64, 0.0..24.0)?;
-        let mut mesh = chart.configure_mesh();
-        mesh.disable_mesh().y_desc("hour").label_style(font(SMALL)).axis_desc_style(font(SMALL));
-        mesh.axis_style(BLACK.stroke_width(px(1) as u32)).set_all_tick_mark_size(px(4));
-        mesh.x_labels(0).y_labels(0).draw()?;
+        let (width, height) = area.dim_in_pixel();
+        let days = self.days.len() as f64;
+        let names = self.names().into_iter().map(|(day, name)| (day as f64 + 0.5, name));
+        let hours = [0, 6, 12, 18, 24].map(|hour| (f64::from(hour), hour.to_string()));
+        let frame = Frame {
+            left,
+            top: above,
+            right: width as i32 - right,
+            bottom: height as i32 - below,
+            x: Axis::linear("day", 0.0..days).with_names(names.collect()),
+            y: Axis::linear("hour of the day", 0.0..24.0).with_names(hours.to_vec()),
+        };
         let paint = |level: f64| {
             let Scale { low, high, .. } = self.scale;
             colour(&self.scale, low + (level + 0.5) / STEPS * (high - low)).filled()
@@ -86,13 +88,13 @@ impl Carpets {
         let mut rectangles = Vec::new();
         // rectangles reach a little below those that are drawn after them, so that no pale lines are
         // left between them where edges are smoothed
-        let (across, up) = chart.plotting_area().dim_in_pixel();
-        let [across, up] = [across, up].map(|units| f64::from(px(1)) / f64::from(units.max(1)));
-        let (days, more) = (self.days.len() as f64, [across * self.days.len() as f64, up * 24.0]);
+        let [across, up] = [frame.right - frame.left, frame.bottom - frame.top]
+            .map(|units| f64::from(px(1)) / f64::from(units.max(1)));
+        let more = [across * days, up * 24.0];
         let mut close = |(day, from, last, level): (usize, f64, f64, f64)| {
             let end = (day as f64 + 1.0 + more[0], last + self.step + more[1]);
             let corners = [(day as f64, from), (end.0.min(days), end.1.min(24.0))];
-            rectangles.push(Rectangle::new(corners, paint(level)));
+            rectangles.push(Rectangle::new(corners.map(|at| frame.place(at)), paint(level)));
         };
         for (day, hour, level) in cells {
             open = open.map(|(of, from, last, own)| {
@@ -105,22 +107,8 @@ impl Carpets {
             });
         }
         open.into_iter().for_each(close);
-        chart.draw_series(rectangles)?;
-        let (left, top) = area.get_base_pixel();
-        for (day, name) in self.names() {
-            let at = chart.backend_coord(&(day as f64 + 0.5, 0.0));
-            let below = font(SMALL).pos(Pos::new(HPos::Center, VPos::Top));
-            area.draw(&Text::new(name, (at.0 - left, at.1 - top + px(6)), below))?;
-        }
-        for hour in [0, 6, 12, 18, 24] {
-            let at = chart.backend_coord(&(0.0, f64::from(hour)));
-            let (x, y) = (at.0 - left, at.1 - top);
-            let stroke = BLACK.stroke_width(px(1) as u32);
-            area.draw(&PathElement::new(vec![(x - px(4), y), (x, y)], stroke))?;
-            let beside = font(SMALL).pos(Pos::new(HPos::Right, VPos::Center));
-            area.draw(&Text::new(hour.to_string(), (x - px(7), y), beside))?;
-        }
-        Ok(())
+        rectangles.iter().try_for_each(|rectangle| area.draw(rectangle))?;
+        frame.draw(area, false)
     }
 
     /// Returns the days that have a name at the axis, and these names: middles of months, or up to

@@ -4,7 +4,7 @@ use super::{carpet::Carpets, heat_map::HeatMaps};
 use crate::{
     error::{Error, Result},
     show::{
-        chart::{self, Chart, Width},
+        chart::{Chart, Width, paper},
         picture::Picture,
     },
 };
@@ -30,9 +30,10 @@ impl Plot {
     pub fn svg(&self, width: Width) -> Result<String> {
         let drawn = match &self.drawn {
             Drawn::Charts(charts) => {
-                let ((across, down), count) = (Chart::size(width), charts.len().max(1));
-                chart::drawn((across, down * count as i32), |area| {
-                    let parts = area.split_evenly((count, 1));
+                let down = charts.iter().map(|chart| chart.size(width).1).max().unwrap_or(1);
+                let all = (width.units(), down * charts.len().max(1) as i32);
+                paper::drawn(all, |area| {
+                    let parts = area.split_evenly((charts.len().max(1), 1));
                     charts.iter().zip(&parts).try_for_each(|(chart, part)| chart.draw(part))
                 })
             }

@@ -2,24 +2,29 @@
 //! the triangles of a Delaunay triangulation.
 
 use plotters::{
-    chart::ChartBuilder,
     element::{Circle, PathElement, Polygon, Rectangle, Text},
     prelude::{Color, RGBColor, ShapeStyle},
     style::{
         BLACK, WHITE,
-        text_anchor::{HPos, Pos, VPos},
+        text_anchor::{HPos, VPos},
     },
 };
 
-use crate::show::{
-    chart::{Area, Failure, LARGE, SMALL, Width, drawn, font, length, px, tick},
-    picture::{Scale, label},
+use crate::{
+    math::units::printed,
+    show::{
+        chart::{
+            axes::{Axis, BELOW, Frame},
+            paper::{Area, Failure, LARGE, Place, SMALL, Width, drawn, font, length, px, small},
+        },
+        picture::{Scale, label},
+    },
 };
 
 /// The greatest height of the colours of a map, layout units.
 const HIGHEST: i32 = px(420);
 /// Margins around the colours of a map: left, right, above, below, layout units.
-const ROOM: (i32, i32, i32, i32) = (px(52), px(12), px(30), px(42));
+const ROOM: (i32, i32, i32, i32) = (px(52), px(12), px(30), BELOW);
 /// Width of the colour bar with its numbers, layout units.
 pub(super) const BAR: i32 = px(92);
 /// Number of colours between the ends of the bar: finer than the eye can distinguish.
@@ -96,7 +101,7 @@ pub(super) fn draw_bar(
     height: i32,
 ) -> Result<(), Failure> {
     for (i, line) in legend.iter().enumerate() {
-        let short: String = line.chars().take(16).collect();
+        let short: String = printed(line).chars().take(16).collect();
         area.draw(&Text::new(short, (px(4), px(10) + px(14) * i as i32), font(SMALL)))?;
     }
     let (top, bottom) = (px(60), height - ROOM.3);
@@ -108,7 +113,7 @@ pub(super) fn draw_bar(
         let row = [(px(4), y), (px(18), (y + px(2)).min(bottom))];
         area.draw(&Rectangle::new(row, colour(scale, value).filled()))?;
     }
-    let beside = font(SMALL).pos(Pos::new(HPos::Left, VPos::Center));
+    let beside = small(HPos::Left, VPos::Center);
     for value in scale.ticks(most) {
         let y = bottom - (scale.place(value) * f64::from(bottom - top)).round() as i32;
         let line = BLACK.stroke_width(px(1) as u32);
@@ -137,19 +142,18 @@ impl HeatMap {
         let [x, y] = ends_of(&triangles);
         let metre = (f64::from(room[0]) / (x.1 - x.0)).min(f64::from(room[1]) / (y.1 - y.0));
         let sides = [x, y].map(|(from, to)| ((to - from) * metre).round() as i32);
-        let mut builder = ChartBuilder::on(area);
         area.draw(&Text::new(self.title.as_str(), (left, px(10)), font(LARGE)))?;
-        builder.margin_right(right + room[0] - sides[0]).margin_top(above);
-        builder.margin_bottom(room[1] - sides[1]);
-        builder.x_label_area_size(below).y_label_area_size(left);
-        let mut chart = builder.build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-        let labels = |side: i32| (side / px(44)).clamp(2, 7) as usize;
-        let mut mesh = chart.configure_mesh();
-        mesh.disable_mesh().x_desc(&self.axes[0]).y_desc(&self.axes[1]);
-        mesh.axis_style(BLACK.stroke_width(px(1) as u32)).set_all_tick_mark_size(px(4));
-        mesh.label_style(font(SMALL)).axis_desc_style(font(SMALL));
-        mesh.x_labels(labels(sides[0])).y_labels(labels(sides[1]));
-        mesh.x_label_formatter(&|v| tick(*v)).y_label_formatter(&|v| tick(*v)).draw()?;
+        let [label_x, label_y] = &self.axes;
+        let frame = Frame {
+            left,
+            top: above,
+            right: left + sides[0],
+            bottom: above + sides[1],
+            x: Axis::linear(label_x, x.0..x.1),
+            y: Axis::linear(label_y, y.0..y.1),
+        };
+        let place = |&(x, y): &(f64, f64)| frame.place((x, y));
+        frame.draw(area, false)?;
 
         let step = (scale.high - scale.low) / STEPS as f64;
         for triangle in &triangles {
@@ -167,50 +171,46 @@ impl HeatMap {
                     continue;
                 }
                 let colour = colour(scale, scale.low + (i as f64 + 0.5) * step);
-                let mut outline: Vec<(f64, f64)> = part.iter().map(|c| (c.0, c.1)).collect();
-                chart.draw_series([Polygon::new(outline.clone(), colour.filled())])?;
+                let mut outline: Vec<Place> = part.iter().map(|c| place(&(c.0, c.1))).collect();
+                area.draw(&Polygon::new(outline.clone(), colour.filled()))?;
                 outline.push(outline[0]);
                 // an outline of the same colour leaves no gap to the neighbouring part
-                chart.draw_series([PathElement::new(outline, colour.stroke_width(2))])?;
+                area.draw(&PathElement::new(outline, colour.stroke_width(2)))?;
             }
         }
         let line = ShapeStyle::from(&BLACK.mix(0.55)).stroke_width(px(1) as u32);
-        let mut numbers: Vec<(i32, i32)> = Vec::new();
+        let mut numbers: Vec<Place> = Vec::new();
         for level in scale.ticks(8) {
             let segments: Vec<[(f64, f64); 2]> =
                 triangles.iter().filter_map(|triangle| contour(triangle, level)).collect();
             let middle = |[from, to]: &[(f64, f64); 2]| {
-                let at = chart.backend_coord(&((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0));
-                let (left, top) = area.get_base_pixel();
-                (at.0 - left, at.1 - top)
+                place(&((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0))
             };
-            let fits = |&(x, y): &(i32, i32)| {
+            let fits = |&(x, y): &Place| {
                 let inside = x > left + px(18)
                     && x < left + sides[0] - px(18)
                     && y > above + px(9)
                     && y < above + sides[1] - px(9);
-                let free = |n: &(i32, i32)| (n.0 - x).abs() > px(34) || (n.1 - y).abs() > px(14);
+                let free = |n: &Place| (n.0 - x).abs() > px(34) || (n.1 - y).abs() > px(14);
                 inside && numbers.iter().all(free)
             };
             // from the middle of the line to its ends
             let order = (segments.len() / 2..segments.len()).chain(0..segments.len() / 2);
             let number = order.map(|i| middle(&segments[i])).find(fits);
-            let paths = segments.iter().map(|ends| PathElement::new(ends.to_vec(), line));
-            chart.draw_series(paths)?;
+            for ends in &segments {
+                area.draw(&PathElement::new(ends.iter().map(place).collect::<Vec<_>>(), line))?;
+            }
             if let Some((x, y)) = number {
                 let text = label(level);
                 let half = length(&text) / 2 + px(1);
                 let paper = [(x - half, y - px(6)), (x + half, y + px(6))];
                 area.draw(&Rectangle::new(paper, WHITE.mix(0.6).filled()))?;
-                let style = font(SMALL).pos(Pos::new(HPos::Center, VPos::Center));
-                area.draw(&Text::new(text, (x, y), style))?;
+                area.draw(&Text::new(text, (x, y), small(HPos::Center, VPos::Center)))?;
                 numbers.push((x, y));
             }
         }
-        let dot = |&point: &(f64, f64)| Circle::new(point, px(3) / 2, BLACK.mix(0.7).filled());
-        let marks = self.points.iter().map(dot);
-        chart.draw_series(marks)?;
-        Ok(())
+        let dot = |point| Circle::new(place(point), px(3) / 2, BLACK.mix(0.7).filled());
+        Ok(self.points.iter().map(dot).try_for_each(|dot| area.draw(&dot))?)
     }
 
     /// Returns the triangles and, around a grid, those to the ends of the cells whose middles the

@@ -64,36 +64,58 @@ impl DailyLight {
             }
         }
         if self.of.iter().any(|of| !of.daylight.is_empty()) {
-            chart.title += match by_month {
-                true => " (dark: daylight alone)",
-                false => " (dashed: daylight alone)",
+            let mut meaning = |name: &str, stroke| {
+                let (name, colour) = (Some(name.into()), Series::GREY);
+                chart.series.push(Series { name, colour, stroke, points: Vec::new() });
             };
+            match (by_month, &self.of[..]) {
+                (true, [of]) => chart.title += &format!(", {}", of.id),
+                (true, _) => {
+                    meaning("daylight", Stroke::Columns { width: 1.0, pale: false });
+                    meaning("lamps", Stroke::Columns { width: 1.0, pale: true });
+                }
+                (false, _) => meaning("daylight alone", Stroke::Dashed),
+            }
         }
         chart
     }
 
+    /// Adds a column for each month: its light or, where it is known, daylight with that of lamps
+    /// on it.
     fn columns(&self, of: &OfId, colour: usize, series: &mut Vec<Series>) {
         let width = 0.8 / self.of.len() as f64;
         let aside = width * (colour as f64 - 0.5 * (self.of.len() as f64 - 1.0));
-        let (mut means, mut shares, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut lower, mut upper, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
         let mut first = 0;
         for (m, (month, &mean)) in self.months.iter().zip(&of.months).enumerate() {
             let x = (m + 1) as f64 + aside;
             let own = self.days.iter().skip(first).take_while(|day| day.starts_with(month));
             let last = (first + own.count()).min(of.days.len());
             let days = &of.days[first..last];
-            means.push((x, mean));
             let sum: f64 = days.iter().sum();
-            if let Some(daylight) = of.daylight.get(first..last).filter(|_| sum > 0.0) {
-                shares.push((x, mean * daylight.iter().sum::<f64>() / sum));
-            }
+            let middle = match of.daylight.get(first..last).filter(|_| sum > 0.0) {
+                Some(daylight) => mean * (daylight.iter().sum::<f64>() / sum).clamp(0.0, 1.0),
+                None => mean,
+            };
+            lower.extend([(x, 0.0), (x, middle)]);
+            upper.extend([(x, middle), (x, mean)]);
             let end = |best: fn(f64, f64) -> f64| days.iter().copied().reduce(best);
             ranges.extend([end(f64::min), end(f64::max)].into_iter().flatten().map(|y| (x, y)));
             first = last;
         }
         let column = |pale| Stroke::Columns { width: 0.94 * width, pale };
-        add(series, Some(&of.id), colour, column(!of.daylight.is_empty()), means);
-        add(series, None, colour, column(false), shares);
+        let (daylight, lamps) = ("daylight".to_string(), "lamps".to_string());
+        match (of.daylight.is_empty(), self.of.len()) {
+            (true, _) => add(series, Some(&of.id), colour, column(false), lower),
+            (false, 1) => {
+                add(series, Some(&daylight), colour, column(false), lower);
+                add(series, Some(&lamps), colour + 1, column(false), upper);
+            }
+            (false, _) => {
+                add(series, Some(&of.id), colour, column(false), lower);
+                add(series, None, colour, column(true), upper);
+            }
+        }
         // grey is seen on columns and beside them
         add(series, None, Series::GREY, Stroke::Bars, ranges);
     }

@@ -1,6 +1,6 @@
 //! Plots of the folder of a year: columns of months, carpets of hours, the course of a day.
 
-use std::path::Path;
+use std::{collections::HashMap, path::Path};
 
 use super::{
     carpet::{Carpet, Carpets},
@@ -60,7 +60,11 @@ impl Plot {
             YearPlotKind::Months => {
                 let (months, days) = (read("months")?, read("days")?);
                 let chosen = Chosen::new(&year, &months, request, CHARTED)?;
-                months_plot(&year.facts, &months, &days, &chosen)
+                let daylight = match request.face {
+                    Face::Front => YearFolder::daylight(folder, chosen.name)?,
+                    Face::Back | Face::Absorbed => HashMap::new(),
+                };
+                months_plot(&year.facts, &months, &days, &chosen, &daylight)
             }
             YearPlotKind::Carpet => {
                 let hours = read("hours")?;
@@ -148,6 +152,7 @@ fn months_plot(
     months: &YearTable,
     days: &YearTable,
     chosen: &Chosen,
+    daylight: &HashMap<(String, String), f64>,
 ) -> Result<Plot> {
     let same = months.ids == days.ids && months.bands == days.bands;
     if !same {
@@ -157,11 +162,16 @@ fn months_plot(
     let values = |table: &YearTable, id: usize| -> Vec<f64> {
         (0..table.times.len()).map(|t| f64::from(table.value(t, id, chosen.band)[0])).collect()
     };
+    // of all days or of none
+    let own = |id: &String| {
+        let of = |day: &String| daylight.get(&(id.clone(), day.clone())).copied();
+        days.times.iter().map(of).collect::<Option<Vec<f64>>>().unwrap_or_default()
+    };
     let of = |&id: &usize| OfId {
         id: months.ids[id].clone(),
         months: values(months, id),
         days: values(days, id),
-        daylight: Vec::new(),
+        daylight: own(&months.ids[id]),
     };
     let light = DailyLight {
         band: format!("{}{}", chosen.name, chosen.face),

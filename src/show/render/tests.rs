@@ -341,7 +341,7 @@ fn a_closed_room_is_seen_from_inside() {
     for walls in [walls, inside_out(walls)] {
         let loaded = load(scene.clone(), &[("walls", "a", &walls), ("thing", "a", &thing)]);
         let view =
-            Viewpoint::choose_view(&loaded.scene, (40, 30)).unwrap_or_else(|e| panic!("{e}"));
+            Viewpoint::choose_view(&loaded.scene, (40, 30), 45.0).unwrap_or_else(|e| panic!("{e}"));
         let viewpoint =
             Viewpoint::new(&loaded.scene, &view).unwrap_or_else(|e| panic!("{e}")).cut_open();
         let middle = |corner: Point| glam::DVec3::from(corner) - loaded.scene.center;
@@ -361,6 +361,30 @@ fn a_closed_room_is_seen_from_inside() {
     }
 }
 
+/// Where captors are a small part of a scene, the chosen view is of them and what is around them:
+/// the ground beyond is cut off.
+#[test]
+fn a_view_of_a_wide_scene_is_of_its_captors() {
+    let ground = [[[-50.0, -50.0, 0.0], [50.0, -50.0, 0.0], [50.0, 50.0, 0.0], [-50.0, 50.0, 0.0]]];
+    let scene = |captors: serde_json::Value| {
+        json!({
+            "materials": { "a": { "type": "lambert", "reflectance": 0.5 } },
+            "lights": [{ "type": "point", "name": "lamp", "position": [0, 0, 9], "power": 1 }],
+            "captors": captors,
+        })
+    };
+    let distance = |captors: serde_json::Value| {
+        let loaded = load(scene(captors), &[("ground", "a", &ground)]);
+        let view = Viewpoint::choose_view(&loaded.scene, (40, 30), 45.0);
+        let view = view.unwrap_or_else(|e| panic!("{e}"));
+        (view.look_at - view.position).length()
+    };
+    let sensor = |x: f64| json!({ "name": format!("at {x}"), "disc": { "center": [x, 20, 1], "normal": [0, 0, 1], "radius": 0.1 } });
+    let (none, near) = (distance(json!([])), distance(json!([sensor(20.0), sensor(21.0)])));
+    let wide = distance(json!([sensor(-40.0), sensor(40.0)]));
+    assert!(near < 0.4 * none && wide == none, "{near} {wide} {none}");
+}
+
 /// Of a closed rack with two floors, seen from above, the roof is cut away, and no floor.
 #[test]
 fn the_floors_of_a_rack_stay() {
@@ -372,7 +396,8 @@ fn the_floors_of_a_rack_stay() {
     });
     let (low, high) = (lying(0.4), lying(1.3));
     let loaded = load(scene, &[("walls", "a", &walls), ("low", "a", &low), ("high", "a", &high)]);
-    let view = Viewpoint::choose_view(&loaded.scene, (40, 30)).unwrap_or_else(|e| panic!("{e}"));
+    let view =
+        Viewpoint::choose_view(&loaded.scene, (40, 30), 45.0).unwrap_or_else(|e| panic!("{e}"));
     let viewpoint = Viewpoint::new(&loaded.scene, &view).unwrap_or_else(|e| panic!("{e}"));
     let viewpoint = viewpoint.cut_open();
     let above = |z: f64| (glam::DVec3::new(0.6, 0.3, z) - loaded.scene.center).as_vec3();

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::{
     error::{Error, Result},
-    math::geometry::{ROUNDING, Ray, closeness},
+    math::geometry::{Extent, ROUNDING, Ray, closeness},
     scene::{
         camera::{Camera, View},
         patches::Patches,
@@ -46,6 +46,9 @@ const LYING: f32 = 0.7;
 /// A lying surface is the roof if it reaches to within this fraction of the scene's height from the
 /// top.
 const TOPMOST: f32 = 0.1;
+/// Captors that take up less than this fraction of the scene are looked at, with at least this
+/// fraction of each side of it around them.
+const PART: f32 = 0.25;
 /// The largest distance of a viewpoint from the centre of the scene, in radii of the scene.
 const FARTHEST: f64 = 1e4;
 
@@ -65,15 +68,28 @@ impl<'a> Viewpoint<'a> {
         Ok(Self { scene, camera: Camera::new(view, scene.center), cut: Vec::new() })
     }
 
-    /// Chooses a view that shows all surfaces of the scene from outside, in a picture of `size`
-    /// (width, height) pixels. Error: the scene has no surface to see.
-    pub fn choose_view(scene: &Scene, size: (usize, usize)) -> Result<View> {
+    /// Chooses a view that shows all surfaces of the scene from outside or, where the captors are
+    /// only a small part of it, these and what is around them, in a picture of `size` (width, height)
+    /// pixels that is `fov_deg` degrees wide. Error: the scene has no surface to see.
+    pub fn choose_view(scene: &Scene, size: (usize, usize), fov_deg: f64) -> Result<View> {
         if scene.triangles().is_empty() {
             let place = format!("scene {}", scene.name);
             return Err(Error::input(place, "it has no surface, so there is nothing to see")
                 .remedy("add an object, or give a camera to look at its lamps"));
         }
-        Ok(View::of(&scene.triangles().extent(), scene.center, size))
+        let all = scene.triangles().extent();
+        let triangles = (0..scene.triangles().len())
+            .filter(|&triangle| scene.surface(triangle).captor().is_some())
+            .map(|triangle| scene.triangles().at(triangle));
+        let captors =
+            Extent::of_triangles(triangles).join(Extent::of_triangles(scene.captor_triangles()));
+        let is_part = (0.0..PART * all.size().length()).contains(&captors.size().length());
+        if !is_part || captors.size() == Vec3::ZERO {
+            return Ok(View::of(&all, scene.center, size, fov_deg));
+        }
+        let (middle, half) = (captors.center(), 0.5 * captors.size().max(PART * all.size()));
+        let around = Extent { min: middle - half, max: middle + half };
+        Ok(View::of(&around, scene.center, size, fov_deg))
     }
 
     /// Returns the same viewpoint, but without the large surfaces whose plane lies between the

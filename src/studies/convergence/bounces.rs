@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
@@ -23,7 +23,7 @@ const LIMITS: [u32; 24] =
     [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 20, 25, 30, 40, 50, 70, 100, 200, 500, 1000, 10_000];
 
 /// The light that arrives on captors, by the number of bounces.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Bounces {
     /// Number of photons traced.
     pub photons: u64,
@@ -33,7 +33,7 @@ pub struct Bounces {
 }
 
 /// Light that arrives within a number of bounces.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Within {
     /// Largest number of interactions with surfaces on the way; 0 is light straight from a lamp.
     pub bounces: u32,

@@ -85,18 +85,29 @@ impl ConvergenceStudy {
         let (x, y) = (first.cpu_seconds, 0.5 * first.error);
         let end = last.cpu_seconds;
         let points = vec![(x, y), (end, y * (x / end).sqrt())];
-        let name = Some("slope -1/2".into());
+        let name = Some("slope −1/2".into());
         Some(Series { name, colour: Series::GREY, stroke: Stroke::Dashed, points })
     }
 
     fn bias_chart(&self) -> Chart {
-        let spread = |name: &str| Some(format!("{name}: spread"));
-        let bias = |name: &str| Some(format!("{name}: bias"));
-        let mut series = self.series(Stroke::Line, spread, |r| (r.photons as f64, r.spread));
+        let named = |name: &str| Some(name.to_string());
+        let mut series = self.series(Stroke::Line, named, |r| (r.photons as f64, r.spread));
         // summed flux has no bias, except what noise makes look like one
         let biased = |r: &Rung| (r.photons as f64, r.arrivals.map_or(f64::NAN, |_| r.bias));
-        let biases = self.series(Stroke::Dashed, bias, biased);
-        series.extend(biases.into_iter().filter(|s| s.points.iter().any(|(_, y)| y.is_finite())));
+        let biases = self.series(Stroke::Hollow, |_| None, biased);
+        let known = |s: &Series| s.points.iter().any(|(_, y)| y.is_finite() && *y > 0.0);
+        let biases: Vec<Series> = biases.into_iter().filter(known).collect();
+        if !biases.is_empty() {
+            let meaning = |name: &str, stroke| Series {
+                name: Some(name.into()),
+                colour: Series::GREY,
+                stroke,
+                points: Vec::new(),
+            };
+            series.push(meaning("spread", Stroke::Line));
+            series.push(meaning("bias, where noise is not all of it", Stroke::Hollow));
+        }
+        series.extend(biases);
         Chart {
             title: format!("{}: bias and spread", self.scene),
             x: "photons or paths".into(),
@@ -112,7 +123,7 @@ impl ConvergenceStudy {
         Chart {
             title: format!("{}: figure of merit", self.scene),
             x: "CPU time, s".into(),
-            y: "1 / (relative variance x time), 1/s".into(),
+            y: "1 / (relative variance × time), 1/s".into(),
             series: self.series(Stroke::Line, named, |rung| (rung.cpu_seconds, rung.merit)),
             ..Chart::default()
         }

@@ -146,6 +146,14 @@ impl Responses {
                 add(None, Stroke::Band, ends);
             }
         }
+        if series.iter().any(|series| series.stroke == Stroke::Band) {
+            series.push(Series {
+                name: Some("least to greatest captor".into()),
+                colour: Series::GREY,
+                stroke: Stroke::Band,
+                points: Vec::new(),
+            });
+        }
         let mut title = format!("{}, mean of each group", self.bands[band]);
         if self.all_groups > self.groups.len() {
             title += &format!(" (the largest {} of {})", self.groups.len(), self.all_groups);
@@ -153,12 +161,7 @@ impl Responses {
         Chart {
             title,
             x: parameter.name.clone(),
-            y: match sums.values().any(|sum| sum.range.is_some()) && !scattered {
-                true => {
-                    format!("irradiance, {} (pale: least to greatest captor)", self.units[band])
-                }
-                false => format!("irradiance, {}", self.units[band]),
-            },
+            y: format!("irradiance, {}", self.units[band]),
             linear_x: true,
             linear_y: true,
             series,
@@ -200,7 +203,7 @@ mod tests {
         let charts = responses.charts(&sweep);
         let [(name, chart)] = &charts[..] else { panic!("{charts:?}") };
         assert_eq!(name, "power");
-        let [mean, bars, ends] = &chart.series[..] else { panic!("{chart:?}") };
+        let [mean, bars, ends, meaning] = &chart.series[..] else { panic!("{chart:?}") };
         assert_eq!(mean.points, [(5.0, 5.0), (8.0, 2.0)]);
         assert_eq!((mean.stroke, bars.stroke), (Stroke::Line, Stroke::Bars));
         // errors of 0.3 and 0.4 give the mean an error of sqrt(0.09 + 0.16) / 2
@@ -208,7 +211,8 @@ mod tests {
             assert!((bar.1 - expected).abs() < 1e-12, "{:?}", bars.points);
         }
         // from the least of each and back along the greatest
-        assert_eq!(ends.stroke, Stroke::Band);
+        assert_eq!((ends.stroke, meaning.stroke), (Stroke::Band, Stroke::Band));
+        assert_eq!(meaning.name.as_deref(), Some("least to greatest captor"));
         assert_eq!(ends.points, [(5.0, 4.0), (8.0, 1.0), (8.0, 4.0), (5.0, 7.0)]);
     }
 }

@@ -169,7 +169,8 @@ impl<'a> Part<'a> {
                 let running = totals.running(places.channel(self.scene, id, *channel));
                 for (out, running) in row.iter_mut().zip(running) {
                     let found = running.estimate(totals.batches);
-                    let error = found.standard_error.unwrap_or(0.0);
+                    // of one photon no error is known, so it is taken to be as large as the value
+                    let error = found.standard_error.unwrap_or(found.mean);
                     *out = [found.mean, error].map(|value| (value / area) as f32);
                 }
             }

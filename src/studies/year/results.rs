@@ -108,6 +108,7 @@ impl Mean<'_> {
             dli_se: None,
             ratios: None,
             few_paths: photons < FEW_HISTORIES,
+            by_photons: false,
             min: None,
             max: None,
             uniformity: None,

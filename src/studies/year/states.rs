@@ -110,7 +110,7 @@ impl YearScenes {
             // each angle of a tracker may hold for a short time
             if !on.is_empty() && !on.iter().any(|state| state.turns) && own < SHORT {
                 warnings.push(format!(
-                    "states {} hold for {own:.3} h only, for which the scene is traced once more",
+                    "states {} hold for {own:.3} h only, without others, for which the scene is traced once more",
                     quoted(&said)
                 ));
             }

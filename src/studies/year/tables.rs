@@ -31,8 +31,15 @@ use crate::{
 /// The tables of values, which are Parquet unless CSV is asked for.
 const TABLES: [&str; 4] = ["hours", "days", "months", "year"];
 /// The other files, of which tables are always CSV.
-const OTHERS: [&str; 6] =
-    ["lamps.csv", CHART, "captors.csv", "states.csv", "ratios.csv", YearFolder::FACTS];
+const OTHERS: [&str; 7] = [
+    "lamps.csv",
+    CHART,
+    "captors.csv",
+    "states.csv",
+    "ratios.csv",
+    YearFolder::DAYLIGHT,
+    YearFolder::FACTS,
+];
 /// The chart, without ending.
 const CHART: &str = "dli";
 /// The table of the ratios of hours, if the scene has ratios.
@@ -185,6 +192,13 @@ pub fn write(
     let sums = days().chain(months()).chain(whole()).filter(|_| !year.places.ratios.is_empty());
     let columns = ratio_columns("period", Kind::Number);
     complete.push(table(next()?, &columns, false, |file| ratios(year, &all, sums, file))?);
+    let columns = [
+        ("captor", Kind::Text),
+        ("day", Kind::Text),
+        ("band", Kind::Text),
+        ("daylight", Kind::Number),
+    ];
+    complete.push(table(next()?, &columns, false, |file| daylight(year, file))?);
     let mut file = next()?;
     write_lines(&year.facts(), &mut file).map_err(unwritten)?;
     let facts = file.complete()?;
@@ -325,6 +339,19 @@ fn lamps<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
             lamp_row(year, lamp, name, slots.iter().copied(), table)?;
         }
         lamp_row(year, lamp, "all", 0..year.slots.len(), table)?;
+    }
+    Ok(())
+}
+
+/// Adds what is daylight of the light of each day that the chart shows, if lamps are switched.
+fn daylight<W: Write + Send>(year: &Year, table: &mut TableFile<W>) -> Result<()> {
+    let Some(band) = year.charted.band else { return Ok(()) };
+    for (&id, daylight) in year.charted.ids.iter().zip(&year.charted.daylight) {
+        for (day, &light) in year.days.keys().zip(daylight) {
+            let texts = [&*year.places.ids[id], day, &*year.bands[band].name].map(Entry::Text);
+            let cells: Vec<Entry> = texts.into_iter().chain([Entry::Number(light)]).collect();
+            table.row(&cells).map_err(unwritten)?;
+        }
     }
     Ok(())
 }

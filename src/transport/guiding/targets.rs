@@ -163,7 +163,7 @@ pub struct Targets {
     nodes: Vec<Node>,
     /// The share of the flights that aim at a shape larger than the captor.
     wide_share: f32,
-    /// Whether a flight may pass glass or be mirrored.
+    /// Whether a flight may pass glass or covers, or be mirrored.
     pub(super) passes_surfaces: bool,
 }
 
@@ -180,7 +180,9 @@ impl Targets {
         let used =
             |of: fn(&Material) -> bool| scene.materials.iter().any(|named| of(&named.material));
         let wide_share = if used(Material::is_solid) { WIDE_SHARE } else { 0.0 };
-        let passes_surfaces = used(|material| material.has_mirror() && !material.is_diffuse());
+        let passes_surfaces = used(|material| {
+            !material.is_diffuse() && (material.has_mirror() || material.is_clear())
+        });
         let reach = if wide_share > 0.0 { WIDE } else { 1.0 };
         let planes = scene.mirror_planes(PLANES);
         let whole: f32 = planes.iter().map(MirrorPlane::mirrored_area).sum();
@@ -284,6 +286,12 @@ impl Targets {
             }
         }
         (chosen.and_then(|target| target.aim(view, self.wide_share, rng)), seen)
+    }
+
+    /// Returns whether flights are aimed by way of a mirror at this point, where a surface has this
+    /// unit normal.
+    pub fn shows(&self, point: Vec3, normal: Vec3) -> bool {
+        self.planes.iter().any(|(plane, _)| plane.holds(point, normal))
     }
 
     /// Returns the density with which [`choose`](Self::choose) draws a ray that is sent: of its

@@ -19,19 +19,20 @@ use glam::Vec3;
 
 use super::{Pilot, is_small, spots};
 use crate::{
-    math::{geometry::Ray, spectrum::Lanes},
+    math::{
+        geometry::Ray,
+        spectrum::{Lanes, Spectrum},
+    },
     scene::{
         captor::Captor,
         material::LobeKind,
-        world::{Scene, SurfaceHit},
+        world::{Scene, Standing, SurfaceHit},
     },
-    transport::{
-        tally::Totals,
-        trace::{Counted, Event},
-    },
+    transport::tally::Totals,
 };
 
-/// A face with fewer photons than this is given the mean of all faces.
+/// A face with fewer photons than this is given the mean of all faces, and faces that have fewer
+/// together the mean of all surfaces.
 const FEW: u64 = 100;
 /// The standard errors are called too small if such light adds more than this many times the
 /// variance that the run has found. Photons overestimate it up to threefold, because they assume
@@ -40,12 +41,23 @@ const TOO_SMALL: f64 = 4.0;
 /// A relative error of this size may be rounding.
 const ROUNDING: f64 = 1e-4;
 
-/// Results of photons for the faces of captors.
+/// What photons tell of the faces of captors: how much light comes to them that a run finds by
+/// chance.
 pub struct ByChance {
     bands: usize,
     photons: u64,
     /// For each channel of the captors.
     faces: Vec<Sums>,
+    /// All surfaces, while photons are added; then all faces, unless few photons came to them.
+    all: Sums,
+}
+
+/// A place where a photon arrives.
+pub(super) enum Place {
+    /// A face of a captor, by its channel.
+    Face(usize),
+    /// Any surface.
+    Surface,
 }
 
 /// Sums over the photons that came to a face, or to all faces.
@@ -128,19 +140,21 @@ impl<'a> Source<'a> {
     }
 
     /// Returns g of the source, in 1/m2, for paths that come to a point of a surface or start
-    /// there; 0 if they find the light without chance.
+    /// there; 0 if they find the light without chance. Lit places that are not small are met by
+    /// enough paths; a lamp in a mirror or behind glass may be seen by few, however large it is.
     fn per_watt(&self, point: Vec3, normal: Vec3) -> f32 {
+        let of_place = |g: f32| if is_small(self.scene, g) { g } else { 0.0 };
         match self.way {
             Way::Straight => 0.0,
             Way::Known(g) => g,
-            Way::Once { exitance, mirrored: true, .. } => exitance,
+            Way::Once { exitance, mirrored: true, .. } => of_place(exitance),
             // a sent photon that is joined with the path finds it from afar; close by, the joining
             // kernel has no bound
             Way::Once { at, normal: there, exitance, .. } if self.sent => {
                 let away = point - at;
                 let d2 = away.length_squared();
                 let cosines = away.dot(there) * away.dot(normal) / d2;
-                exitance.min(cosines.abs() / (PI * d2))
+                of_place(exitance.min(cosines.abs() / (PI * d2)))
             }
             Way::Once { .. } => 0.0,
         }
@@ -161,69 +175,84 @@ impl ByChance {
                 faces[captor.first_channel + face as usize].area = captor.area_of_face();
             }
         }
-        Self { bands, photons: 0, faces }
+        Self { bands, photons: 0, faces, all: Sums::new(bands) }
     }
 
-    /// Adds a photon that comes to a face.
+    fn sums(&mut self, place: Place) -> &mut Sums {
+        let sums = match place {
+            Place::Face(channel) => &mut self.faces[channel],
+            Place::Surface => &mut self.all,
+        };
+        sums.photons += 1;
+        sums
+    }
+
+    /// Adds a photon that comes to a place, at a point where the surface has this normal.
     pub(super) fn add<L: Lanes>(
         &mut self,
         source: &Source,
         weights: &[f64],
-        counted: &Counted<'_, L>,
-        event: &Event<'_, L>,
+        power: &Spectrum<L>,
+        place: Place,
+        (point, normal): (Vec3, Vec3),
     ) {
-        let scene = source.scene;
-        let (point, normal) = match event {
-            Event::Crossing { crossing, .. } => {
-                (crossing.point, scene.captor_triangles()[crossing.triangle].normal())
-            }
-            Event::Arrival { hit, surface, .. } => (hit.point, surface.normal),
-            _ => return,
-        };
-        let g = source.per_watt(point, normal);
-        let g = if is_small(scene, g) { f64::from(g) } else { 0.0 };
-        let sums = &mut self.faces[counted.channel()];
-        sums.photons += 1;
-        let lamp = &scene.lights[source.light].power;
-        for (b, power) in counted.power.values().iter().take(self.bands).enumerate() {
+        let g = f64::from(source.per_watt(point, normal));
+        let lamp = &source.scene.lights[source.light].power;
+        let bands = self.bands;
+        let sums = self.sums(place);
+        for (b, power) in power.values().iter().take(bands).enumerate() {
             let flux = f64::from(*power) * weights[b];
             sums.flux[b] += flux;
             sums.second[b] += flux * lamp[b] * g;
         }
     }
 
-    /// Adds a photon that comes to a face with light that paths leave to photons.
-    pub(super) fn leave<L: Lanes>(&mut self, weights: &[f64], counted: &Counted<'_, L>) {
-        let sums = &mut self.faces[counted.channel()];
-        sums.photons += 1;
-        for (b, power) in counted.power.values().iter().take(self.bands).enumerate() {
+    /// Adds a photon that comes to a place. `left` tells whether paths, or aimed flights, leave its
+    /// light to photons.
+    pub(super) fn leave<L: Lanes>(
+        &mut self,
+        weights: &[f64],
+        power: &Spectrum<L>,
+        place: Place,
+        left: bool,
+    ) {
+        let bands = self.bands;
+        let sums = self.sums(place);
+        for (b, power) in power.values().iter().take(bands).enumerate() {
             let flux = f64::from(*power) * weights[b];
             sums.flux[b] += flux;
-            sums.left[b] += flux * flux;
+            sums.left[b] += if left { flux * flux } else { 0.0 };
         }
     }
 
     /// Ends the sums after this number of photons. `None` if there is no light that paths find by
     /// chance alone.
-    pub(super) fn of(self, photons: u64) -> Option<Self> {
-        let adds = |sums: &Sums| sums.second.iter().chain(&sums.left).any(|&second| second > 0.0);
-        let any = self.faces.iter().any(adds);
-        any.then_some(Self { photons, ..self })
+    pub(super) fn of(self, scene: &Scene, photons: u64) -> Option<Self> {
+        let mut all = Sums::new(self.bands);
+        self.faces.iter().for_each(|sums| all.add(sums));
+        if all.photons < FEW {
+            let triangle = |t: usize| f64::from(scene.triangles().at(t).area());
+            let of =
+                |standing: Standing| standing.area * standing.triangles.map(triangle).sum::<f64>();
+            all = Sums { area: scene.standing().into_iter().map(of).sum(), ..self.all };
+        }
+        let any = all.second.iter().chain(&all.left).any(|&second| second > 0.0);
+        any.then_some(Self { photons, all, ..self })
     }
 
     /// Returns, for each channel of captors and groups, whether the standard errors of a run with
     /// this number of paths from each face, and of photons beside them, are too small for what such
-    /// light, and light that is left to photons, must add to them.
+    /// light, and light that is left to photons, must add to them. No paths start from the faces
+    /// where all photons count, `by_photons`.
     pub fn too_small(
         &self,
         scene: &Scene,
         totals: &Totals,
         paths: u64,
         beside: Option<u64>,
+        by_photons: &[bool],
     ) -> Vec<bool> {
         let (bands, captors) = (self.bands, scene.channels());
-        let mut all = Sums::new(bands);
-        self.faces.iter().for_each(|sums| all.add(sums));
         let mut variances =
             vec![0.0; (captors + scene.groups.len() * scene.group_channels()) * bands];
         let faces = |captor: &Captor| {
@@ -232,9 +261,12 @@ impl ByChance {
         };
         for captor in &scene.captors {
             for (face, channel) in faces(captor) {
+                if by_photons.get(channel).is_some_and(|&alone| alone) {
+                    continue;
+                }
                 let own = &self.faces[channel];
                 let known = own.photons >= FEW;
-                let sums = if known { own } else { &all };
+                let sums = if known { own } else { &self.all };
                 let adds = |&b: &usize| sums.second[b] + sums.left[b] > 0.0;
                 for b in (0..bands).filter(adds) {
                     let flux = sums.flux[b] / self.photons as f64;

@@ -220,7 +220,9 @@ impl<'a> Face<'a> {
     /// captor. `None` where no light arrives.
     pub fn direct<L: Lanes>(&self, beam: &Sunbeam<L>, rng: &mut Stream) -> Option<Sunlight<L>> {
         let (scene, sun) = (self.scene, beam.sun);
-        let Start { triangle, point: origin, normal } = self.start_at(beam.triangle, beam.weights);
+        let at = self.start_at(beam.triangle, beam.weights);
+        let straight = self.straight(&at, sun);
+        let Start { triangle, point: origin, normal } = at;
         // the face of a spherical sensor is four times its cross-section, which is its area
         let start = self.area / scene.captors[self.captor].area as f32;
         let shines = |ray: &Ray| scene.visibility_along::<L>(ray, f32::INFINITY);
@@ -240,10 +242,7 @@ impl<'a> Face<'a> {
                 None => Sunlight { irradiance, absorbed, is_straight },
             });
         };
-        if normal.dot(sun) > 0.0
-            && let Some(visible) = shines(&Ray { origin, direction: sun })
-            && !visible.is_zero()
-        {
+        if let Some(visible) = straight {
             add(visible, sun, true);
         }
         if let Some(mirrors) = scene.flat_mirrors() {
@@ -257,6 +256,25 @@ impl<'a> Face<'a> {
             }
         }
         found
+    }
+
+    /// Returns whether the sun of a beam shines on its point, on this face, straight or through thin
+    /// panes.
+    pub fn is_sunlit<L: Lanes>(&self, beam: &Sunbeam<L>) -> bool {
+        self.straight::<L>(&self.start_at(beam.triangle, beam.weights), beam.sun).is_some()
+    }
+
+    /// Returns the layer in which the point of a beam counts.
+    pub fn layer_of<L>(&self, beam: &Sunbeam<L>) -> Option<usize> {
+        self.layer(beam.triangle, self.start_at(beam.triangle, beam.weights).point)
+    }
+
+    /// Returns the fraction of a sun's light that comes to a point straight, or through thin panes;
+    /// `None` where none does.
+    fn straight<L: Lanes>(&self, at: &Start, sun: Vec3) -> Option<Spectrum<L>> {
+        let ray = Ray { origin: at.point, direction: sun };
+        let visible = || self.scene.visibility_along::<L>(&ray, f32::INFINITY);
+        (at.normal.dot(sun) > 0.0).then(visible).flatten().filter(|visible| !visible.is_zero())
     }
 
     /// Draws a point of the face. It is as far off the face and from its edges as photons that

@@ -1,17 +1,19 @@
 //! Light that paths cannot find, or find by chance alone: a short run of photons measures it.
 
+use glam::Vec3;
+
 use super::{
     Pilot,
-    chance::{ByChance, Source},
+    chance::{ByChance, Place, Source},
 };
 use crate::{
     math::{
-        rng::{Purpose, Streams},
+        rng::{Purpose, Stream, Streams},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
-        light::{Light, Strata},
-        material::LobeKind,
+        light::{Emission, Light, Strata},
+        material::{LobeKind, Material},
         world::{FlatMirrors, Scene},
     },
     transport::trace::{Event, trace},
@@ -124,6 +126,81 @@ impl Unseen {
     }
 }
 
+/// Measures the light that comes to captors in ways at which no flight is aimed: by way of two
+/// mirrors, or of one that is not flat. Solid glass does not count, as flights are aimed widely around
+/// what it may show. `shows` tells whether flights are aimed by way of a mirror at a point with a
+/// normal. Photons alone bring such light to captors, and the spread of a run in which few have done
+/// so does not show it. As many photons are traced as `histories` in that run, but no more than in
+/// other runs of this kind. `None` if the scene has no such light.
+pub fn unaimed(
+    scene: &Scene,
+    shows: impl Fn(Vec3, Vec3) -> bool,
+    histories: u64,
+    seed: u64,
+) -> Option<ByChance> {
+    let mirrors = |material: &Material| material.has_mirror() && !material.is_solid();
+    let any = scene.materials.iter().any(|named| mirrors(&named.material));
+    let photons = histories.min(PHOTONS);
+    any.then(|| with_lanes!(scene.lanes(), L => count_unaimed::<L>(scene, shows, photons, seed)))
+        .flatten()
+}
+
+fn count_unaimed<L: Lanes>(
+    scene: &Scene,
+    shows: impl Fn(Vec3, Vec3) -> bool,
+    photons: u64,
+    seed: u64,
+) -> Option<ByChance> {
+    let mut found = ByChance::new(scene);
+    let done = each_photon::<L>(scene, photons, seed, |photon, _, rng| {
+        let mut rays = 0;
+        // the mirrors since a flight was aimed, and whether flights are aimed by way of them
+        let (mut mirrors, mut aimed) = (0, true);
+        trace(scene, photon.ray, photon.power, (), rng, |event| {
+            if let Some(counted) = event.counted(scene) {
+                let face = Place::Face(counted.channel());
+                found.leave(photon.weights, counted.power, face, !aimed);
+            }
+            if let Event::Arrival { hit, surface, power, lobe, .. } = event {
+                rays += 1;
+                found.leave(photon.weights, power, Place::Surface, !aimed);
+                match lobe {
+                    Some(LobeKind::MirrorReflection) if !scene.material(surface).is_solid() => {
+                        mirrors += 1;
+                        aimed &= mirrors == 1 && shows(hit.point, surface.normal);
+                    }
+                    Some(lobe) if lobe.is_diffuse() => (mirrors, aimed) = (0, true),
+                    _ => {}
+                }
+            }
+        });
+        rays
+    });
+    found.of(scene, done)
+}
+
+/// Traces plain photons one by one: so many, but two for each source, and fewer if they are followed
+/// so long that they take [`MOST_RAYS`]. `follow` traces one, and returns its number of rays. Returns
+/// how many were traced.
+fn each_photon<L: Lanes>(
+    scene: &Scene,
+    photons: u64,
+    seed: u64,
+    mut follow: impl FnMut(Emission<'_, L>, &Strata, &mut Stream) -> u64,
+) -> u64 {
+    let photons = photons.max(2 * scene.sources() as u64);
+    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let streams = Streams::new(seed, Purpose::Unseen, 0);
+    let (mut done, mut rays) = (0, 0);
+    // neighbouring histories share the lights well, so the loop may end after any of them
+    while done < photons && rays < MOST_RAYS {
+        let mut rng = streams.history(done);
+        rays += follow(scene.emit::<L>(&strata, done, &mut rng), &strata, &mut rng);
+        done += 1;
+    }
+    done
+}
+
 /// Returns whether the scene may have light that paths cannot find.
 fn hides(scene: &Scene) -> bool {
     is_smooth(scene) && scene.lights.iter().any(Light::is_delta)
@@ -155,47 +232,56 @@ fn count<L: Lanes>(
     let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
     let mut by_chance = pilot.map(|_| ByChance::new(scene));
     let has_photons = pilot.is_some_and(Pilot::has_photons);
-    let photons = PHOTONS.max(2 * scene.sources() as u64);
-    let strata = Strata::new(&scene.lights, photons, scene.lanes());
-    let (mut done, mut rays) = (0, 0);
-    let streams = Streams::new(seed, Purpose::Unseen, 0);
-    // neighbouring histories share the lights well, so the loop may end after any of them
-    while done < photons && rays < MOST_RAYS {
-        let mut rng = streams.history(done);
-        let photon = scene.emit::<L>(&strata, done, &mut rng);
+    let done = each_photon::<L>(scene, PHOTONS, seed, |photon, strata, rng| {
         if of == Of::Daylight && scene.lights[photon.light].entrance().is_none() {
-            done += 1;
-            continue;
+            return 0;
         }
+        let mut rays = 0;
         let left = pilot.is_some_and(|pilot| pilot.leaves(photon.light));
         let delta = left || strata.is_delta(&scene.lights, photon.source);
         let mut finding = Finding::new(scene, photon.light, delta);
         let mut source = pilot.map(|pilot| Source::new(scene, pilot, photon.light, photon.ray));
-        trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
+        trace(scene, photon.ray, photon.power, (), rng, |event| {
+            let hidden = finding.hidden;
+            let mut judge = |power: &Spectrum<L>, place: Place, at: (Vec3, Vec3)| {
+                let Some((by_chance, source)) = by_chance.as_mut().zip(source.as_ref()) else {
+                    return;
+                };
+                match hidden {
+                    false => by_chance.add(source, photon.weights, power, place, at),
+                    true if has_photons => by_chance.leave(photon.weights, power, place, true),
+                    true => {}
+                }
+            };
             if let Some(counted) = event.counted(scene) {
-                on_captors.add(photon.weights, counted.power, finding.hidden);
-                if let (Some(by_chance), Some(source)) = (&mut by_chance, &source) {
-                    match finding.hidden {
-                        false => by_chance.add(source, photon.weights, &counted, &event),
-                        true if has_photons => by_chance.leave(photon.weights, &counted),
-                        true => {}
+                on_captors.add(photon.weights, counted.power, hidden);
+                let face = Place::Face(counted.channel());
+                match &event {
+                    Event::Crossing { crossing, .. } => {
+                        let normal = scene.captor_triangles()[crossing.triangle].normal();
+                        judge(counted.power, face, (crossing.point, normal));
                     }
+                    Event::Arrival { hit, surface, .. } => {
+                        judge(counted.power, face, (hit.point, surface.normal));
+                    }
+                    _ => {}
                 }
             }
             if let Event::Arrival { hit, surface, power, lobe, .. } = event {
                 rays += 1;
-                on_surfaces.add(photon.weights, power, finding.hidden);
+                on_surfaces.add(photon.weights, power, hidden);
+                judge(power, Place::Surface, (hit.point, surface.normal));
                 finding.arrived(hit.triangle, lobe);
                 if let Some(source) = &mut source {
                     source.arrived(hit, surface.normal, lobe);
                 }
             }
         });
-        done += 1;
-    }
+        rays
+    });
     let reached = on_captors.all.iter().any(|&flux| flux > 0.0);
     let flux = if reached { on_captors } else { on_surfaces };
     let mean = |sums: Vec<f64>| sums.iter().map(|sum| sum / done as f64).collect();
     let unseen = Unseen { all: mean(flux.all), hidden: mean(flux.hidden) };
-    (unseen, by_chance.and_then(|by_chance| by_chance.of(done)))
+    (unseen, by_chance.and_then(|by_chance| by_chance.of(scene, done)))
 }

@@ -163,7 +163,8 @@ impl Run<'_> {
                 let none = |(power, most): (&f64, &f64)| if *most > 0.0 { 0.0 } else { *power };
                 let mut flux: Vec<f64> = powers.iter().zip(&irradiance).map(none).collect();
                 if let Some((_, photons)) = schedule.photons_beside(batch, schedule.cuts - 1) {
-                    let strata = pilot.strata(self.scene, photons, schedule.range(batch, 0).1);
+                    let (paths, all) = (schedule.range(batch, 0).1, !self.by_photons.is_empty());
+                    let strata = pilot.strata(self.scene, photons, paths, all);
                     for source in 0..strata.sources() {
                         for (band, most) in flux.iter_mut().enumerate() {
                             *most = most.max(strata.most(&self.scene.lights, source, band));

@@ -1,6 +1,6 @@
 //! Photons beside the paths of a run. They count at captors where they bring light that paths leave
-//! to them, so that both together find all light, and no light twice. What becomes of all their
-//! power is scored, too.
+//! to them, and at the faces from which no paths start, so that both together find all light, and no
+//! light twice. What becomes of all their power is scored, too.
 
 use super::{
     BATCHES, Run,
@@ -42,7 +42,8 @@ impl Run<'_> {
         let Some((first, photons)) = schedule.photons_beside(batch, task) else { return };
         let scene = self.scene;
         let (_, histories) = schedule.range(batch, task);
-        let strata = pilot.strata(scene, photons, histories);
+        let by_photons = &*self.by_photons;
+        let strata = pilot.strata(scene, photons, histories, !by_photons.is_empty());
         let purpose = match self.purpose {
             Purpose::Run => Purpose::Beside,
             other => other,
@@ -59,7 +60,10 @@ impl Run<'_> {
             let mut finding = Finding::new(scene, photon.light, delta);
             tally.emitted(None, photon.weights, &photon.power);
             trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
-                tally.score_beside(scene, photon.weights, &event, finding.hidden);
+                let alone = |face: usize| by_photons.get(face).is_some_and(|&alone| alone);
+                tally.score_beside(scene, photon.weights, &event, |counted| {
+                    finding.hidden || alone(counted.channel())
+                });
                 if let Event::Arrival { hit, lobe, .. } = event {
                     finding.arrived(hit.triangle, lobe);
                 }

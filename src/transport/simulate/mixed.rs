@@ -23,6 +23,7 @@ impl Simulation {
         let of_light = |light: usize| &factors[part_of[light]][..];
         Self {
             choice: self.choice.clone(),
+            by_photons: self.by_photons.clone(),
             totals: self.totals.mixed(&columns),
             map: self.map.as_ref().map(|map| map.at_powers(of_light)),
             unseen: None,

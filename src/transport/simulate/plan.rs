@@ -9,8 +9,9 @@ use std::{sync::Arc, time::Instant};
 
 use super::{
     Choice, Control, Keep, Run,
+    division::{Division, TriedComplete},
     pilot::Pilot,
-    trial::TriedPaths,
+    trial::OfPaths,
     tried::{Found, RAYS, affordable, of_a_trial},
 };
 use crate::{
@@ -52,8 +53,8 @@ pub struct Plan<'a> {
     pub(super) guidance: Option<Guidance<'a>>,
     /// What pilot photons have found for paths, if a trial of paths has needed it.
     pub(super) of_paths: Option<Arc<paths::Pilot>>,
-    /// For complete paths: the number of photons beside one path from each face.
-    pub(super) beside: Option<f64>,
+    /// For complete paths: how they divide their work.
+    pub(super) division: Option<Division>,
     /// When planning began, from where a limit on time counts.
     pub(super) started: Instant,
 }
@@ -86,17 +87,18 @@ impl<'a> Plan<'a> {
                 (Some(choice), tried)
             }
             Estimator::Complete if !scene.captors.is_empty() => {
-                (None, Some(TriedPaths::complete(scene, &settings, control)?))
+                let TriedComplete { pilot, division, .. } =
+                    TriedComplete::new(scene, &settings, control)?;
+                (None, Some(OfPaths { pilot, division: Some(division) }))
             }
             _ => (None, None),
         };
         settings.estimator = choice.as_ref().map_or(settings.estimator, |choice| choice.estimator);
-        let (of_paths, beside) = tried.map_or((None, None), |tried| {
-            let TriedPaths { pilot, beside, .. } = tried;
-            (Some(pilot), beside.filter(|_| settings.estimator == Estimator::Complete))
+        let (of_paths, division) = tried.map_or((None, None), |OfPaths { pilot, division }| {
+            (Some(pilot), division.filter(|_| settings.estimator == Estimator::Complete))
         });
         let guidance = guidance.filter(|_| settings.estimator == Estimator::Photons);
-        Ok(Self { settings, choice, guidance, of_paths, beside, started })
+        Ok(Self { settings, choice, guidance, of_paths, division, started })
     }
 }
 

@@ -1,16 +1,32 @@
-//! The result of a trial: the variance that a way to find the light would have.
+//! Trials of a way to find the light: the variance that it would have.
 
-use super::{BATCHES, Control, Keep, Run};
+use std::sync::Arc;
+
+use super::{BATCHES, Control, Keep, Run, Work, channel, faces};
 use crate::{
     error::Result,
     math::{rng::Purpose, stats::Estimate},
     scene::world::Scene,
-    transport::{settings::Settings, tally::Totals},
+    transport::{
+        paths::{Face, Pilot},
+        settings::{Estimator, Settings},
+        tally::Totals,
+    },
 };
 
-/// The most rays that the photons of one trial should trace. Between walls that absorb nothing, one
-/// photon takes 10,000.
+/// The most rays that the photons of one trial of guiding should trace. Between walls that absorb
+/// nothing, one photon takes 10,000.
 pub(super) const RAYS: u64 = 1 << 20;
+
+/// Number of photons, or of paths from all faces together, of one trial of an estimator, and the most
+/// rays that it should trace: some tenths of a second, so that short runs can afford it.
+pub(super) const TRIAL: u64 = 1 << 14;
+pub(super) const TRIAL_RAYS: u64 = 1 << 18;
+/// The most faces from which paths are tried. They are spread over all captors.
+const FACES: usize = 64;
+/// The variance at a face is known well enough if the trial is as accurate as this many photons of
+/// equal power there.
+const SURE: f64 = 100.0;
 
 /// Returns the settings of a trial: photons of the same seed, which are counted and not stored.
 pub(super) fn of_a_trial(settings: &Settings) -> Settings {
@@ -97,6 +113,109 @@ impl Found {
         let all = self.variances(other);
         all.iter().sum::<f64>() / all.len() as f64
     }
+}
+
+/// The result of a trial of one estimator.
+#[derive(Clone)]
+pub(super) struct Tried {
+    /// The relative variances at each tried face and in each band.
+    pub found: Found,
+    /// For each tried face and each band, the flux, W or umol/s.
+    pub means: Vec<f64>,
+    /// Number of histories: photons, or paths from each face.
+    pub histories: u64,
+    /// Number of rays of a history over all faces.
+    pub rays: f64,
+    /// How many photons, or paths, a history over all faces counts as in `--photons`.
+    pub unit: u64,
+}
+
+impl Tried {
+    /// Evaluates the totals of `histories` histories, each of which counts as `unit` photons or
+    /// paths.
+    pub fn new(scene: &Scene, totals: &Totals, histories: u64, unit: u64) -> Self {
+        let channels = tried_faces(scene).into_iter().map(|face| channel(scene, &face));
+        let channels: Vec<usize> = channels.collect();
+        let found = Found::new(scene, totals, histories, channels.iter().copied());
+        let bands = |&channel: &usize| &totals.running(channel)[..scene.bands.len()];
+        let means = channels.iter().flat_map(bands).map(|band| band.estimate(totals.batches).mean);
+        let means = means.collect();
+        Self { found, means, histories, rays: totals.segments as f64 / histories as f64, unit }
+    }
+
+    /// Returns the number of rays for a relative error of 1, at the face where it is hardest to
+    /// reach or averaged over the faces.
+    pub fn work(&self, other: &Self, hardest: bool) -> f64 {
+        let variance = match hardest {
+            true => *self.found.variances(&other.found).last().expect("one at least"),
+            false => self.found.mean(&other.found),
+        };
+        self.rays * variance
+    }
+
+    /// Returns how many photons, or paths over all captors, reach the relative error `goal`, at the
+    /// face where it is hardest or at the median face. It says "at least" where the trial has not
+    /// reached an error of a tenth itself, as a hundred photons of equal power would.
+    pub fn needed(&self, other: &Self, goal: f64, hardest: bool) -> String {
+        let all = self.found.variances(&other.found);
+        let variance = all[if hardest { all.len() - 1 } else { all.len() / 2 }];
+        let sure = self.histories as f64 >= SURE * variance;
+        let about = if sure { "about" } else { "at least" };
+        format!("{about} {:.1e}", self.unit as f64 * variance / goal.powi(2))
+    }
+}
+
+/// Runs a trial of paths that takes up to about `rays` rays.
+pub(super) fn paths_of(
+    scene: &Scene,
+    settings: &Settings,
+    pilot: &Arc<Pilot>,
+    rays: u64,
+    control: &Control,
+) -> Result<Tried> {
+    let settings = Settings { estimator: Estimator::Paths, ..of_a_trial(settings) };
+    let (tried_faces, all) = (tried_faces(scene), faces(scene).len());
+    let share = tried_faces.len() as f64 / all as f64;
+    let each = TRIAL / tried_faces.len() as u64;
+    let (keep, known) = (Keep::OnCaptors, Some(pilot.clone()));
+    let run = Run::knowing(scene, &settings, Vec::new(), keep, control, known)?;
+    let work = Work::Paths(tried_faces, pilot.clone());
+    let (totals, histories) = tried(Run { work, ..run }, 1, (BATCHES, each, rays))?;
+    let tried = Tried::new(scene, &totals, histories, all as u64);
+    Ok(Tried { rays: tried.rays / share, ..tried })
+}
+
+/// Runs a round with `first` histories, then with twice as many, and so on, until twice as many
+/// again would be more than `most` or take more than `rays` rays. Returns the totals of the last
+/// one and its number of histories.
+pub(super) fn tried(
+    run: Run,
+    round: u64,
+    (first, most, rays): (u64, u64, u64),
+) -> Result<(Totals, u64)> {
+    let run = Run { purpose: Purpose::Trial, ..run };
+    let mut histories = first;
+    loop {
+        let mut totals = run.totals();
+        let schedule = run.schedule(histories * run.unit())?;
+        run.rounds(&schedule, (round, 0, 0), round..round + 1, None, &mut totals, None)?;
+        if 2 * histories > most || 2 * totals.segments > rays {
+            return Ok((totals, histories));
+        }
+        histories *= 2;
+    }
+}
+
+/// Returns faces that stand for all faces.
+fn tried_faces(scene: &Scene) -> Vec<Face<'_>> {
+    let all = faces(scene);
+    let step = step(all.len());
+    all.into_iter().step_by(step).collect()
+}
+
+/// Returns that of so many faces every so many one is tried.
+pub(super) fn step(faces: usize) -> usize {
+    faces.div_ceil(FACES)
 }
 
 #[cfg(test)]

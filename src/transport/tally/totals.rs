@@ -36,6 +36,10 @@ pub struct Totals {
     /// Whether photons count beside paths.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     beside_paths: bool,
+    /// Then: for each channel of captors and groups whether photons alone count there; empty if that is so
+    /// nowhere.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    by_photons: Vec<bool>,
     /// Per band, then per sum: power that each material absorbed, that left the scene, that was
     /// lost, and that games of chance took. Empty unless the scene says what its lights cost.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -75,6 +79,7 @@ impl Totals {
             weighed: Vec::new(),
             ledger: Ledger::new(scene.bands.len(), scene.materials.len()),
             beside_paths: false,
+            by_photons: Vec::new(),
             spent: match scene.watts.is_empty() {
                 true => Vec::new(),
                 false => vec![Running::default(); (scene.materials.len() + 3) * columns],
@@ -86,9 +91,23 @@ impl Totals {
         }
     }
 
-    /// Returns the same totals, for paths beside which photons count.
-    pub fn beside_paths(self) -> Self {
-        Self { beside_paths: true, ..self }
+    /// Returns the same totals, for paths beside which photons count: alone in the channels
+    /// of captors `by_photons`, and in those of groups whose captors all have it so.
+    pub fn beside_paths(self, scene: &Scene, by_photons: &[bool]) -> Self {
+        let mut all = by_photons.to_vec();
+        if !all.is_empty() {
+            let width = scene.group_channels();
+            all.resize(scene.channels() + scene.groups.len() * width, true);
+            for captor in &scene.captors {
+                for (i, &group) in (0..captor.channels())
+                    .flat_map(|i| captor.groups.iter().map(move |group| (i, group)))
+                {
+                    all[scene.channels() + group * width + i] &=
+                        by_photons[captor.first_channel + i];
+                }
+            }
+        }
+        Self { beside_paths: true, by_photons: all, ..self }
     }
 
     /// Returns about how many bytes totals take for `scene`, split into so many parts.
@@ -239,6 +258,7 @@ impl Totals {
             arrived: self.arrived.clone(),
             weighed: self.weighed.clone(),
             ledger,
+            by_photons: Vec::new(),
             spent: self.mixed_spent(factors),
             chance: self.mixed_chance(factors),
             captor_of_channel: self.captor_of_channel.clone(),
@@ -308,7 +328,8 @@ impl Totals {
     pub fn estimates(&self, channel: usize) -> impl Iterator<Item = Estimate> {
         // paths emit nothing, and their batches are alike because they find what they look for
         let emits = || self.ledger.emitted.iter().any(|power| *power > 0.0);
-        let of_photons = !self.beside_paths && emits();
+        let alone = || self.by_photons.get(channel).is_some_and(|&alone| alone);
+        let of_photons = (!self.beside_paths || alone()) && emits();
         let counted = self.histories_in(channel).unwrap_or(self.photons(channel));
         let histories = if of_photons { counted } else { 0 };
         let running = self.running(channel).iter();
