@@ -169,7 +169,10 @@ def test_sweep_on_a_dask_cluster():
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
 def test_memory_does_not_grow(scene):
-    """Memory in use does not grow between 100 and 200 runs; one result of this scene takes about 20 kB."""
+    """
+    A hundred runs after a hundred others take no memory that they keep. One result of this scene takes about 20 kB, so
+    that a leak would take 2 MB in each of three tries; what the allocator keeps once is not in all of them.
+    """
 
     def resident():
         return int(re.search(r"VmRSS:\s+(\d+) kB", Path("/proc/self/status").read_text())[1])
@@ -180,9 +183,12 @@ def test_memory_does_not_grow(scene):
             assert found.flux.shape == (8, 2, 3)
 
     runs()
-    before = resident()
-    runs()
-    assert resident() - before < 4000
+    grown = []
+    for _ in range(3):
+        before = resident()
+        runs()
+        grown.append(resident() - before)
+    assert min(grown) < 1000, grown
 
 
 def options_of(command):
