@@ -537,6 +537,70 @@ fn places_without_a_reading_are_predicted() {
     }
 }
 
+/// What was measured in bands is predicted in their sum, and the other way around; a band in which
+/// nothing was measured is not.
+#[test]
+fn other_bands_than_those_measured_are_predicted() {
+    let scene = scene();
+    let line = "run scene.json --by-light --photons 100000 --threads 1 -o all.json --quiet";
+    assert_eq!(command(&scene, line).0, Some(0));
+    let result: RunResult = phylux::formats::read_json(&scene.path("all.json")).expect("results");
+    let calibrate = |text: &str, model: &str| {
+        std::fs::write(scene.path("m.csv"), text).expect("a file");
+        let line =
+            format!("calibrate scene.json m.csv --results all.json --prior none --model {model}");
+        command(&scene, &line)
+    };
+    let others = || result.captors.iter().enumerate().filter(|(i, _)| i % 3 != 0);
+    let of = |band: &str, value: &dyn Fn(usize) -> String| -> String {
+        let rows = result.captors.iter().enumerate().filter(|(i, _)| i % 3 == 0);
+        rows.map(|(i, captor)| format!("{},{band},{}\n", captor.id, value(i))).collect()
+    };
+    let predict = |band: &str| -> String {
+        others().map(|(_, captor)| format!("{},{band},\n", captor.id)).collect()
+    };
+    // factors by lamp and band are known exactly
+    let all = readings(&result, |_| 0.0);
+    let fitted = all.lines().filter_map(|line| line.strip_suffix(",fit"));
+    let fitted: String = fitted.map(|line| format!("{line}\n")).collect();
+    let text = format!("captor,band,value\n{fitted}{}", predict("both"));
+    let (code, _, error) = calibrate(&text, "lamps");
+    assert_eq!(code, Some(0), "{error}");
+    let found = calibration(&scene.path(""));
+    let predicted: Vec<_> = found.readings.iter().filter(|r| r.purpose == "predict").collect();
+    assert_eq!(predicted.len(), others().count());
+    for (reading, (_, captor)) in predicted.iter().zip(others()) {
+        let lights = captor.front.by_light.as_ref().expect("by light");
+        let parts = lights.values().zip(FACTORS);
+        let right: f64 = parts.map(|(p, f)| p.irradiance[0] * f[0] + p.irradiance[1] * f[1]).sum();
+        assert_eq!((reading.captor.as_str(), reading.band.as_str()), (&*captor.id, "both"));
+        assert!((reading.calibrated / right - 1.0).abs() < 1e-6, "{} {right}", reading.calibrated);
+        assert!((reading.simulated / captor.front.irradiance[2] - 1.0).abs() < 1e-9);
+        // at least the error of the simulation, with factors of one half to 1.3
+        let [low, high] = reading.interval;
+        let least = captor.front.irradiance_se[2].expect("an error");
+        assert!(low < right && right < high && high - low > least, "{low} {high} {least}");
+    }
+    // of the sum, the band is a known part
+    let twice = |i: usize| (2.0 * result.captors[i].front.irradiance[2]).to_string();
+    let text = format!("captor,band,value\n{}{}", of("both", &twice), predict("red"));
+    let (code, _, error) = calibrate(&text, "common");
+    assert_eq!(code, Some(0), "{error}");
+    let found = calibration(&scene.path(""));
+    let predicted = found.readings.iter().filter(|r| r.purpose == "predict");
+    for (reading, (_, captor)) in predicted.zip(others()) {
+        let right = 2.0 * captor.front.irradiance[1];
+        assert!((reading.calibrated / right - 1.0).abs() < 1e-6, "{} {right}", reading.calibrated);
+    }
+    let once = |i: usize| result.captors[i].front.irradiance[0].to_string();
+    let text = format!("captor,band,value\n{}{}", of("blue", &once), predict("both"));
+    let (code, _, error) = calibrate(&text, "common");
+    let words = "m.csv:10: nothing was measured in band `red`, alone or in a sum, so that it cannot be predicted";
+    assert!(code == Some(2) && error.contains(words), "{error}");
+    let (code, _, error) = calibrate(&format!("captor,band,value\n{}", predict("both")), "common");
+    assert!(code == Some(2) && error.contains("nothing was measured: no row has"), "{error}");
+}
+
 /// A mix with a calibration has the errors of its factors. With one factor for all lamps and bands it
 /// is the same relative error for every value, which cancels in ratios; with a factor for each lamp it
 /// is that of the covariances. How even a group is does not change. Limits: rounding.

@@ -180,6 +180,10 @@ fn mtl_entries_become_materials() {
         let (result, _) = with_mtl(&format!("newmtl soil\n{illum}\nKd 0.1 0.2 0.6\n"), RGB);
         near(&absorptance(&result), &[0.9, 0.8, 0.4]);
     }
+    let shiny = "newmtl soil\nillum 3\nKd 0.1 0.2 0.6\nKs 0.3 0.3 0.3\n";
+    let (result, warnings) = with_mtl(shiny, RGB);
+    near(&absorptance(&result), &[0.9, 0.8, 0.4]);
+    assert!(warnings.len() == 1 && warnings[0].contains("without what Ks mirrors"), "{warnings:?}");
     let (result, warnings) = with_mtl("newmtl soil\nillum 5\nKd 1 1 1\nKs 0.9 0.8 0.7\n", RGB);
     near(&absorptance(&result), &[0.1, 0.2, 0.3]);
     assert!(warnings.is_empty(), "{warnings:?}");

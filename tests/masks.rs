@@ -174,3 +174,19 @@ fn masks_of_captors_and_lights_are_said() {
     }
     assert!(warnings(|_, _| true).is_empty());
 }
+
+/// A file of materials that is missing may name masks: that is said, once, where faces have texture
+/// coordinates and the object does not leave masks out.
+#[test]
+fn a_missing_file_of_materials_may_name_masks() {
+    let words = "card.mtl: there is no such file; if it names masks (`map_d`), they cut no faces";
+    let told = |object: &str, obj: &str| {
+        let scene = scene(LEAF, object, &[]);
+        fs::remove_file(scene.path("card.mtl")).expect("a file");
+        fs::write(scene.path("card.obj"), obj).expect("a file");
+        load(&scene).warnings.iter().filter(|warning| warning.contains(words)).count()
+    };
+    assert_eq!(told("", CARD), 1);
+    assert_eq!(told(", \"mask\": false", CARD), 0);
+    assert_eq!(told("", &CARD.replace("1/1 2/2 3/3 4/4", "1 2 3 4")), 0);
+}

@@ -55,6 +55,11 @@ fn error_of(change: impl FnOnce(&mut Value)) -> String {
 fn sums_and_ratios_are_those_of_the_bands() {
     for quantity in ["W", "umol/s"] {
         let result = run(&scene(quantity, |_| ()), |_| ());
+        // in the order of the file: the first sum is what plots and pages show first
+        let names: Vec<&str> = result.bands.iter().map(|band| band.name.as_str()).collect();
+        assert_eq!(names, ["B", "G", "R", "FR", "PAR", "lux", "YPFD", "mine"]);
+        let ratios: Vec<&str> = result.ratios.iter().map(|ratio| ratio.name.as_str()).collect();
+        assert_eq!(ratios, ["R:FR", "blue", "PSS", "B:R", "lux/PAR"]);
         let of = |weights: &[f64], values: &[f64]| -> f64 {
             weights.iter().zip(values).map(|(weight, value)| weight * value).sum()
         };

@@ -82,7 +82,7 @@ def captor_map(
     over Delaunay triangles. Where such a map is not possible, the captors are drawn as dots at their places.
 
     Args:
-        band: a band or sum; if not given, the first one.
+        band: a band or sum; if not given, the first sum, or the first band.
         face: ``"front"`` or ``"back"``.
         captors: ids, or the beginning of ids; if not given, all.
         axes: the coordinates to the right and upwards, such as ``"xz"``; if not given, those of the plane.
@@ -180,7 +180,7 @@ def profile(
     ax.errorbar(means, heights, xerr=spread, **{**usual, **options})
     label = _label(result, column)
     if quantity == "absorbed":
-        label = _with_unit(f"absorbed per area, {result.bands[column]}", result.unit["irradiance"])
+        label = _with_unit(f"absorbed per area, {result.bands[column]}", _unit(result, column)["irradiance"])
     ax.set(xlabel=label, ylabel="height z, m")
     ax.set_xlim(left=0)
     return ax
@@ -361,7 +361,8 @@ def canopy(result: Result, *, band: str | None = None, ax: Any = None, **options
     layers = result.layers
     if layers is None:
         raise wrong(result.scene, "results without layers", 'give the scene `"layers": {"dz": 0.1}`')
-    name = result.bands[_band(result, band)]
+    column = _band(result, band)
+    name = result.bands[column]
     layers = layers[(layers["band"] == name) & (layers["area"] > 0)]
     if len(layers) == 0:
         raise wrong(result.scene, "no surface captor in any layer", 'give the plants `"captor": true`')
@@ -371,7 +372,7 @@ def canopy(result: Result, *, band: str | None = None, ax: Any = None, **options
     usual = {"height": 0.9 * heights, "align": "center", "capsize": 3}
     middles = layers["from_m"].to_numpy() + heights / 2
     ax.barh(middles, layers["per_area"].to_numpy(), xerr=errors, **{**usual, **options})
-    ax.set(xlabel=_with_unit(f"absorbed per area of leaf, {name}", result.unit["irradiance"]), ylabel="height, m")
+    ax.set(xlabel=_with_unit(f"absorbed per area of leaf, {name}", _unit(result, column)["irradiance"]), ylabel="height, m")
     if result.canopy is not None:
         ax.set_title(f"the plants absorb {100 * result.canopy['absorbed'][name]:.1f} % of {name}")
     return ax
@@ -411,7 +412,7 @@ def _rows(result: Result, captors: str | Sequence[str] | None) -> list[int]:
 
 def _band(result: Result, band: str | None) -> int:
     if band is None:
-        return 0
+        return next((i for i, own in enumerate(result.head["bands"]) if "sum_of" in own), 0)
     if band not in result.bands:
         raise wrong("band", f"no band or sum `{band}`", f"there are {', '.join(result.bands)}")
     return result.bands.index(band)
@@ -433,9 +434,14 @@ def _numbers(result: Result, quantity: str, face: str) -> tuple[Any, Any]:
 
 
 def _label(result: Result, column: int, quantity: str = "irradiance") -> str:
-    unit = result.unit["irradiance" if quantity == "irradiance" else "flux"]
+    unit = _unit(result, column)["irradiance" if quantity == "irradiance" else "flux"]
     name = "PPFD" if quantity == "irradiance" and _is_par(result, column) else quantity
     return _with_unit(f"{name}, {result.bands[column]}", unit)
+
+
+def _unit(result: Result, column: int) -> dict[str, str]:
+    """Returns the units of flux and irradiance of a band or sum."""
+    return dict(result.head["bands"][column].get("unit", result.unit))
 
 
 def _with_unit(label: str, unit: str) -> str:
@@ -444,8 +450,10 @@ def _with_unit(label: str, unit: str) -> str:
 
 
 def _is_par(result: Result, column: int) -> bool:
-    """Returns whether a column counts only photons of 400 to 700 nm."""
+    """Returns whether a column counts only photons of 400 to 700 nm, and each of them once."""
     bands = result.head["bands"]
+    if "weights" in bands[column]:
+        return False
     parts = bands[column].get("sum_of", [bands[column]["name"]])
     parts = [band for band in bands if band["name"] in parts]
     inside = all(band.get("from_nm", 0) >= 400 and band.get("to_nm", np.inf) <= 700 for band in parts)

@@ -440,7 +440,8 @@ class Result:
 
         ``flux``, ``irradiance`` and their ``_se`` have the dimensions captor, face and band; ``photons`` has captor and
         face; ``absorbed`` and its ``_se`` have captor and band. The coordinates ``area``, ``x``, ``y``, ``z``, ``nx``,
-        ``ny``, ``nz`` belong to captor, ``from_nm`` and ``to_nm`` to band. The attributes hold the units.
+        ``ny``, ``nz`` belong to captor, ``from_nm`` and ``to_nm`` to band. The attributes hold the units; where sums have
+        units of their own, the coordinates ``flux_unit`` and ``irradiance_unit`` hold those of each band.
 
         Args:
             by_light: whether the arrays also have the dimension ``light``. If not given, they have it if the run had
@@ -480,10 +481,14 @@ class Result:
             names |= {name: ("captor", "face", "band") for name in ("absorbed_by_face", "absorbed_by_face_se")}
         if self.values.sunlit is not None:
             names |= {"sunlit": ("captor",), "sunlit_se": ("captor",)}
+        own = [band.get("unit", unit) for band in self._head["bands"]]
+        kinds = ("flux", "irradiance") if any("unit" in band for band in self._head["bands"]) else ()
+        of_bands = {f"{kind}_unit": ("band", [of[kind] for of in own]) for kind in kinds}
         data = {}
         for name, dims in names.items():
             attributes = {}
-            if name != "photons" and "ratio" not in name and "sunlit" not in name:
+            # sums in units of their own say them band by band
+            if name != "photons" and "ratio" not in name and "sunlit" not in name and not of_bands:
                 quantity = name.removesuffix("_se")
                 attributes["units"] = unit[quantity if quantity in unit else "flux"]
             if name.endswith("_se"):
@@ -506,6 +511,7 @@ class Result:
             **places,
             **normals,
             **nm,
+            **of_bands,
         }
         about = {
             "scene": self.scene,

@@ -286,3 +286,23 @@ def test_plots_of_a_canopy():
     assert "the plants absorb" in axes.get_title() and "µmol/m²/s" in axes.get_xlabel()
     with pytest.raises(px.InputError, match="results without layers"):
         bench().run(photons=1000, k=0).plot("canopy")
+
+
+def test_sums_have_units_of_their_own():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    bands = {"blue": (400, 500), "green": (500, 600), "red": (600, 700)}
+    scene = px.Scene("lux", quantity="umol/s", bands=bands, sums={"PAR": list(bands), "bright": "photopic"})
+    scene.light("lamp", type="point", position=[0, 0, 1], power=[1, 1, 1])
+    scene.captor("grid", discs=px.grid([-1, 0, 1], [-1, 0, 1], z=0, radius=0.1))
+    with pytest.warns(px.SceneWarning, match="changes much within band"):
+        result = scene.run(photons=20_000)
+    # the first sum of the scene, not the first by the alphabet
+    assert [result.plot("rank").get_ylabel(), result.plot("rank", band="bright").get_ylabel()] == [
+        "PPFD, PAR, µmol/m²/s",
+        "irradiance, bright, lx",
+    ]
+    pytest.importorskip("xarray")
+    data = result.xarray()
+    assert "units" not in data.irradiance.attrs
+    assert data.irradiance_unit.sel(band=["red", "bright"]).values.tolist() == ["umol/m2/s", "lx"]

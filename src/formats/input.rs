@@ -50,6 +50,18 @@ fn words(error: &std::io::Error) -> String {
     }
 }
 
+/// Returns the text of a file in UTF-16 whose text begins as ASCII, with a mark of its byte order or
+/// without; `None` if the file is not in UTF-16.
+pub fn from_utf16(bytes: &[u8]) -> Option<String> {
+    let unit = match bytes {
+        [0xff, 0xfe, ..] | [1..=127, 0, 1..=127, 0, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] | [0, 1..=127, 0, 1..=127, ..] => u16::from_be_bytes,
+        _ => return None,
+    };
+    let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+    Some(String::from_utf16_lossy(&units))
+}
+
 /// Returns `word` for the message of an error: in quotes, on one line and shortened.
 pub fn quoted(word: &str) -> String {
     let short: String = word.chars().take(40).flat_map(char::escape_debug).collect();

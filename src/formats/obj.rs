@@ -27,7 +27,7 @@ use lines::{Lines, decode};
 use scan::Scan;
 
 pub use mesh::{Mesh, MeshGroup};
-pub use mtl::{MtlEntry, MtlLibrary};
+pub use mtl::{MissingMtl, MtlEntry, MtlLibrary};
 pub use part::{ObjGroup, ObjPart};
 pub use scan::MAX_CORNERS;
 pub use tangents::{longest_edge, tangents};

@@ -17,7 +17,10 @@ use std::path::Path;
 
 pub use file::{FluxUnit, MeasuredLamp, Photometry};
 
-use crate::{error::Result, formats::xml};
+use crate::{
+    error::Result,
+    formats::{input::from_utf16, xml},
+};
 use file::File;
 
 impl Photometry {
@@ -49,22 +52,7 @@ impl Photometry {
 /// Returns the text of a file, with lines that end as ours do. Names may be in any encoding, but
 /// numbers are ASCII in all of them, except in UTF-16, where every other byte of them is zero.
 fn decoded(bytes: &[u8]) -> String {
-    let little = match bytes {
-        [0xff, 0xfe, ..] | [1..=127, 0, 1..=127, 0, ..] => Some(true),
-        [0xfe, 0xff, ..] | [0, 1..=127, 0, 1..=127, ..] => Some(false),
-        _ => None,
-    };
-    let text = match little {
-        Some(little) => {
-            let pair = |pair: &[u8]| {
-                let pair = [pair[0], pair[1]];
-                if little { u16::from_le_bytes(pair) } else { u16::from_be_bytes(pair) }
-            };
-            let units: Vec<u16> = bytes.chunks_exact(2).map(pair).collect();
-            String::from_utf16_lossy(&units)
-        }
-        None => String::from_utf8_lossy(bytes).into_owned(),
-    };
+    let text = from_utf16(bytes).unwrap_or_else(|| String::from_utf8_lossy(bytes).into_owned());
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     match text.contains('\n') {
         true => text.to_string(),

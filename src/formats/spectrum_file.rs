@@ -37,7 +37,11 @@ use crate::{
 pub fn parse(bytes: &[u8], path: &Path, column: Column) -> Result<Measured> {
     match xml::is_xml(bytes) {
         true => ies::parse(bytes, path, column),
-        false => Ok(Measured { curve: parse_table(bytes, path, column)?, counts: None }),
+        false => Ok(Measured {
+            curve: parse_table(bytes, path, column)?,
+            counts: None,
+            names: Vec::new(),
+        }),
     }
 }
 

@@ -6,7 +6,7 @@ use quick_xml::{Reader, escape::resolve_predefined_entity, events::Event};
 
 use crate::{
     error::{Error, Result},
-    formats::input::quoted,
+    formats::input::{from_utf16, quoted},
 };
 
 /// The deepest nesting of elements.
@@ -64,18 +64,25 @@ impl Element {
     }
 }
 
-/// Whether the bytes of a file begin as XML does.
+/// Whether the bytes of a file begin as XML does, in UTF-8 or UTF-16.
 pub fn is_xml(bytes: &[u8]) -> bool {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'<')
+    // marks of the byte order, and halves of characters in UTF-16
+    let marks = [0xef, 0xbb, 0xbf, 0xfe, 0xff, 0];
+    let skipped = |byte: &&u8| byte.is_ascii_whitespace() || marks.contains(*byte);
+    bytes.iter().find(|byte| !skipped(byte)) == Some(&b'<')
 }
 
-/// Reads the outermost element of a file. Errors, at the line: it is no XML in UTF-8, or is larger
-/// or nested deeper than any file of data.
+/// Reads the outermost element of a file. Errors, at the line: it is no XML in UTF-8 or UTF-16, or is
+/// larger or nested deeper than any file of data.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Element> {
-    let text = std::str::from_utf8(bytes).map_err(|_| {
-        Error::input(path.display(), "is no XML file in UTF-8").remedy("save it in UTF-8")
-    })?;
+    let decoded = from_utf16(bytes);
+    let text = match &decoded {
+        Some(text) => text,
+        None => std::str::from_utf8(bytes).map_err(|_| {
+            Error::input(path.display(), "is no XML file in UTF-8 or UTF-16")
+                .remedy("save it in UTF-8")
+        })?,
+    };
     let text = text.trim_start_matches('\u{feff}');
     let mut reader = Reader::from_str(text);
     let (mut line, mut until) = (1, 0);
@@ -187,5 +194,13 @@ mod tests {
         }
         assert!(parse(b"<a>\xff</a>", Path::new("a.xml")).is_err());
         assert!(is_xml(b"\xef\xbb\xbf \n<a/>") && !is_xml(b"nm,R") && !is_xml(b""));
+        for mark in ["", "\u{feff}"] {
+            let units: Vec<u16> = format!("{mark}<a>1</a>").encode_utf16().collect();
+            for bytes in [u16::to_le_bytes, u16::to_be_bytes] {
+                let bytes: Vec<u8> = units.iter().flat_map(|unit| bytes(*unit)).collect();
+                assert!(is_xml(&bytes));
+                assert_eq!(parse(&bytes, Path::new("a")).unwrap().text, "1");
+            }
+        }
     }
 }

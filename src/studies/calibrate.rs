@@ -12,7 +12,7 @@ mod hull;
 mod powers;
 mod vary;
 
-use std::{collections::HashMap, path::Path};
+use std::{collections::HashMap, path::Path, slice};
 
 use glam::DVec3;
 
@@ -110,8 +110,9 @@ pub fn calibrate(
     }
     let common = Fit::new(Model::Common, &fitted, size, prior).map_err(wrong)?.factor(0, 0);
 
-    let predicted =
-        |points: &[&Point]| points.iter().map(|point| fit.predict(point).value).collect::<Vec<_>>();
+    let predicted = |points: &[&Point]| {
+        points.iter().map(|point| fit.predict(slice::from_ref(point)).value).collect::<Vec<_>>()
+    };
     let lines: Vec<_> = (0..size[1]).map(|band| line(&fitted, band)).collect();
     let by_lines = |others: &[&Point], left_out: &[&Point]| {
         let lines: Vec<_> = (0..size[1]).map(|band| line(others, band)).collect();
@@ -216,28 +217,16 @@ struct MeasuredBands {
 
 impl MeasuredBands {
     fn new(result: &RunResult, rows: &[MeasuredRow], path: &Path) -> Result<Self> {
-        let known = || result.bands.iter().map(|band| band.name.as_str());
         let mut measured: Vec<usize> = Vec::new();
-        for row in rows {
-            let place = format!("{}:{}", path.display(), row.line);
-            let band = match &row.band {
-                None if result.bands.len() == 1 => 0,
-                None => {
-                    return Err(Error::input(place, "no column says in which band was measured")
-                        .remedy("add a column `band`"));
-                }
-                Some(name) => known().position(|band| band == name).ok_or_else(|| {
-                    let error = Error::input(&place, format!("no band {}", quoted(name)));
-                    let all: Vec<&str> = known().take(20).collect();
-                    match nearest(name, known()) {
-                        Some(near) => error.remedy(format!("did you mean `{near}`?")),
-                        None => error.remedy(format!("there are {}", all.join(", "))),
-                    }
-                })?,
-            };
-            if !measured.contains(&band) {
-                measured.push(band);
+        for row in rows.iter().filter(|row| row.value.is_some()) {
+            let column = column_of(result, row, path)?;
+            if !measured.contains(&column) {
+                measured.push(column);
             }
+        }
+        if measured.is_empty() {
+            return Err(Error::input(path.display(), "nothing was measured: no row has a `value`")
+                .remedy("give some readings"));
         }
         measured.sort_unstable();
         let plain = result.bands.iter().take_while(|band| band.sum_of.is_none());
@@ -260,9 +249,71 @@ impl MeasuredBands {
         let names = measured.iter().map(|&m| result.bands[m].name.clone()).collect();
         Ok(Self { names, measured, of_band })
     }
+
+    /// Returns what adds up to a band or sum of the results: for each measured band, the columns
+    /// that take its factors, with their weights. Error, at `place`: a band that has no factors.
+    fn parts(&self, result: &RunResult, column: usize, place: &str) -> Result<Vec<Part>> {
+        let whole = |measured| Part { measured, columns: vec![(column, 1.0)] };
+        if let Some(measured) = self.measured.iter().position(|&m| m == column) {
+            return Ok(vec![whole(measured)]);
+        }
+        let band = &result.bands[column];
+        let own = slice::from_ref(&band.name);
+        let mut parts: Vec<Part> = Vec::new();
+        for (i, name) in band.sum_of.as_deref().unwrap_or(own).iter().enumerate() {
+            let weight = band.weights.as_ref().map_or(1.0, |weights| weights[i]);
+            let member = result.bands.iter().position(|band| band.name == *name);
+            let known = member.and_then(|b| Some((b, *self.of_band.get(b)?.as_ref()?)));
+            let Some((member, measured)) = known else {
+                let problem = format!(
+                    "nothing was measured in band {}, alone or in a sum, so that it cannot be predicted",
+                    quoted(name)
+                );
+                return Err(
+                    Error::input(place, problem).remedy("measure it, or leave this row out")
+                );
+            };
+            match parts.iter_mut().find(|part| part.measured == measured) {
+                Some(part) => part.columns.push((member, weight)),
+                None => parts.push(Part { measured, columns: vec![(member, weight)] }),
+            }
+        }
+        match &parts[..] {
+            // the results know the error of the whole
+            [only] => Ok(vec![whole(only.measured)]),
+            _ => Ok(parts),
+        }
+    }
 }
 
-/// A reading, with the point that is fitted.
+/// What a band or sum has of the light whose factors are those of one measured band.
+struct Part {
+    /// Index among the measured bands.
+    measured: usize,
+    /// Indices among the bands and sums of the results, with their weights.
+    columns: Vec<(usize, f64)>,
+}
+
+/// Returns the index of the band or sum of a row, among those of the results.
+fn column_of(result: &RunResult, row: &MeasuredRow, path: &Path) -> Result<usize> {
+    let place = format!("{}:{}", path.display(), row.line);
+    let known = || result.bands.iter().map(|band| band.name.as_str());
+    match &row.band {
+        None if result.bands.len() == 1 => Ok(0),
+        None => Err(Error::input(place, "no column says in which band was measured")
+            .remedy("add a column `band`")),
+        Some(name) => known().position(|band| band == name).ok_or_else(|| {
+            let error = Error::input(&place, format!("no band {}", quoted(name)));
+            let all: Vec<&str> = known().take(20).collect();
+            match nearest(name, known()) {
+                Some(near) => error.remedy(format!("did you mean `{near}`?")),
+                None => error.remedy(format!("there are {}", all.join(", "))),
+            }
+        }),
+    }
+}
+
+/// A reading, or what is to be predicted.
 struct Reading<'a> {
     captor: &'a CaptorResult,
     face: &'static str,
@@ -270,7 +321,9 @@ struct Reading<'a> {
     purpose: Purpose,
     /// Standard deviation of the reading, in its unit.
     sd: Option<f64>,
-    point: Point,
+    /// The point that is fitted; of a band or sum that is only predicted, one for each measured band
+    /// whose factors it takes.
+    points: Vec<Point>,
 }
 
 /// What a row of the readings is for.
@@ -283,13 +336,19 @@ enum Purpose {
 }
 
 impl Reading<'_> {
+    /// Returns the point of a reading that was measured.
+    fn point(&self) -> &Point {
+        &self.points[0]
+    }
+
     fn result(&self, fit: &Fit) -> ReadingResult {
-        let mut predicted = fit.predict(&self.point);
+        let mut predicted = fit.predict(&self.points);
         if let (Purpose::Predict, Some(sd)) = (self.purpose, self.sd)
             && predicted.value > 0.0
         {
             let sensor = sd / predicted.value;
-            predicted = fit.predict(&Point { sensor, ..self.point.clone() });
+            let points = self.points.iter().map(|point| Point { sensor, ..point.clone() });
+            predicted = fit.predict(&points.collect::<Vec<_>>());
         }
         let (value, half) = (predicted.value, predicted.half_width);
         ReadingResult {
@@ -302,8 +361,8 @@ impl Reading<'_> {
                 Purpose::Predict => "predict",
             }
             .into(),
-            measured: (self.purpose != Purpose::Predict).then_some(self.point.value),
-            simulated: self.point.of_lamps.iter().sum(),
+            measured: (self.purpose != Purpose::Predict).then_some(self.point().value),
+            simulated: self.points.iter().flat_map(|point| &point.of_lamps).sum(),
             calibrated: value,
             interval: [(value - half).max(0.0), value + half],
             leverage: (self.purpose == Purpose::Fit).then_some(predicted.leverage),
@@ -363,9 +422,8 @@ impl<'a> Readings<'a> {
                     );
                 }
             };
-            let band =
-                row.band.as_ref().and_then(|name| bands.names.iter().position(|n| n == name));
-            let band = band.unwrap_or(0);
+            let column = column_of(result, row, path)?;
+            let parts = bands.parts(result, column, &place)?;
             let purpose = match (row.value, row.test) {
                 (None, _) => Purpose::Predict,
                 (_, true) => Purpose::Test,
@@ -381,21 +439,24 @@ impl<'a> Readings<'a> {
                     *blocks.entry(key).or_insert(next)
                 }
             };
-            let [of_lamps, errors] = by_lamp(face, lamps, bands.measured[band]);
             let value = row.value.unwrap_or(1.0);
             let sensor = row.value.map_or(0.0, |value| row.sd.unwrap_or(0.0) / value);
             let next = places.len();
             let place = *places.entry((captor.id.as_str(), row.back)).or_insert(next);
-            let point = Point { of_lamps, errors, value, sensor, band, place, block };
-            let band = bands.names[band].clone();
+            let point = |Part { measured: band, columns }: Part| {
+                let [of_lamps, errors] = by_lamp(face, lamps, &columns);
+                Point { of_lamps, errors, value, sensor, band, place, block }
+            };
+            let points = parts.into_iter().map(point).collect();
+            let band = result.bands[column].name.clone();
             let face = if row.back { "back" } else { "front" };
-            all.push(Reading { captor, face, band, purpose, sd: row.sd, point });
+            all.push(Reading { captor, face, band, purpose, sd: row.sd, points });
         }
         Ok(Self { all, blocks: blocks.len() })
     }
 
     fn of(&self, purpose: Purpose) -> Vec<&Point> {
-        self.all.iter().filter(|r| r.purpose == purpose).map(|reading| &reading.point).collect()
+        self.all.iter().filter(|r| r.purpose == purpose).map(Reading::point).collect()
     }
 }
 
@@ -409,14 +470,17 @@ fn captor_at(result: &RunResult, point: DVec3) -> Option<&CaptorResult> {
     (far(nearest) <= radius && as_near == 1).then_some(nearest)
 }
 
-/// Returns the irradiance of a face by lamp, and its standard errors.
-fn by_lamp(face: &FaceResult, lamps: &Lamps, band: usize) -> [Vec<f64>; 2] {
+/// Returns the irradiance of a face by lamp, and its standard errors: the sum over some bands, with
+/// their weights. Errors of bands add up, as at most they do.
+fn by_lamp(face: &FaceResult, lamps: &Lamps, columns: &[(usize, f64)]) -> [Vec<f64>; 2] {
     let mut values = vec![0.0; lamps.names.len()];
     let mut variances = values.clone();
     let parts = face.by_light.iter().flat_map(ByLight::values);
     for (part, &lamp) in parts.zip(&lamps.of_light) {
-        values[lamp] += part.irradiance[band];
-        variances[lamp] += part.irradiance_se[band].unwrap_or(0.0).powi(2);
+        let error = |band: usize| part.irradiance_se[band].unwrap_or(0.0);
+        values[lamp] += columns.iter().map(|&(b, weight)| weight * part.irradiance[b]).sum::<f64>();
+        let error: f64 = columns.iter().map(|&(b, weight)| weight * error(b)).sum();
+        variances[lamp] += error.powi(2);
     }
     [values, variances.into_iter().map(f64::sqrt).collect()]
 }
@@ -431,7 +495,7 @@ fn warnings(
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     let fitted: Vec<&Reading> = readings.all.iter().filter(|r| r.purpose == Purpose::Fit).collect();
-    let count = |band: usize| fitted.iter().filter(|r| r.point.band == band).count();
+    let count = |band: usize| fitted.iter().filter(|r| r.point().band == band).count();
     let each = fit.numbers() / bands.names.len().max(1);
     let fewest = (0..bands.names.len()).map(count).min().unwrap_or(0);
     if each > 1 && fewest < FEW_POINTS * each {
@@ -461,10 +525,10 @@ fn warnings(
         ));
     }
     let loud = (0..bands.names.len()).filter(|&band| {
-        let mut of_band = fitted.iter().filter(|r| r.point.band == band);
+        let mut of_band = fitted.iter().filter(|r| r.point().band == band);
         // of what is left, the reading's own error explains a part, and the model the rest
-        let left = |r: &Reading| fit.spread(band).hypot(r.point.sensor);
-        of_band.any(|r| 3.0 * fit.simulation_error(&r.point) / r.point.value > left(r))
+        let left = |r: &Reading| fit.spread(band).hypot(r.point().sensor);
+        of_band.any(|r| 3.0 * fit.simulation_error(r.point()) / r.point().value > left(r))
     });
     let loud: Vec<String> = loud.map(|band| bands.names[band].clone()).collect();
     if !loud.is_empty() {

@@ -56,7 +56,7 @@ use matrix::Matrix;
 use product::{Product, Wanted, daylight_at};
 use trace::{Begun, traced};
 use value::RATIO;
-use warnings::{few_photons, interpolated, other_areas, unseen_sun};
+use warnings::{few_photons, interpolated, no_faces, other_areas, unseen_sun};
 
 use crate::{
     error::Result,
@@ -227,6 +227,7 @@ impl Year {
         warnings.extend(unseen);
         warnings.extend(interpolated(found.interpolated, places.ids.len()));
         warnings.extend(other_areas(&parts));
+        warnings.extend(no_faces(&parts));
         let Wanted { hours: hour_place, rows: row_of_slot, .. } = wanted;
         Ok(Self {
             unit: match scene.quantity {

@@ -34,13 +34,16 @@ fn ratios_are_those_of_a_period_with_errors_of_their_spread() {
     let (mut values, mut errors, mut apart) = (Vec::new(), 0.0, 0.0);
     for seed in 1..=12 {
         let year = year(&room(seed), None, 20_000, SkyDivision::Tregenza);
-        assert_eq!(
-            (year.places.ratios.as_slice(), year.bands.len()),
-            (&["R:FR".to_string()][..], 2)
-        );
+        let [ratio] = &year.places.ratios[..] else { panic!("{:?}", year.places.ratios) };
+        assert_eq!((ratio.name.as_str(), year.bands.len()), ("R:FR", 2));
         let whole = year.whole().expect("sums");
         let found = whole.ratio(0, Channel::Front, 0).expect("a ratio");
         assert!(whole.ratio(0, Channel::Absorbed, 0).is_none());
+        // results of a period have it, too
+        let result = year.result(None).expect("results");
+        assert_eq!(result.ratios, year.places.ratios);
+        let own = front(&result, "far").ratios.clone().expect("ratios").get(0).expect("a ratio");
+        assert_eq!(own, (found.mean, Some(found.variance.sqrt())));
         let [a, b] = [0, 1].map(|band| whole.light(0, Channel::Front, band).expect("light"));
         assert!((found.mean / (a.mean / b.mean) - 1.0).abs() < 1e-5);
         values.push(found.mean);

@@ -555,6 +555,22 @@ fn errors_of_gltf_files_name_the_place() {
         ("/extensionsUsed", json!(["KHR_draco_mesh_compression"]), "a.gltf: uses KHR_draco_mesh"),
         ("/extensionsUsed", json!(["EXT_mesh_gpu_instancing"]), "a.gltf: uses EXT_mesh_gpu_inst"),
         ("/extensionsRequired", json!(["X_y"]), "a.gltf: /extensionsRequired: `X_y` is needed"),
+        // also where the head of the file does not name them
+        (
+            "/nodes/0/extensions",
+            json!({ "EXT_mesh_gpu_instancing": {} }),
+            "a.gltf: uses EXT_mesh_gpu_instancing",
+        ),
+        (
+            "/meshes/0/primitives/0/extensions",
+            json!({ "KHR_draco_mesh_compression": {} }),
+            "a.gltf: uses KHR_draco_mesh_compression",
+        ),
+        (
+            "/bufferViews/0/extensions",
+            json!({ "EXT_meshopt_compression": {} }),
+            "a.gltf: uses EXT_meshopt_compression",
+        ),
         ("/meshes", json!(3), "a.gltf: is no glTF: "),
     ] {
         let error = match read("a.gltf", changed(&[(pointer, value.clone())])) {

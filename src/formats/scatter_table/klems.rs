@@ -226,8 +226,8 @@ impl Block {
 }
 
 impl Content {
-    /// Drops the blocks of single layers where there are some of the whole sheet, and of equal
-    /// blocks all but the first. Returns what is not used.
+    /// Drops the blocks of single layers where there are some of the whole sheet; else those of all
+    /// layers but the first; and of equal blocks all but the first. Returns what is not used.
     fn keep_system(&mut self) -> Vec<String> {
         let whole =
             |block: &Block| block.layer.is_empty() || block.layer.eq_ignore_ascii_case("System");
@@ -236,6 +236,16 @@ impl Content {
             notes
                 .push("its blocks of single layers are not used: those of the `System` are".into());
             self.blocks.retain(whole);
+        }
+        if let Some(first) = self.blocks.first().filter(|block| !whole(block)) {
+            let layer = first.layer.clone();
+            let all = self.blocks.len();
+            self.blocks.retain(|block| block.layer == layer);
+            let others = if self.blocks.len() < all { ", and the others are not used" } else { "" };
+            notes.push(format!(
+                "it has no `System`: the sheet is taken to be its layer {} alone{others}",
+                quoted(&layer)
+            ));
         }
         let mut kept: Vec<Block> = Vec::new();
         for block in mem::take(&mut self.blocks) {

@@ -246,6 +246,14 @@ fn missing_faces_follow_from_the_other() {
     let table = read(&layers, "a.xml", &["all"]).unwrap();
     assert_eq!(table.warnings.len(), 2, "{:?}", table.warnings);
     assert!(table.warnings[0].starts_with("its blocks of single layers are not used"));
+    // without the whole sheet, the first layer is all that is read
+    let others = layers.replace(">System<", ">2<");
+    let table = read(&others, "a.xml", &["all"]).unwrap();
+    assert_eq!(
+        table.warnings[0],
+        "it has no `System`: the sheet is taken to be its layer `2` alone, and the others are not used"
+    );
+    assert!((f(&table, [10.0, 77.0], [170.0, 3.0]) - 0.01).abs() < 1e-6);
 }
 
 /// A band that takes the wavelengths of others is told so, whether there are better ones or not.

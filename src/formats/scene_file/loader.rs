@@ -32,6 +32,9 @@ use crate::{
     scene::world::{MAX_CAPTORS, MAX_TRIANGLES, SceneParts},
 };
 
+/// The most names that a sentence lists of those that are known: all spectra at hand.
+const NAMED: usize = 30;
+
 /// The places where a scene finds the files, meshes and tables that its JSON only names.
 pub(super) struct Sources<'a> {
     /// Reads the file at a path.
@@ -250,15 +253,14 @@ pub(super) fn unknown<'a>(
     name: &str,
     known: impl Iterator<Item = &'a str> + Clone,
 ) -> Error {
-    let mut all: Vec<&str> = known.clone().take(21).collect();
-    let list = match all.len() {
-        0 => return error.remedy("there is none"),
-        21 => {
-            all[20] = "...";
-            format!("there are {}", all.join(", "))
-        }
-        _ => format!("there are {}", all.join(", ")),
-    };
+    let mut all: Vec<&str> = known.clone().take(NAMED + 1).collect();
+    if all.is_empty() {
+        return error.remedy("there is none");
+    }
+    if let Some(more) = all.get_mut(NAMED) {
+        *more = "...";
+    }
+    let list = format!("there are {}", all.join(", "));
     match nearest(name, known) {
         Some(near) => error.remedy(format!("did you mean `{near}`? ({list})")),
         None => error.remedy(list),

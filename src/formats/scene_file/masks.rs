@@ -14,7 +14,7 @@ use crate::{
     formats::{
         input::quoted,
         mask::{Bitmap, Channel, Mask, Picture},
-        obj::{MtlEntry, ObjFile, TextureMap, textures},
+        obj::{MissingMtl, MtlEntry, ObjFile, TextureMap, textures},
     },
     scene::world::MAX_TRIANGLES,
 };
@@ -59,11 +59,26 @@ impl Loader<'_> {
                 entries.insert(material.into(), (entry, map, bitmap));
             }
         }
-        if entries.is_empty() {
+        // an entry in a file that is missing may have a mask, if faces have texture coordinates
+        let unknown = seen.iter().any(|name| obj.mtl.written(name).is_none());
+        let missing = obj.mtl.missing().first().filter(|_| unknown).cloned();
+        if entries.is_empty() && missing.is_none() {
             return Ok((obj, Pieces::default()));
         }
         let path = self.sibling(name);
         let textures = textures(&self.bytes(&format!("{pointer}/obj"), &path)?);
+        if let Some(MissingMtl { file, place, why }) = missing
+            && textures.iter().any(Option::is_some)
+        {
+            let problem = format!(
+                "{file}: {why}; if it names masks (`map_d`), they cut no faces, and their area may be \
+                too large: fetch it, or say \"mask\": false on the object"
+            );
+            self.warn_once(place, problem);
+        }
+        if entries.is_empty() {
+            return Ok((obj, Pieces::default()));
+        }
         if textures.len() != obj.triangles() {
             return Ok((obj, Pieces::default()));
         }

@@ -145,7 +145,18 @@ impl Loader<'_> {
         let lambert = |fraction: Vec<f64>| Material::Lambert(Lambert::new(&single(&fraction)));
         let specular = entry.ks.is_some_and(|ks| ks.iter().any(|&v| v > 0.0));
         match entry.illum {
-            Some(1 | 3) => Ok(lambert(fraction("Kd", entry.kd)?)),
+            Some(1) => Ok(lambert(fraction("Kd", entry.kd)?)),
+            Some(3) => {
+                let material = lambert(fraction("Kd", entry.kd)?);
+                if specular {
+                    self.warn(
+                        place,
+                        "illum 3 with Ks: read as lambert with Kd alone, without what Ks mirrors; \
+                        give the scene a material of this name if that matters",
+                    );
+                }
+                Ok(material)
+            }
             Some(2) if specular => {
                 let phong = PhongSpec {
                     reflectance: Some(PerBand::Each(fraction("Kd", entry.kd)?)),

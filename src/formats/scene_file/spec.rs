@@ -7,6 +7,7 @@ mod make;
 
 use std::{collections::BTreeMap, fmt};
 
+use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, de};
 
@@ -40,11 +41,11 @@ pub struct SceneSpec {
     /// Totals over bands, reported like bands: name of the total -> names of its bands, their
     /// weights, or the name of a weighting by wavelength.
     #[serde(default)]
-    pub sums: BTreeMap<String, SumSpec>,
+    pub sums: IndexMap<String, SumSpec>,
     /// Ratios of totals over bands: name of the ratio -> its numerator and denominator, or the name
     /// of a known ratio.
     #[serde(default)]
-    pub ratios: BTreeMap<String, RatioSpec>,
+    pub ratios: IndexMap<String, RatioSpec>,
     /// Whether surfaces say what they absorbed of the light on each face (default false).
     #[serde(default)]
     pub absorbed_by_face: bool,

@@ -10,7 +10,7 @@ use super::{
     spec::*,
 };
 use crate::{
-    error::Result,
+    error::{LISTED, Result, some},
     formats::{
         input::quoted,
         photometry::FluxUnit,
@@ -356,6 +356,18 @@ impl Loader<'_> {
             let problem = format!("no file {name}, and no spectrum at hand of this name");
             unknown(self.error(&place, problem), name, known_spectra())
         })?;
+        if column.is_none() && measured.names.len() > 1 {
+            let names = measured.names.iter().zip(2..).map(|(name, column)| match name.as_str() {
+                "" => format!("column {column}"),
+                name => quoted(name),
+            });
+            let problem = format!(
+                "holds {} spectra, {}; the first is taken: `column` picks another one, or says that it is meant",
+                measured.names.len(),
+                some(names, LISTED)
+            );
+            self.tell(name, problem);
+        }
         let counted = match measured.counts {
             None => unit.unwrap_or_default(),
             Some(Counts::Energy) => SpectralUnitSpec::Energy,

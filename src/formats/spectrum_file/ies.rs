@@ -78,7 +78,8 @@ pub(super) fn parse(bytes: &[u8], path: &Path, column: Column) -> Result<Measure
     };
     let entry = &entries[index];
     let curve = curve(entry, path)?;
-    Ok(Measured { curve, counts: Some(entry.counts) })
+    let names = entries.iter().map(|entry| entry.name.into()).collect();
+    Ok(Measured { curve, counts: Some(entry.counts), names })
 }
 
 fn tm27<'a>(root: &'a Element, path: &Path) -> Result<Entry<'a>> {

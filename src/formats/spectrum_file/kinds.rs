@@ -3,7 +3,7 @@
 use crate::math::curve::Curve;
 
 /// A column of a table.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column<'a> {
     /// The number of the column, from 1; column 1 holds the wavelengths.
     Number(u64),
@@ -49,4 +49,6 @@ pub struct Measured {
     pub curve: Curve,
     /// What the values are; `None` in tables, which do not say it.
     pub counts: Option<Counts>,
+    /// The names of all spectra that the file holds, if it is of the IES; empty for a table.
+    pub names: Vec<String>,
 }

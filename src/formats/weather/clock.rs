@@ -99,13 +99,18 @@ fn angle(hours: f64) -> (f64, f64) {
     (hours / 24.0 * TAU).sin_cos()
 }
 
+/// Misfits that agree to this fraction are equal: shifts that differ by a day are the same angle, up
+/// to rounding.
+const EQUAL: f64 = 1e-9;
+
 /// Returns the best shift, h, and its misfit: by quarters of an hour over -14 to 14 h, then by
-/// hundredths of an hour.
+/// hundredths of an hour. Of equal ones it is the smallest shift.
 fn search(misfit: impl Fn(f64) -> f64) -> (f64, f64) {
     let best_of = |shifts: &mut dyn Iterator<Item = f64>| {
-        let found = shifts.map(|shift| (shift, misfit(shift)));
-        // of equal ones the smallest shift, as -12 and 12 h are the same
-        found.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.abs().total_cmp(&b.0.abs())))
+        let found: Vec<(f64, f64)> = shifts.map(|shift| (shift, misfit(shift))).collect();
+        let least = found.iter().map(|(_, misfit)| *misfit).fold(f64::INFINITY, f64::min);
+        let equal = found.into_iter().filter(|(_, misfit)| *misfit <= least * (1.0 + EQUAL));
+        equal.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
     };
     let (coarse, _) =
         best_of(&mut (-56..=56).map(|i| f64::from(i) / 4.0)).unwrap_or((0.0, f64::INFINITY));

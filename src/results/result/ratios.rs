@@ -21,7 +21,8 @@ pub struct RatioResult {
 }
 
 impl RatioResult {
-    pub(super) fn all(scene: &Scene) -> Vec<Self> {
+    /// Returns the ratios of a scene.
+    pub(crate) fn all(scene: &Scene) -> Vec<Self> {
         let weights = |sum: &BandSum| {
             let mut weights = vec![0.0; scene.bands.len()];
             sum.weighted().for_each(|(band, weight)| weights[band] = weight);

@@ -133,15 +133,28 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
                 ),
             );
         }
-        _ => warn(
-            "few photons on a face of a captor",
-            format!(
-                "fewer than {FEW_HISTORIES} photons on a face of {}, or so few that brought most of its light, \
-                 or none that brought what a mirror sends: neither their values nor their errors are reliable; trace more, or try --estimator {}",
-                some(&rough, LISTED),
-                if by_light { "paths" } else { "complete" }
-            ),
-        ),
+        _ => {
+            // a face may be marked although many photons came to it
+            let many = |face: &FaceResult| {
+                face.few_paths && face.histories.is_some_and(|n| n >= FEW_HISTORIES)
+            };
+            let or = match result.captors.iter().flat_map(CaptorResult::faces).any(many) {
+                true => {
+                    ", or so few that brought most of its light, or none that brought what a \
+                     mirror sends"
+                }
+                false => "",
+            };
+            warn(
+                "few photons on a face of a captor",
+                format!(
+                    "fewer than {FEW_HISTORIES} photons on a face of {}{or}: neither their values nor their errors are \
+                     reliable; trace more, or try --estimator {}",
+                    some(&rough, LISTED),
+                    if by_light { "paths" } else { "complete" }
+                ),
+            );
+        }
     }
     warnings
 }

@@ -27,7 +27,7 @@ pub fn blocked(
             (0..bands).all(|b| others.iter().filter(|p| p.band == b).count() > lamps)
         };
         let fit = Fit::new(model, others, size, prior).ok().filter(|_| enough)?;
-        Some(left_out.iter().map(|point| fit.predict(point).value).collect())
+        Some(left_out.iter().map(|point| fit.predict(std::slice::from_ref(point)).value).collect())
     };
     let Some(predicted) = each_block(points, blocks, predict) else {
         return ModelErrors {

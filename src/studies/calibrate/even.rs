@@ -56,8 +56,10 @@ pub fn even(
     let lamps = Lamps::new(&names, &plan.groups)?;
     let band = band_of(result, plan)?;
     let captors = captors_of(result, &plan.captors)?;
-    let found: Vec<Vec<f64>> =
-        captors.iter().map(|captor| by_lamp(&captor.front, &lamps, band)[0].clone()).collect();
+    let found: Vec<Vec<f64>> = captors
+        .iter()
+        .map(|captor| by_lamp(&captor.front, &lamps, &[(band, 1.0)])[0].clone())
+        .collect();
     let own = result.bands.iter().filter(|band| band.sum_of.is_none()).count();
     let watts_of = |light: &str| watts.get(light).copied();
     let power_of = |light: &str| lights[light].power.iter().take(own).sum::<f64>();

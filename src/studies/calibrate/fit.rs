@@ -14,7 +14,7 @@
 //! together, the readings of one captor therefore count as one reading: each has its share of the
 //! weight.
 
-use std::collections::HashMap;
+use std::{borrow::Borrow, collections::HashMap};
 
 use crate::{
     error::Problem,
@@ -164,22 +164,35 @@ impl Fit {
         entries.iter().map(|a| entries.iter().map(|b| of(a, b)).collect()).collect()
     }
 
-    /// Predicts the reading at a point, whether or not it was fitted.
-    pub fn predict(&self, point: &Point) -> Predicted {
-        let part = &self.parts[self.part(point.band)];
-        let gradient = part.gradient(&point.of_lamps, point.band);
-        let value = part.value(point);
-        let [model, freedom] = part.spread[point.band];
-        let simulation = part.simulation(point);
-        let of_factors = quadratic(&part.covariance, &gradient);
-        // sensor and model errors are relative to the reading, for which `value` is the best
-        // estimate
-        let noise = value * value * (model + point.sensor * point.sensor);
-        let variance = of_factors + noise + simulation;
-        let weighed = variance - of_factors;
+    /// Predicts the reading that these points of a captor add up to, whether or not they were
+    /// fitted. What the model does not explain at a captor is much the same in all bands there, and
+    /// so are chance's deviations in the simulation of a lamp: at most, the errors of points add up.
+    pub fn predict<P: Borrow<Point>>(&self, points: &[P]) -> Predicted {
+        let mut gradients = vec![Vec::new(); self.parts.len()];
+        let (mut value, mut of_model, mut of_simulation) = (0.0, 0.0, 0.0);
+        let (mut of_sensor, mut freedom) = (0.0f64, f64::INFINITY);
+        for point in points {
+            let point = point.borrow();
+            let index = self.part(point.band);
+            let (part, known) = (&self.parts[index], &mut gradients[index]);
+            let gradient = part.gradient(&point.of_lamps, point.band);
+            known.resize(gradient.len(), 0.0);
+            known.iter_mut().zip(gradient).for_each(|(sum, more)| *sum += more);
+            let own = part.value(point);
+            let [model, own_freedom] = part.spread[point.band];
+            value += own;
+            of_model += own * model.sqrt();
+            of_simulation += part.simulation(point).sqrt();
+            of_sensor += own * point.sensor;
+            freedom = freedom.min(own_freedom);
+        }
+        let parts = self.parts.iter().zip(&gradients).filter(|(_, known)| !known.is_empty());
+        let of_factors: f64 = parts.map(|(part, g)| quadratic(&part.covariance, g)).sum();
+        let others = [of_model, of_sensor, of_simulation].map(|error| error * error);
+        let weighed: f64 = others.iter().sum();
         Predicted {
             value,
-            half_width: student_half_width(freedom, 0.95) * variance.sqrt(),
+            half_width: student_half_width(freedom, 0.95) * (of_factors + weighed).sqrt(),
             leverage: if weighed > 0.0 { (of_factors / weighed).min(1.0) } else { 0.0 },
         }
     }

@@ -4,9 +4,12 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
-use crate::scene::{
-    captor::{CHANNELS, CaptorKind, Channel},
-    world::Scene,
+use crate::{
+    results::result::RatioResult,
+    scene::{
+        captor::{CHANNELS, CaptorKind, Channel},
+        world::Scene,
+    },
 };
 
 /// What an id stands for.
@@ -58,9 +61,9 @@ pub struct Places {
     pub(super) channels: usize,
     /// Number of bands and sums, and of the sums that ratios are made of.
     pub(super) columns: usize,
-    /// Names of the ratios. The last columns are the numerator, the denominator and the sum of both
+    /// The ratios. The last columns are the numerator, the denominator and the sum of both
     /// for each.
-    pub ratios: Vec<String>,
+    pub ratios: Vec<RatioResult>,
     /// For each id the area that counts for each channel, m2: 0 where nothing counts.
     pub(super) areas: Vec<[f64; CHANNELS.len()]>,
     /// What each id is, and where.
@@ -111,7 +114,7 @@ impl Places {
             captors,
             channels: scene.captors.iter().map(|c| c.kind.channels()).max().unwrap_or(1),
             columns: scene.bands.len() + scene.sums.len(),
-            ratios: scene.ratios.iter().map(|ratio| ratio.name.clone()).collect(),
+            ratios: RatioResult::all(scene),
         }
     }
 

@@ -11,7 +11,8 @@ use super::{
 use crate::{
     error::Result,
     results::result::{
-        CaptorResult, Energy, FEW_HISTORIES, FORMAT, FaceResult, GroupResult, RunResult, Spread,
+        CaptorResult, Energy, FEW_HISTORIES, FORMAT, FaceResult, GroupResult, Ratios, RunResult,
+        Spread,
     },
     scene::captor::Channel,
     transport::settings::Estimator,
@@ -55,7 +56,7 @@ impl Year {
             unit: self.units(),
             period_h: Some(hours),
             bands: self.bands.clone(),
-            ratios: Vec::new(),
+            ratios: self.places.ratios.clone(),
             energy: Energy {
                 power: self.head.powers[power][..self.bands.len()].to_vec(),
                 ..Energy::default()
@@ -106,7 +107,7 @@ impl Mean<'_> {
             irradiance_se,
             dli: None,
             dli_se: None,
-            ratios: None,
+            ratios: self.ratios(id, channel),
             few_paths: photons < FEW_HISTORIES,
             by_photons: false,
             min: None,
@@ -121,11 +122,31 @@ impl Mean<'_> {
         self.light(id, Channel::Absorbed, self.year.places.areas[id][Channel::Absorbed as usize])
     }
 
+    /// Returns the ratios of the light of a channel; `None` if the scene has none, or the id has no
+    /// such channel.
+    fn ratios(&self, id: usize, channel: Channel) -> Option<Ratios> {
+        let places = &self.year.places;
+        if places.ratios.is_empty() || !places.has(id, channel) {
+            return None;
+        }
+        let found = (0..places.ratios.len()).map(|r| self.values.ratio(id, channel, r));
+        let (ratio, ratio_se) =
+            found.map(|found| found.map(|v| (v.mean, v.variance.sqrt())).unzip()).unzip();
+        Some(Ratios { ratio, ratio_se, covariance: None })
+    }
+
+    /// Returns the share of the area that the sun shines on, and its error, on average over the time
+    /// in which it shines.
+    fn sunlit(&self, id: usize) -> Option<(f64, f64)> {
+        self.values.sunlit(id).map(|share| (share.mean, share.variance.sqrt()))
+    }
+
     fn captor(&self, id: usize) -> CaptorResult {
         let places = &self.year.places;
         let shape = &places.shapes[id];
         let [front, back] = self.year.head.arrived[id];
         let (absorbed, absorbed_se) = self.absorbed(id).unzip();
+        let (sunlit, sunlit_se) = self.sunlit(id).unzip();
         CaptorResult {
             id: places.ids[id].clone(),
             kind: Cow::Borrowed(shape.kind),
@@ -137,10 +158,10 @@ impl Mean<'_> {
             absorbed,
             absorbed_se,
             by_light: None,
-            sunlit: None,
-            sunlit_se: None,
+            sunlit,
+            sunlit_se,
             absorbed_by_face: None,
-            absorbed_ratios: None,
+            absorbed_ratios: self.ratios(id, Channel::Absorbed),
             groups: Some(shape.groups.clone()),
         }
     }
@@ -157,6 +178,7 @@ impl Mean<'_> {
             photons.iter_mut().zip(arrived).for_each(|(sum, own)| *sum += own);
         }
         let (absorbed, absorbed_se) = self.absorbed(id).unzip();
+        let (sunlit, sunlit_se) = self.sunlit(id).unzip();
         let front = self.face(id, Channel::Front, photons[0]).unwrap_or_else(nothing);
         GroupResult {
             id: places.ids[id].clone(),
@@ -167,10 +189,10 @@ impl Mean<'_> {
             absorbed,
             absorbed_se,
             by_light: None,
-            sunlit: None,
-            sunlit_se: None,
+            sunlit,
+            sunlit_se,
             absorbed_by_face: None,
-            absorbed_ratios: None,
+            absorbed_ratios: self.ratios(id, Channel::Absorbed),
         }
     }
 }

@@ -388,7 +388,7 @@ fn ratios<'y, W: Write + Send>(
         let values = values?;
         for &id in ids {
             for (r, ratio) in year.places.ratios.iter().enumerate() {
-                let texts = [&*year.places.ids[id], &*when, &**ratio];
+                let texts = [&*year.places.ids[id], &*when, &*ratio.name];
                 let mut cells: Vec<Entry> = texts.map(Entry::Text).into();
                 for channel in [Channel::Front, Channel::Back, Channel::Absorbed] {
                     let found = values.ratio(id, channel, r);

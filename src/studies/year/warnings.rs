@@ -66,3 +66,12 @@ pub(super) fn other_areas(parts: &[Part]) -> Option<String> {
         captors[first].id
     ))
 }
+
+/// Returns a warning if the scene asks for what surfaces absorb on each face: a year has their sum.
+pub(super) fn no_faces(parts: &[Part]) -> Option<String> {
+    parts[0].scene.absorbed_by_face.then(|| {
+        "`absorbed_by_face`: a year tells what surfaces absorb on both faces together; a run tells it \
+         by face"
+            .into()
+    })
+}

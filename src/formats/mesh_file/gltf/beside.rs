@@ -33,9 +33,9 @@ pub fn check(document: &Document, name: &str) -> Result<()> {
         let problem = format!("version {}, must be 2.0", quoted(&document.asset.version));
         return Err(Error::input(place(name, "/asset"), problem).remedy("export it as glTF 2.0"));
     }
-    let used = document.extensions_used.iter().chain(&document.extensions_required);
+    let used = document.extensions();
     for (refused, remedy) in REFUSED {
-        if used.clone().any(|extension| extension == refused) {
+        if used.contains(refused) {
             return Err(
                 Error::input(name, format!("uses {refused}, which is not read")).remedy(remedy)
             );
@@ -64,10 +64,10 @@ pub fn notes(document: &Document) -> Vec<String> {
             notes.push(what.into());
         }
     };
-    let has = |extension: &str| document.extensions_used.iter().any(|used| used == extension);
+    let used = document.extensions();
     none(!document.animations.is_empty(), "its animations are not read: it stands as it was saved");
     none(!document.cameras.is_empty(), "its cameras are not read; a scene has a `camera`");
-    none(has("KHR_lights_punctual"), "its lights are not read; give the scene `lights`");
+    none(used.contains("KHR_lights_punctual"), "its lights are not read; give the scene `lights`");
     none(
         document.nodes.iter().any(|node| node.skin.is_some()),
         "its skins (bones) are not applied: meshes have the shape in which they were bound",
@@ -98,10 +98,10 @@ pub fn notes(document: &Document) -> Vec<String> {
         !lit.is_empty(),
         &format!("the emissiveFactor of {lit} is not read; give the scene a light of type `area`"),
     );
-    let other = document.extensions_used.iter().filter(|used| {
+    let other = used.into_iter().filter(|used| {
         *used != "KHR_lights_punctual" && !KNOWN.iter().any(|known| used.starts_with(known))
     });
-    let other = some(other.map(|extension| quoted(extension)), LISTED);
+    let other = some(other.map(quoted), LISTED);
     none(!other.is_empty(), &format!("its extensions {other} are not read"));
     notes
 }

@@ -1,6 +1,6 @@
 //! Those keys of a glTF's JSON that are used; the others are skipped.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, de::IgnoredAny};
 
@@ -34,6 +34,20 @@ pub struct Document {
     pub cameras: Vec<IgnoredAny>,
 }
 
+impl Document {
+    /// Returns the names of the extensions that the file says it uses, or that hold a part of its
+    /// shapes all the same.
+    pub fn extensions(&self) -> BTreeSet<&str> {
+        let nodes = self.nodes.iter().filter_map(|node| node.extensions.as_ref());
+        let primitives = self.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        let primitives = primitives.filter_map(|primitive| primitive.extensions.as_ref());
+        let views = self.buffer_views.iter().filter_map(|view| view.extensions.as_ref());
+        let own = nodes.chain(primitives).chain(views).flat_map(BTreeMap::keys);
+        let said = self.extensions_used.iter().chain(&self.extensions_required);
+        said.chain(own).map(String::as_str).collect()
+    }
+}
+
 #[derive(Deserialize)]
 pub struct Asset {
     pub version: String,
@@ -58,6 +72,8 @@ pub struct Node {
     /// A quaternion x, y, z, w.
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
+    /// By their names.
+    pub extensions: Option<BTreeMap<String, IgnoredAny>>,
 }
 
 #[derive(Deserialize)]
@@ -75,6 +91,8 @@ pub struct Primitive {
     pub mode: Option<u32>,
     #[serde(default)]
     pub targets: Vec<IgnoredAny>,
+    /// By their names.
+    pub extensions: Option<BTreeMap<String, IgnoredAny>>,
 }
 
 #[derive(Deserialize)]
@@ -126,6 +144,8 @@ pub struct View {
     pub byte_offset: usize,
     pub byte_length: usize,
     pub byte_stride: Option<usize>,
+    /// By their names.
+    pub extensions: Option<BTreeMap<String, IgnoredAny>>,
 }
 
 #[derive(Deserialize)]
