@@ -104,8 +104,8 @@ fn lux_per_ppfd_is_that_of_the_spectra() {
     let loaded = phylux::load(&folder.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
     for (light, row) in loaded.scene.lights.iter().zip(&rows) {
         let powers = loaded.scene.with_sums(&light.power);
-        // the sums stand in the order of their names: PPF, lux
-        let factor = powers[powers.len() - 1] / powers[powers.len() - 2];
+        // the sums stand behind the bands: lux, PPF
+        let factor = powers[powers.len() - 2] / powers[powers.len() - 1];
         for (cell, value) in [(row[1], factor), (row[2], 1000.0 / factor)] {
             let said: f64 = cell.parse().unwrap_or_else(|_| panic!("{}: {value:.4}", light.name));
             assert!((said / value - 1.0).abs() < 0.006, "{}: {said} {value:.4}", light.name);

@@ -303,7 +303,7 @@ def test_ratios_and_weighted_sums(tmp_path):
     scene.keys["ratios"] = {"b:r": {"numerator": "blue", "denominator": "red"}, "yield": {"numerator": "YPFD", "denominator": "PAR"}}
     found = scene.run(photons=5_000, seed=1, by_light=True)
     assert found.ratios == ["b:r", "yield"]
-    assert found.bands == ["blue", "red", "PAR", "YPFD", "lux"]
+    assert found.bands == ["blue", "red", "PAR", "lux", "YPFD"]
     expected = found.flux[:, :, 0] / np.where(found.flux[:, :, 1] > 0, found.flux[:, :, 1], np.nan)
     np.testing.assert_allclose(found.values.ratios[:, :, 0], expected, rtol=1e-12)
     assert (found.values.ratios_se[~np.isnan(expected)] >= 0).all()

@@ -42,7 +42,8 @@ fn ratios_are_those_of_a_period_with_errors_of_their_spread() {
         // results of a period have it, too
         let result = year.result(None).expect("results");
         assert_eq!(result.ratios, year.places.ratios);
-        let own = front(&result, "far").ratios.clone().expect("ratios").get(0).expect("a ratio");
+        let [far] = &result.captors[..] else { panic!("{} captors", result.captors.len()) };
+        let own = far.front.ratios.clone().expect("ratios").get(0).expect("a ratio");
         assert_eq!(own, (found.mean, Some(found.variance.sqrt())));
         let [a, b] = [0, 1].map(|band| whole.light(0, Channel::Front, band).expect("light"));
         assert!((found.mean / (a.mean / b.mean) - 1.0).abs() < 1e-5);
