@@ -454,7 +454,7 @@ fn too_few_photons_of_lamps_are_said() {
     std::fs::write(&path, r#"{ "lamps": [{ "lights": "faint", "hours": [0, 4] }] }"#)
         .expect("a file");
     let found = year(&scene, Some(&path), 20_000, SkyDivision::Tregenza);
-    let said = "fewer than 30 photons of the lamps arrived at 1 of 1 captors (`up` is the first)";
+    let said = "fewer than 30 photons of the lamps arrived at a face of 1 of 1 captors (`up` is the first)";
     assert!(
         found.warnings.len() == 1 && found.warnings[0].starts_with(said),
         "{:?}",

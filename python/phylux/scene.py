@@ -96,11 +96,17 @@ class Scene:
                 - the path of an OBJ, PLY, STL or glTF file.
             material: a material of the scene, for all of the shape; OBJ and glTF files may name their own.
             keys: as in a scene file: ``captor`` (True: one per group; ``"triangle"``: one per triangle), ``group``,
-                ``transform``, ``instances``, ``share`` (whether the copies share the triangles).
+                ``transform``, ``instances``, ``share`` (whether the copies share the triangles). ``instances`` may
+                also be (n, 3) numbers x, y, z, with ``turn_deg`` (n, 4) and ``scale`` (n, 5); (n, 3, 4) or (n, 4, 4)
+                numbers, a matrix for each copy; or a DataFrame with the columns of the CSV file.
         """
         entry: dict[str, Any] = {"name": name, "obj": self._shape(name, shape, group=name)}
         if material is not None:
             entry["material"] = material
+        if _is_table(keys.get("instances")):
+            key = _free(name, self._tables)
+            self._tables[key] = _copies(keys["instances"], name)
+            keys["instances"] = {"csv": f"table:{key}"}
         self._keys.setdefault("objects", []).append({**entry, **_plain(keys)})
 
     def light(self, name: str, *, start: Any = None, shape: Any = None, **keys: Any) -> None:
@@ -700,6 +706,33 @@ def _table(discs: Any, name: str, ignore: Sequence[str] = ()) -> bytes:
         lines = [f"{id},{line}" for id, line in zip(quoted, lines)]
         columns = ["id", *columns]
     return "\n".join([",".join(columns), *lines, ""]).encode()
+
+
+def _is_table(instances: Any) -> bool:
+    """Returns whether copies are numbers or a DataFrame, and not the keys of a scene file."""
+    if instances is None or isinstance(instances, (str, Mapping)):
+        return False
+    return hasattr(instances, "columns") or not all(isinstance(copy, Mapping) for copy in instances)
+
+
+def _copies(instances: Any, name: str) -> bytes:
+    """Returns copies as the bytes of a CSV file."""
+    placed, matrix = ["x", "y", "z", "turn_deg", "scale"], [f"m{row}{column}" for row in range(3) for column in range(4)]
+    columns = [str(column) for column in instances.columns] if hasattr(instances, "columns") else None
+    try:
+        rows = np.asarray(instances, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise wrong(name, f"instances that are no numbers ({error})") from None
+    if rows.ndim == 3 and rows.shape[1:] in ((3, 4), (4, 4)):
+        if rows.shape[1] == 4 and not (rows[:, 3] == [0, 0, 0, 1]).all():
+            raise wrong(name, "matrices whose last row is not 0 0 0 1", "they must turn, scale, shear and move alone")
+        columns, rows = matrix, rows[:, :3].reshape(len(rows), 12)
+    elif columns is None and rows.ndim == 2 and 3 <= rows.shape[1] <= 5:
+        columns = placed[: rows.shape[1]]
+    elif columns is None:
+        remedy = "they must be (n, 3): x, y, z; (n, 4) with turn_deg; (n, 5) with scale; (n, 3, 4) or (n, 4, 4): matrices"
+        raise wrong(name, f"instances of shape {rows.shape}", remedy)
+    return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows.tolist()), ""]).encode()
 
 
 def _place(metadata: Any) -> dict[str, float] | None:

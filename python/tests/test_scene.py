@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -356,3 +357,30 @@ def test_view_writes_a_page(scene, tmp_path):
     assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
     with pytest.raises(px.InputError, match="know no scene"):
         pickle.loads(pickle.dumps(found)).view(tmp_path / "c.html")
+
+
+def test_copies_are_arrays(tmp_path):
+    triangle = [[[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]]]
+    placed = np.array([[0, 0, 0, 0, 1], [0.5, 0, 0, 90, 2]], dtype=float)
+    matrices = np.array([np.eye(4), [[0, -2, 0, 0.5], [2, 0, 0, 0], [0, 0, 2, 0], [0, 0, 0, 1]]])
+    keys = [{"translate": [0, 0, 0]}, {"translate": [0.5, 0, 0], "rotate_deg": [0, 0, 90], "scale": 2}]
+    forms = [keys, placed, placed.tolist(), matrices, matrices[:, :3]]
+    pd = pytest.importorskip("pandas")
+    forms.append(pd.DataFrame(placed, columns=["x", "y", "z", "turn_deg", "scale"]))
+    found = []
+    for copies in forms:
+        scene = px.Scene("field")
+        scene.material("leaf", type="leaf", reflectance=0.1, transmittance=0.1)
+        scene.add("plant", triangle, material="leaf", captor="instance", instances=copies)
+        scene.light("sky", type="sky", model="uniform", irradiance=1)
+        scene.save(tmp_path / "field.json")
+        for own in (scene, px.Scene.load(tmp_path / "field.json")):
+            found.append(own.run(photons=20_000, k=0))
+    for one in found:
+        assert one.ids == found[0].ids and len(one.ids) == 2
+        np.testing.assert_allclose(one.center, found[0].center, atol=1e-6)
+        np.testing.assert_allclose(one.area, [0.005, 0.02], rtol=1e-6)
+    wrong = {"of shape (2, 2)": np.ones((2, 2)), "no numbers": [["a", 0, 0]], "last row": 2 * matrices}
+    for words, copies in wrong.items():
+        with pytest.raises(px.InputError, match=re.escape(words)):
+            scene.add("more", triangle, material="leaf", instances=copies)

@@ -50,7 +50,7 @@ pub use value::{Value, Values};
 use conditions::Outside;
 use control::Controlled;
 use head::Head;
-use hours::{day, month, of_a_day, periods};
+use hours::{day, month, of_a_day, of_the_day, periods};
 use indexmap::IndexMap;
 use matrix::Matrix;
 use product::{Product, Wanted, daylight_at};
@@ -145,14 +145,7 @@ impl Year {
         let begun = Begun::new(scenes, options)?;
         let Begun { scene, hourly, places, rays } = begun;
         let slots = hourly.slots.clone();
-        let mut bands = band_results(scene);
-        bands.truncate(places.columns - RATIO * places.ratios.len());
-        // a sum with a unit of its own is not in MJ
-        let par = |band: &BandResult| match scene.quantity {
-            Quantity::Watt => band.unit.is_none(),
-            Quantity::Micromole => band.has_dli(&bands, true),
-        };
-        let integrated: Vec<bool> = bands.iter().map(par).collect();
+        let (bands, integrated) = bands_of(scene, &places);
         let wanted_hours = options.hours.chosen(&places)?;
         let has_sun: Vec<bool> = (0..slots.len()).map(|s| scenes.is_sunny(s)).collect();
         let outside = Outside::new(scene, hourly, &bands);
@@ -195,8 +188,8 @@ impl Year {
             lengths: slots.iter().map(|slot| slot.length).collect(),
             periods: days
                 .values()
-                .chain(months.values())
-                .map(|hours| of_a_day(&slots, hours))
+                .map(|hours| of_the_day(&slots, hours))
+                .chain(months.values().map(|hours| of_a_day(&slots, hours)))
                 .chain([of_a_day(&slots, &(0..slots.len()).collect::<Vec<_>>())])
                 .collect(),
             daylight: match (switched.is_empty(), charted.band) {
@@ -357,6 +350,19 @@ pub fn months_of(slots: &[Slot]) -> Vec<String> {
 fn numbered(wanted: impl Iterator<Item = bool>) -> Vec<Option<usize>> {
     let mut next = 0..;
     wanted.map(|wanted| if wanted { next.next() } else { None }).collect()
+}
+
+/// Returns the bands and sums of a year and, for each, whether it has a daily light integral.
+fn bands_of(scene: &Scene, places: &Places) -> (Vec<BandResult>, Vec<bool>) {
+    let mut bands = band_results(scene);
+    bands.truncate(places.columns - RATIO * places.ratios.len());
+    // a sum with a unit of its own is not in MJ
+    let integrated = |band: &BandResult| match scene.quantity {
+        Quantity::Watt => band.unit.is_none(),
+        Quantity::Micromole => band.has_dli(&bands, true),
+    };
+    let integrated = bands.iter().map(integrated).collect();
+    (bands, integrated)
 }
 
 /// Returns the names of the lights that are not daylight.

@@ -66,6 +66,25 @@ fn shards_make_the_same_year() {
         &arguments("drawn", &drawn),
         &["shards come without plots; give it when they"],
     );
+    // what the whole year would be refused for, a shard is, before it is traced
+    fs::write(scene.path("wrong.json"), r#"{"lamps": [{"lights": "lamq"}]}"#).expect("a file");
+    let wrong = ["year", "scene.json", "--photons", "6000", "--shard", "1/3", "-o", "x"];
+    for (more, words) in [
+        (&["--control", "wrong.json"][..], "no lamp `lamq`; did you mean `lamp`?"),
+        (&["--hours", "zzz*"], "zzz*"),
+    ] {
+        refused(&folder, &[&wrong[..], more].concat(), &[words]);
+    }
+    // each combination of states needs as many photons as it has lights
+    let error = phylux(&folder, &arguments("x", &["--photons", "60"]));
+    let said = String::from_utf8_lossy(&error.stderr).into_owned();
+    let needed = said.rsplit_once("ask for at least ").map(|(_, needed)| needed.trim().to_string());
+    assert!(said.contains("60 photons for 2 combinations of states"), "{said}");
+    let needed: u64 = needed.and_then(|needed| needed.parse().ok()).expect("a number");
+    let enough = needed.to_string();
+    done(&folder, &arguments("enough", &["--photons", &enough, "--hours", "none"]));
+    let less = (needed - 1).to_string();
+    refused(&folder, &arguments("x", &["--photons", &less]), &["ask for at least"]);
     // a shard does not depend on threads
     done(&folder, &arguments("s4", &[&year[..], &["--shard", "2/3", "--threads", "1"]].concat()));
     assert!(

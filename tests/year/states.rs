@@ -157,7 +157,10 @@ fn lamps_are_dimmed() {
     let lamp = json!({ "type": "area", "name": "lamp", "power": 4000,
                        "vertices": [[0, 0, 2], [0, 1, 2], [1, 1, 2], [1, 0, 2]] });
     let scene = written(
-        &world(first_days()).captor("up", &Mesh::square([0.5, 0.5, 0.0], UP, 1.0)).light(lamp),
+        &world(first_days())
+            .captor("up", &Mesh::square([0.5, 0.5, 0.0], UP, 1.0))
+            .captor("above", &Mesh::square([0.5, 0.5, 3.0], UP, 1.0))
+            .light(lamp),
     );
     let find = |keys: Value| {
         let mut lamps = json!({ "lights": "lamp", "watts": 1000 });
@@ -167,6 +170,7 @@ fn lamps_are_dimmed() {
     let (full, half) = (find(json!({})), find(json!({ "dim": 0.5 })));
     let off = find(json!({ "hours": [5, 5] }));
     let at = |year: &Year, s: usize| light(year, s, "up")[0];
+    let at2 = |year: &Year, s: usize| light(year, s, "above")[0];
     let brings = at(&full, 0);
     assert!(brings > 50.0 && (at(&half, 0) / brings - 0.5).abs() < 1e-6);
     let energy = |year: &Year| year.energy(&year.lamps[0], 0..48).expect("a power");
@@ -181,6 +185,14 @@ fn lamps_are_dimmed() {
         kwh += ((wanted - daylight) / brings).max(0.0);
     }
     assert!((energy(&filled) / kwh - 1.0).abs() < 1e-4 && kwh > 10.0);
+    // the lamp brings nothing there: it is off where nothing is missing, and else does what it can
+    let in_vain = find(json!({ "fill_to": 100, "of": "above", "band": "PAR" }));
+    for s in 0..48 {
+        let daylight = at2(&off, s);
+        assert_eq!(at2(&full, s), daylight, "hour {s}");
+        assert_eq!(in_vain.lamps[0].on[s], f64::from(daylight < 100.0), "hour {s}: {daylight}");
+    }
+    assert!(energy(&in_vain) > 5.0 && energy(&in_vain) < 43.0, "{}", energy(&in_vain));
     // light outside in a band: the sky and the sun of the open, of which `up` gets all
     let outside = find(json!({ "outside_above": 300, "outside_band": "PAR" }));
     let close_call = |s: usize| (at(&off, s) - 300.0).abs() < 15.0;

@@ -235,9 +235,12 @@ impl Controlled<'_> {
                     on = 0.0;
                 }
                 if let (Some(fill_to), Some(place)) = (lamps.fill_to, entry.place) {
-                    let missing = fill_to - light[place];
-                    if missing < strength * full[place] {
-                        strength = missing.max(0.0) / full[place];
+                    let missing = (fill_to - light[place]).max(0.0);
+                    // a lamp that brings nothing there is off, too, where nothing is missing
+                    if missing == 0.0 {
+                        strength = 0.0;
+                    } else if missing < strength * full[place] {
+                        strength = missing / full[place];
                     }
                 }
                 if let (Some(until), Some(place)) = (lamps.until_dli, entry.place) {

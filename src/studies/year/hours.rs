@@ -72,10 +72,36 @@ pub(super) fn periods(
     periods
 }
 
+/// Returns the hours of a day of the calendar with the weights by which their sum is its integral; a
+/// day may have 23 or 25 h, where the clock changes.
+pub(super) fn of_the_day(slots: &[Slot], hours: &[usize]) -> Period {
+    Period { slots: hours.iter().map(|&s| (s, HOUR * slots[s].length)).collect() }
+}
+
 /// Returns some hours with the weights by which their sum is the mean integral over a day. For less
 /// than a day, it is what these hours bring.
 pub(super) fn of_a_day(slots: &[Slot], hours: &[usize]) -> Period {
     let length: f64 = hours.iter().map(|&s| slots[s].length).sum();
     let scale = HOUR / (length / 24.0).max(1.0);
     Period { slots: hours.iter().map(|&s| (s, scale * slots[s].length)).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::daylight::Timestamp;
+
+    /// The day on which summer time ends has 25 h, of which none is left out of its integral; a mean
+    /// over days has days of 24 h.
+    #[test]
+    fn a_day_of_25_hours_is_whole() {
+        let start = Timestamp { unix: 0.0, offset: 0.0 };
+        let slots = vec![Slot { start, length: 1.0, global: 0.0, hour: None }; 25];
+        let all: Vec<usize> = (0..25).collect();
+        let sum =
+            |period: Period| period.slots.iter().map(|(_, weight)| weight / HOUR).sum::<f64>();
+        assert!((sum(of_the_day(&slots, &all)) - 25.0).abs() < 1e-12);
+        assert!((sum(of_a_day(&slots, &all)) - 24.0).abs() < 1e-12);
+        assert!((sum(of_a_day(&slots, &all[..5])) - 5.0).abs() < 1e-12);
+    }
 }

@@ -82,7 +82,11 @@ impl Needs {
 /// Writes bytes as gigabytes, with two digits.
 pub fn gigabytes(bytes: u64) -> String {
     let giga = bytes as f64 / 1e9;
-    if giga < 9.95 { format!("{giga:.1}") } else { format!("{giga:.0}") }
+    match giga {
+        ..0.0995 => format!("{giga:.3}"),
+        ..9.95 => format!("{giga:.1}"),
+        _ => format!("{giga:.0}"),
+    }
 }
 
 #[cfg(test)]

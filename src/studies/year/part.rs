@@ -63,10 +63,10 @@ pub(super) struct Part<'a> {
     pub batches: Option<u64>,
     /// For each captor, the numbers of photons that arrived on its front and on its back.
     pub arrived: Vec<[u64; 2]>,
-    /// For each captor, the number of photons of daylight that arrived on its front.
-    of_daylight: Vec<u64>,
-    /// For each other light and captor, that number, at most 255.
-    of_lamps: Vec<Vec<u8>>,
+    /// For each captor, the numbers of photons of daylight that arrived on its front and on its back.
+    of_daylight: Vec<[u64; 2]>,
+    /// For each other light and captor, these numbers, at most 255.
+    of_lamps: Vec<Vec<[u8; 2]>>,
 }
 
 impl<'a> Part<'a> {
@@ -113,7 +113,7 @@ impl<'a> Part<'a> {
             is_daylight,
             batches: None,
             arrived: vec![[0; 2]; scene.captors.len()],
-            of_daylight: vec![0; scene.captors.len()],
+            of_daylight: vec![[0; 2]; scene.captors.len()],
             of_lamps: vec![Vec::new(); scene.lights.len()],
         })
     }
@@ -181,18 +181,19 @@ impl<'a> Part<'a> {
     fn take(&mut self, light: usize, row: &Row) -> Result<()> {
         let batches = u64::from(row.counts[0]);
         self.batches = self.batches.min(Some(batches)).or(Some(batches));
-        let counts = row.counts[1..].as_chunks().0;
-        for (sums, own) in self.arrived.iter_mut().zip(counts) {
-            let [front, back]: [u32; 2] = *own;
-            *sums = [sums[0] + u64::from(front), sums[1] + u64::from(back)];
-        }
-        let fronts = counts.iter().map(|&[front, _]| front);
-        match self.is_daylight[light] {
-            true => {
-                let sums = self.of_daylight.iter_mut().zip(fronts);
-                sums.for_each(|(sum, front)| *sum += u64::from(front));
+        let counts: &[[u32; 2]] = row.counts[1..].as_chunks().0;
+        let add = |sums: &mut [[u64; 2]]| {
+            for (sums, own) in sums.iter_mut().zip(counts) {
+                *sums = added(*sums, own.map(u64::from));
             }
-            false => self.of_lamps[light] = fronts.map(|front| front.min(255) as u8).collect(),
+        };
+        add(&mut self.arrived);
+        match self.is_daylight[light] {
+            true => add(&mut self.of_daylight),
+            false => {
+                let few = |own: &[u32; 2]| own.map(|count| count.min(255) as u8);
+                self.of_lamps[light] = counts.iter().map(few).collect();
+            }
         }
         self.responses.write(light, 0, &row.values)
     }
@@ -248,24 +249,36 @@ impl<'a> Part<'a> {
     }
 }
 
-/// Returns a warning of captors on whose fronts too few photons arrived in all parts, of daylight or
-/// of these `lamps`, to estimate an error; `None` if there are no such captors.
+/// Returns a warning of captors on a face of which too few photons arrived in all parts, of daylight
+/// or of these `lamps`, to estimate an error; `None` if there are no such captors. A back that none
+/// came to may be closed.
 pub(super) fn too_few_photons(parts: &[Part], of: &str, lamps: Option<&[usize]>) -> Option<String> {
     let in_part = |part: &Part, captor: usize| match lamps {
         None => part.of_daylight[captor],
-        Some(lamps) => lamps.iter().map(|&l| u64::from(part.of_lamps[part.lamps[l]][captor])).sum(),
+        Some(lamps) => {
+            let of_lamp = |&lamp: &usize| part.of_lamps[part.lamps[lamp]][captor].map(u64::from);
+            lamps.iter().map(of_lamp).fold([0; 2], added)
+        }
     };
     let captors = &parts[0].scene.captors;
-    let arrived = |captor: usize| parts.iter().map(|part| in_part(part, captor)).sum::<u64>();
-    let mut few = (0..captors.len()).filter(|&captor| arrived(captor) < FEW_HISTORIES);
+    let is_few = |&captor: &usize| {
+        let [front, back] = parts.iter().map(|part| in_part(part, captor)).fold([0; 2], added);
+        front < FEW_HISTORIES || (0 < back && back < FEW_HISTORIES)
+    };
+    let mut few = (0..captors.len()).filter(is_few);
     let first = few.next()?;
     Some(format!(
-        "fewer than {FEW_HISTORIES} photons of {of} arrived at {} of {} captors (`{}` is the first): neither these \
-         values nor their errors can be relied on, and a 0 may be chance; trace more photons",
+        "fewer than {FEW_HISTORIES} photons of {of} arrived at a face of {} of {} captors (`{}` is the first): \
+         neither these values nor their errors can be relied on, and a 0 may be chance; trace more photons",
         1 + few.count(),
         captors.len(),
         captors[first].id
     ))
+}
+
+/// Adds up the numbers of both faces.
+fn added(a: [u64; 2], b: [u64; 2]) -> [u64; 2] {
+    [a[0] + b[0], a[1] + b[1]]
 }
 
 /// Returns for each slot the index of its sun, and these suns as lights.

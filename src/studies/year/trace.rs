@@ -6,6 +6,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use super::{
+    bands_of,
+    conditions::Outside,
+    control::Controlled,
+    lamp_names,
     options::YearOptions,
     part::Part,
     places::Places,
@@ -33,7 +37,18 @@ pub fn trace_shard(
     shard: Shard,
     control: &Control,
 ) -> Result<()> {
-    let Begun { places, rays, .. } = Begun::new(scenes, options)?;
+    let Begun { scene, hourly, places, rays } = Begun::new(scenes, options)?;
+    // what the year is refused for when all shards are merged is refused before they are traced
+    let (bands, integrated) = bands_of(scene, &places);
+    let controlled = Controlled {
+        places: &places,
+        bands: &bands,
+        integrated: &integrated,
+        outside: &Outside::new(scene, hourly, &bands),
+        daylight: &|_, _| Ok(Vec::new()),
+    };
+    controlled.entries(&lamp_names(scene, hourly), options.control, &mut Vec::new())?;
+    options.hours.chosen(&places)?;
     // the sums of hours and days are not made here
     let parts = traced(scenes, &places, options, settings, shard, control)?;
     (options.phase)("rays to the sun");
@@ -94,8 +109,10 @@ pub(super) fn traced<'s>(
     control: &Control,
 ) -> Result<Vec<Part<'s>>> {
     let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+    let shares = energies(scenes);
+    check_photons(scenes, &shares, photons)?;
     let mut parts = Vec::new();
-    for (index, (scene, share)) in scenes.scenes.iter().zip(energies(scenes)).enumerate() {
+    for (index, (scene, share)) in scenes.scenes.iter().zip(shares).enumerate() {
         let settings = Settings {
             photons: Some((share * photons as f64).round() as u64),
             // the parts are independent
@@ -114,8 +131,26 @@ pub(super) fn traced<'s>(
     Ok(parts)
 }
 
+/// Refuses a number of photons of which a combination of states gets fewer than it has lights. What a
+/// single one needs is said where it is traced.
+fn check_photons(scenes: &YearScenes, shares: &[f64], photons: u64) -> Result<()> {
+    let all = scenes.scenes.iter().zip(shares);
+    let needed = all.map(|(scene, share)| (scene.loaded.scene.sources() as f64 / share).ceil());
+    let needed = needed.fold(0.0, f64::max) as u64;
+    let combinations = shares.len();
+    if combinations == 1 || photons >= needed {
+        return Ok(());
+    }
+    let problem = format!(
+        "{photons} photons for {combinations} combinations of states, each of which has a part of them"
+    );
+    Err(Error::input("photons", problem).remedy(format!(
+        "every light, sun and piece of the sky needs one in each of them: ask for at least {needed}"
+    )))
+}
+
 /// Returns the fractions of the photons for the combinations of states: by their energy, but at least
-/// 2 % for each. Lamps are taken to be as bright as daylight, since it is not yet known when they are
+/// 2 % for each before what adds up to 1. Lamps are taken to be as bright as daylight, since it is not yet known when they are
 /// on.
 fn energies(scenes: &YearScenes) -> Vec<f64> {
     const LEAST: f64 = 0.02;

@@ -45,7 +45,7 @@ pub struct Choice {
 
 impl Choice {
     /// Chooses the cheaper estimator for the tolerance of `settings` on each captor or, without a
-    /// tolerance, for the root mean square error over the captors. Photons are guided by
+    /// tolerance, for the geometric mean of the variances over the captors. Photons are guided by
     /// `guidance`. Where paths would miss light, or where photons are better at some faces, photons
     /// are compared with complete paths. Returns with the choice what the trial of paths has found,
     /// if they were tried. Errors: those of a run.

@@ -113,6 +113,14 @@ impl Found {
         let all = self.variances(other);
         all.iter().sum::<f64>() / all.len() as f64
     }
+
+    /// Returns the geometric mean of [`variances`](Self::variances). A few faces that hardly any
+    /// light reaches, where all variances are alike, do not hide how the others differ.
+    pub(super) fn typical(&self, other: &Self) -> f64 {
+        let all = self.variances(other);
+        let log = |variance: &f64| variance.max(f64::MIN_POSITIVE).ln();
+        (all.iter().map(log).sum::<f64>() / all.len() as f64).exp()
+    }
 }
 
 /// The result of a trial of one estimator.
@@ -144,11 +152,11 @@ impl Tried {
     }
 
     /// Returns the number of rays for a relative error of 1, at the face where it is hardest to
-    /// reach or averaged over the faces.
+    /// reach or, as a geometric mean, at all faces.
     pub fn work(&self, other: &Self, hardest: bool) -> f64 {
         let variance = match hardest {
             true => *self.found.variances(&other.found).last().expect("one at least"),
-            false => self.found.mean(&other.found),
+            false => self.found.typical(&other.found),
         };
         self.rays * variance
     }
