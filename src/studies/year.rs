@@ -48,29 +48,24 @@ pub use trace::trace_shard;
 pub use value::{Value, Values};
 
 use conditions::Outside;
-use control::Controlled;
+use control::{Controlled, lamp_names};
 use head::Head;
 use hours::{day, month, of_a_day, of_the_day, periods};
 use indexmap::IndexMap;
 use matrix::Matrix;
 use product::{Product, Wanted, daylight_at};
 use trace::{Begun, traced};
-use value::RATIO;
 use warnings::{few_photons, interpolated, no_faces, other_areas, unseen_sun};
 
 use crate::{
     error::Result,
-    formats::{scene_file::HourlyLights, weather::Slot},
+    formats::weather::Slot,
     math::{
         machine,
         pattern::without_copies,
         units::{Quantity, UnitNames},
     },
-    results::{
-        result::{BandResult, band_results},
-        year_facts::YearFacts,
-    },
-    scene::world::Scene,
+    results::{result::BandResult, year_facts::YearFacts},
     transport::{paths::Unseen, settings::Settings, shard::Shard, simulate::Control},
 };
 
@@ -145,7 +140,7 @@ impl Year {
         let begun = Begun::new(scenes, options)?;
         let Begun { scene, hourly, places, rays } = begun;
         let slots = hourly.slots.clone();
-        let (bands, integrated) = bands_of(scene, &places);
+        let (bands, integrated) = places.bands(scene);
         let wanted_hours = options.hours.chosen(&places)?;
         let has_sun: Vec<bool> = (0..slots.len()).map(|s| scenes.is_sunny(s)).collect();
         let outside = Outside::new(scene, hourly, &bands);
@@ -350,25 +345,4 @@ pub fn months_of(slots: &[Slot]) -> Vec<String> {
 fn numbered(wanted: impl Iterator<Item = bool>) -> Vec<Option<usize>> {
     let mut next = 0..;
     wanted.map(|wanted| if wanted { next.next() } else { None }).collect()
-}
-
-/// Returns the bands and sums of a year and, for each, whether it has a daily light integral.
-fn bands_of(scene: &Scene, places: &Places) -> (Vec<BandResult>, Vec<bool>) {
-    let mut bands = band_results(scene);
-    bands.truncate(places.columns - RATIO * places.ratios.len());
-    // a sum with a unit of its own is not in MJ
-    let integrated = |band: &BandResult| match scene.quantity {
-        Quantity::Watt => band.unit.is_none(),
-        Quantity::Micromole => band.has_dli(&bands, true),
-    };
-    let integrated = bands.iter().map(integrated).collect();
-    (bands, integrated)
-}
-
-/// Returns the names of the lights that are not daylight.
-fn lamp_names<'s>(scene: &'s Scene, hourly: &HourlyLights) -> Vec<&'s str> {
-    let mut is_daylight = vec![false; scene.lights.len()];
-    hourly.lights.iter().for_each(|light| is_daylight[light.light] = true);
-    let lamps = scene.lights.iter().zip(is_daylight).filter(|(_, daylight)| !daylight);
-    lamps.map(|(light, _)| light.name.as_str()).collect()
 }

@@ -14,8 +14,10 @@ use crate::{
         control_file::{ControlFile, DimFile, LampControl},
         json,
         output::folder_of,
+        scene_file::HourlyLights,
     },
     results::result::BandResult,
+    scene::world::Scene,
 };
 
 /// An entry of the control file, with the lamps and the place that it is about.
@@ -56,6 +58,14 @@ pub(super) struct Controlled<'a> {
     pub outside: &'a Outside<'a>,
     /// Finds daylight on the front of a captor or group in a band, for each slot.
     pub daylight: &'a DaylightAt<'a>,
+}
+
+/// Returns the names of the lights that are not daylight.
+pub(super) fn lamp_names<'s>(scene: &'s Scene, hourly: &HourlyLights) -> Vec<&'s str> {
+    let mut is_daylight = vec![false; scene.lights.len()];
+    hourly.lights.iter().for_each(|light| is_daylight[light.light] = true);
+    let lamps = scene.lights.iter().zip(is_daylight).filter(|(_, daylight)| !daylight);
+    lamps.map(|(light, _)| light.name.as_str()).collect()
 }
 
 impl Controlled<'_> {

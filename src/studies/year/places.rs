@@ -5,12 +5,16 @@ use std::collections::HashSet;
 use glam::DVec3;
 
 use crate::{
-    results::result::RatioResult,
+    math::units::Quantity,
+    results::result::{BandResult, RatioResult, band_results},
     scene::{
         captor::{CHANNELS, CaptorKind, Channel},
         world::Scene,
     },
 };
+
+/// The number of columns from which a ratio is found.
+pub(super) const RATIO: usize = 3;
 
 /// What an id stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,6 +120,19 @@ impl Places {
             columns: scene.bands.len() + scene.sums.len(),
             ratios: RatioResult::all(scene),
         }
+    }
+
+    /// Returns the bands and sums of a year and, for each, whether it has a daily light integral.
+    pub(super) fn bands(&self, scene: &Scene) -> (Vec<BandResult>, Vec<bool>) {
+        let mut bands = band_results(scene);
+        bands.truncate(self.columns - RATIO * self.ratios.len());
+        // a sum with a unit of its own is not in MJ
+        let integrated = |band: &BandResult| match scene.quantity {
+            Quantity::Watt => band.unit.is_none(),
+            Quantity::Micromole => band.has_dli(&bands, true),
+        };
+        let integrated = bands.iter().map(integrated).collect();
+        (bands, integrated)
     }
 
     /// Returns the first captor or group that another scene does not have in the same place, with the

@@ -6,10 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use super::{
-    bands_of,
     conditions::Outside,
-    control::Controlled,
-    lamp_names,
+    control::{Controlled, lamp_names},
     options::YearOptions,
     part::Part,
     places::Places,
@@ -39,7 +37,7 @@ pub fn trace_shard(
 ) -> Result<()> {
     let Begun { scene, hourly, places, rays } = Begun::new(scenes, options)?;
     // what the year is refused for when all shards are merged is refused before they are traced
-    let (bands, integrated) = bands_of(scene, &places);
+    let (bands, integrated) = places.bands(scene);
     let controlled = Controlled {
         places: &places,
         bands: &bands,

@@ -1,10 +1,7 @@
 //! Values of a year with their errors.
 
-use super::places::Places;
+use super::places::{Places, RATIO};
 use crate::{math::stats, scene::captor::Channel};
-
-/// The number of columns from which a ratio is found.
-pub(super) const RATIO: usize = 3;
 
 /// A value, and the square of its standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
