@@ -542,6 +542,11 @@ fn places_without_a_reading_are_predicted() {
 #[test]
 fn other_bands_than_those_measured_are_predicted() {
     let scene = scene();
+    let text = std::fs::read_to_string(scene.path("scene.json")).expect("a scene");
+    let mut file: Value = serde_json::from_str(&text).expect("JSON");
+    // a band without weight is none of the sum's
+    file["sums"]["mostly"] = json!({ "blue": 1, "red": 0 });
+    std::fs::write(scene.path("scene.json"), file.to_string()).expect("a file");
     let line = "run scene.json --by-light --photons 100000 --threads 1 -o all.json --quiet";
     assert_eq!(command(&scene, line).0, Some(0));
     let result: RunResult = phylux::formats::read_json(&scene.path("all.json")).expect("results");
@@ -597,6 +602,14 @@ fn other_bands_than_those_measured_are_predicted() {
     let (code, _, error) = calibrate(&text, "common");
     let words = "m.csv:10: nothing was measured in band `red`, alone or in a sum, so that it cannot be predicted";
     assert!(code == Some(2) && error.contains(words), "{error}");
+    let text = format!("captor,band,value\n{}{}", of("blue", &once), predict("mostly"));
+    let (code, _, error) = calibrate(&text, "common");
+    assert_eq!(code, Some(0), "{error}");
+    let found = calibration(&scene.path(""));
+    let predicted = found.readings.iter().filter(|r| r.purpose == "predict");
+    for (reading, (_, captor)) in predicted.zip(others()) {
+        assert!((reading.calibrated / captor.front.irradiance[0] - 1.0).abs() < 1e-6);
+    }
     let (code, _, error) = calibrate(&format!("captor,band,value\n{}", predict("both")), "common");
     assert!(code == Some(2) && error.contains("nothing was measured: no row has"), "{error}");
 }

@@ -723,6 +723,8 @@ def _copies(instances: Any, name: str) -> bytes:
         rows = np.asarray(instances, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise wrong(name, f"instances that are no numbers ({error})") from None
+    if columns is None and rows.shape == (4, 4) and (rows[3] == [0, 0, 0, 1]).all():
+        raise wrong(name, "instances that are one matrix", "give a list of matrices, if only of one: shape (1, 4, 4)")
     if rows.ndim == 3 and rows.shape[1:] in ((3, 4), (4, 4)):
         if rows.shape[1] == 4 and not (rows[:, 3] == [0, 0, 0, 1]).all():
             raise wrong(name, "matrices whose last row is not 0 0 0 1", "they must turn, scale, shear and move alone")

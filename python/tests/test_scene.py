@@ -380,7 +380,7 @@ def test_copies_are_arrays(tmp_path):
         assert one.ids == found[0].ids and len(one.ids) == 2
         np.testing.assert_allclose(one.center, found[0].center, atol=1e-6)
         np.testing.assert_allclose(one.area, [0.005, 0.02], rtol=1e-6)
-    wrong = {"of shape (2, 2)": np.ones((2, 2)), "no numbers": [["a", 0, 0]], "last row": 2 * matrices}
+    wrong = {"of shape (2, 2)": np.ones((2, 2)), "no numbers": [["a", 0, 0]], "last row": 2 * matrices, "one matrix": np.eye(4)}
     for words, copies in wrong.items():
         with pytest.raises(px.InputError, match=re.escape(words)):
             scene.add("more", triangle, material="leaf", instances=copies)

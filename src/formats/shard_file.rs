@@ -31,9 +31,9 @@ const LONGEST: u64 = 1 << 30;
 /// The version of phylux that writes the files.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The version of random numbers and sums. It is raised by one when either changes, so that shards
-/// from before and after the change are not joined.
-pub const FORMAT: u32 = 5;
+/// The version of random numbers and sums, and of their order. It is raised by one when one of them
+/// changes, so that shards from before and after the change are not joined.
+pub const FORMAT: u32 = 6;
 
 /// Says which run a shard belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

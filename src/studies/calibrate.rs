@@ -32,7 +32,7 @@ use crate::{
     math::pattern,
     results::{
         calibration::{Calibration, Model, ReadingResult, SlopeIntercept},
-        result::{ByLight, CaptorResult, FaceResult, RunResult},
+        result::{BandResult, ByLight, CaptorResult, FaceResult, RunResult},
     },
 };
 
@@ -233,8 +233,7 @@ impl MeasuredBands {
         let mut of_band = Vec::new();
         for (b, band) in plain.enumerate() {
             let holds = |m: &usize| {
-                let sum = result.bands[*m].sum_of.as_ref();
-                *m == b || sum.is_some_and(|members| members.contains(&band.name))
+                *m == b || members(&result.bands[*m]).any(|(name, _)| *name == band.name)
             };
             let mut holding = (0..measured.len()).filter(|&i| holds(&measured[i]));
             let first = holding.next();
@@ -258,10 +257,9 @@ impl MeasuredBands {
             return Ok(vec![whole(measured)]);
         }
         let band = &result.bands[column];
-        let own = slice::from_ref(&band.name);
+        let own = band.sum_of.is_none().then_some((&band.name, 1.0));
         let mut parts: Vec<Part> = Vec::new();
-        for (i, name) in band.sum_of.as_deref().unwrap_or(own).iter().enumerate() {
-            let weight = band.weights.as_ref().map_or(1.0, |weights| weights[i]);
+        for (name, weight) in members(band).chain(own) {
             let member = result.bands.iter().position(|band| band.name == *name);
             let known = member.and_then(|b| Some((b, *self.of_band.get(b)?.as_ref()?)));
             let Some((member, measured)) = known else {
@@ -284,6 +282,13 @@ impl MeasuredBands {
             _ => Ok(parts),
         }
     }
+}
+
+/// Returns the bands that count in a sum, with their weights; none of a band.
+fn members(sum: &BandResult) -> impl Iterator<Item = (&String, f64)> {
+    let weight = |i: usize| sum.weights.as_ref().map_or(1.0, |weights| weights[i]);
+    let all = sum.sum_of.iter().flatten().enumerate();
+    all.map(move |(i, name)| (name, weight(i))).filter(|(_, weight)| *weight > 0.0)
 }
 
 /// What a band or sum has of the light whose factors are those of one measured band.

@@ -161,7 +161,8 @@ impl Year {
         let mut parts = traced(scenes, &places, options, settings, Shard::WHOLE, control)?;
         let pool = machine::pool(settings.threads)?;
         (options.phase)("rays to the sun for the lamps");
-        let switched = pool.install(|| controlled.switch_lamps(&mut parts, entries))?;
+        let switched =
+            pool.install(|| controlled.switch_lamps(&mut parts, entries, &mut warnings))?;
         let parts = parts;
         (options.phase)("rays to the sun");
 

@@ -165,8 +165,9 @@ impl Fit {
     }
 
     /// Predicts the reading that these points of a captor add up to, whether or not they were
-    /// fitted. What the model does not explain at a captor is much the same in all bands there, and
-    /// so are chance's deviations in the simulation of a lamp: at most, the errors of points add up.
+    /// fitted. What the model does not explain at a captor is much the same in all bands there, and so
+    /// is what it makes of the factors, and chance's deviations in the simulation of a lamp: the
+    /// errors of points add up, as at most they do.
     pub fn predict<P: Borrow<Point>>(&self, points: &[P]) -> Predicted {
         let mut gradients = vec![Vec::new(); self.parts.len()];
         let (mut value, mut of_model, mut of_simulation) = (0.0, 0.0, 0.0);
@@ -187,7 +188,8 @@ impl Fit {
             freedom = freedom.min(own_freedom);
         }
         let parts = self.parts.iter().zip(&gradients).filter(|(_, known)| !known.is_empty());
-        let of_factors: f64 = parts.map(|(part, g)| quadratic(&part.covariance, g)).sum();
+        let of_factors: f64 = parts.map(|(part, g)| quadratic(&part.covariance, g).sqrt()).sum();
+        let of_factors = of_factors * of_factors;
         let others = [of_model, of_sensor, of_simulation].map(|error| error * error);
         let weighed: f64 = others.iter().sum();
         Predicted {

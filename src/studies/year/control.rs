@@ -135,13 +135,24 @@ impl Controlled<'_> {
     }
 
     /// Switches the lamps hour by hour, and adds them to the lights of the hours. Returns the lamps
-    /// with their indices among the lights that are not daylight.
+    /// with their indices among the lights that are not daylight, and adds to the `warnings`.
     pub fn switch_lamps(
         &self,
         parts: &mut [Part],
         Entries { all: mut entries, places }: Entries,
+        warnings: &mut Vec<String>,
     ) -> Result<Vec<(usize, Lamp)>> {
         self.switch(parts, &mut entries, &places)?;
+        for entry in entries.iter().filter(|entry| entry.lamps.fill_to.is_some()) {
+            if entry.may.iter().any(|may| *may > 0.0) && entry.on.iter().all(|on| *on == 0.0) {
+                let of = entry.lamps.of.as_deref().unwrap_or_default();
+                warnings.push(format!(
+                    "the lamps `{}` were never on: there is always enough light at `{of}` (`fill_to`), or theirs \
+                     does not reach it",
+                    entry.lamps.lights
+                ));
+            }
+        }
         let mut switched = Vec::new();
         for entry in entries {
             for &lamp in &entry.lights {
@@ -246,8 +257,8 @@ impl Controlled<'_> {
                 }
                 if let (Some(fill_to), Some(place)) = (lamps.fill_to, entry.place) {
                     let missing = (fill_to - light[place]).max(0.0);
-                    // a lamp that brings nothing there is off, too, where nothing is missing
-                    if missing == 0.0 {
+                    // a lamp that brings nothing there cannot fill up anything
+                    if full[place] <= 0.0 {
                         strength = 0.0;
                     } else if missing < strength * full[place] {
                         strength = missing / full[place];
