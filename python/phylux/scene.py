@@ -700,19 +700,28 @@ def _table(discs: Any, name: str, ignore: Sequence[str] = ()) -> bytes:
         raise wrong(name, f"discs that are no numbers ({error})") from None
     if rows.ndim != 2 or rows.shape[1] != 7:
         raise wrong(name, f"discs of shape {rows.shape}", "they must be (n, 7): x, y, z, radius, nx, ny, nz")
-    lines = [",".join(map(repr, row)) for row in rows.tolist()]
+    lines = _lines(rows)
     if ids is not None:
         quoted = ['"' + id.replace('"', '""') + '"' for id in ids]
         lines = [f"{id},{line}" for id, line in zip(quoted, lines)]
         columns = ["id", *columns]
+    return _csv(columns, lines)
+
+
+def _lines(rows: Any) -> list[str]:
+    """Returns rows of numbers as lines of a CSV file, with all their digits."""
+    return [",".join(map(repr, row)) for row in rows.tolist()]
+
+
+def _csv(columns: Sequence[str], lines: Sequence[str]) -> bytes:
     return "\n".join([",".join(columns), *lines, ""]).encode()
 
 
 def _is_table(instances: Any) -> bool:
     """Returns whether copies are numbers or a DataFrame, and not the keys of a scene file."""
-    if instances is None or isinstance(instances, (str, Mapping)):
-        return False
-    return hasattr(instances, "columns") or not all(isinstance(copy, Mapping) for copy in instances)
+    if isinstance(instances, (list, tuple)):
+        return not all(isinstance(copy, Mapping) for copy in instances)
+    return hasattr(instances, "columns") or isinstance(instances, np.ndarray)
 
 
 def _copies(instances: Any, name: str) -> bytes:
@@ -734,7 +743,7 @@ def _copies(instances: Any, name: str) -> bytes:
     elif columns is None:
         remedy = "they must be (n, 3): x, y, z; (n, 4) with turn_deg; (n, 5) with scale; (n, 3, 4) or (n, 4, 4): matrices"
         raise wrong(name, f"instances of shape {rows.shape}", remedy)
-    return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows.tolist()), ""]).encode()
+    return _csv(columns, _lines(rows))
 
 
 def _place(metadata: Any) -> dict[str, float] | None:

@@ -384,3 +384,6 @@ def test_copies_are_arrays(tmp_path):
     for words, copies in wrong.items():
         with pytest.raises(px.InputError, match=re.escape(words)):
             scene.add("more", triangle, material="leaf", instances=copies)
+    scene.add("none", triangle, material="leaf", instances=3)
+    with pytest.raises(px.InputError, match="instances"):
+        scene.check()

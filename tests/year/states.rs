@@ -170,7 +170,7 @@ fn lamps_are_dimmed() {
     let (full, half) = (find(json!({})), find(json!({ "dim": 0.5 })));
     let off = find(json!({ "hours": [5, 5] }));
     let at = |year: &Year, s: usize| light(year, s, "up")[0];
-    let at2 = |year: &Year, s: usize| light(year, s, "above")[0];
+    let above = |year: &Year, s: usize| light(year, s, "above")[0];
     let brings = at(&full, 0);
     assert!(brings > 50.0 && (at(&half, 0) / brings - 0.5).abs() < 1e-6);
     let energy = |year: &Year| year.energy(&year.lamps[0], 0..48).expect("a power");
@@ -185,9 +185,9 @@ fn lamps_are_dimmed() {
         kwh += ((wanted - daylight) / brings).max(0.0);
     }
     assert!((energy(&filled) / kwh - 1.0).abs() < 1e-4 && kwh > 10.0);
-    // a lamp that brings nothing there cannot fill up anything, and does not hinder another one
+    // a lamp that brings nothing there cannot fill up anything
     let in_vain = find(json!({ "fill_to": 100, "of": "above", "band": "PAR" }));
-    assert!((0..48).all(|s| at2(&full, s) == at2(&off, s)));
+    assert!((0..48).all(|s| above(&full, s) == above(&off, s)));
     assert_eq!((energy(&in_vain), in_vain.hours_on(&in_vain.lamps[0], 0..48)), (0.0, 0.0));
     let words = "the lamps `lamp` were never on: there is always enough light at `above`";
     assert!(

@@ -129,8 +129,8 @@ pub(super) fn traced<'s>(
     Ok(parts)
 }
 
-/// Refuses a number of photons of which a combination of states gets fewer than it has lights. What a
-/// single one needs is said where it is traced.
+/// Refuses a number of photons of which a combination of states gets fewer than it has lights. What
+/// a single one needs is said where it is traced.
 fn check_photons(scenes: &YearScenes, shares: &[f64], photons: u64) -> Result<()> {
     let all = scenes.scenes.iter().zip(shares);
     let needed = all.map(|(scene, share)| (scene.loaded.scene.sources() as f64 / share).ceil());
@@ -147,9 +147,9 @@ fn check_photons(scenes: &YearScenes, shares: &[f64], photons: u64) -> Result<()
     )))
 }
 
-/// Returns the fractions of the photons for the combinations of states: by their energy, but at least
-/// 2 % for each before what adds up to 1. Lamps are taken to be as bright as daylight, since it is not yet known when they are
-/// on.
+/// Returns the fractions of the photons for the combinations of states: by their energy, but at
+/// least 2 % for each, divided by the sum of all. Lamps are taken to be as bright as daylight, since
+/// it is not yet known when they are on.
 fn energies(scenes: &YearScenes) -> Vec<f64> {
     const LEAST: f64 = 0.02;
     let of = |scene: &StateScene| {
