@@ -18,6 +18,7 @@ use crate::{
     results::saved::CaptorValues,
     scene::{
         captor::{CHANNELS, Channel},
+        lattice::Period,
         world::Scene,
     },
     show::{picture::Scale, rendered::RenderedScene, xml::allowed},
@@ -231,6 +232,9 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
         "groups": rendered.groups.iter().map(|group| {
             json!({ "name": group.values.id, "area": group.values.area })
         }).collect::<Vec<_>>(),
+        "periods": scene.lattice().map(|lattice| [0, 1].map(|axis| lattice.period(axis).map(
+            |Period { from, length, rise }| json!({ "from": from, "length": length, "rise": rise })
+        ))),
         "min": extent.min.to_array(),
         "size": extent.size().to_array(),
         "tiles": rendered.tiles.count(),

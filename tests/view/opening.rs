@@ -3,8 +3,13 @@
 
 use std::fs;
 
+use serde_json::json;
+
 use super::{bay, hover, number, open, text};
-use crate::common::TestScene;
+use crate::{
+    common::TestScene,
+    world::{Mesh, World},
+};
 
 /// Returns the bay in a hall that is six times as large.
 fn hall() -> TestScene {
@@ -65,6 +70,43 @@ fn needs_chromium_large_planes_are_outlines() {
     assert_eq!([flag("plane"), flag("s0")], [0.0, 0.0], "hidden is 1");
     assert_eq!(page.evaluate("outlines.visible"), false);
     assert!(text(&page, "linkText()").contains("planes=1"));
+    page.no_complaints();
+}
+
+/// A scene that repeats stands among its images, and its own cell is outlined. The mouse reads a leaf
+/// on any image of it.
+#[test]
+#[ignore = "needs Chromium"]
+fn needs_chromium_a_scene_that_repeats_shows_its_images() {
+    let leaf = Mesh::square([0.5, 0.5, 0.5], [0.0, 0.0, 1.0], 0.4);
+    let scene = World::new()
+        .with("periodic", json!({ "x": [0, 1], "y": [0, 2], "slope": [0.1, 0] }))
+        .material("leaf", json!({ "type": "lambert", "reflectance": 0.5 }))
+        .counted("leaf", "leaf", &leaf)
+        .light(json!({ "type": "point", "power": 10, "position": [0.5, 0.5, 2] }))
+        .write();
+    let page = open(&scene, &["--photons", "20000"]);
+    page.settle();
+    let shown = "images.filter((image) => image.visible).length / (meshes.length - images.length)";
+    assert_eq!(number(&page, shown), 8.0);
+    let shift = page.evaluate("shifts().find(([x, y]) => x > 0 && y > 0)");
+    assert_eq!(shift, json!([1, 2, 0.1]));
+    // the middle of the leaf in the next cell along x, where the page shows it
+    let captor = "(() => {
+        const at = new T.Vector3(...cornersOf(0)[0]).add(new T.Vector3(...cornersOf(0)[1])).add(new T.Vector3(...cornersOf(0)[2]));
+        at.multiplyScalar(1 / 3).add(new T.Vector3(1, 0, 0.1)).project(camera);
+        const box = renderer.domElement.getBoundingClientRect();
+        const tile = tileAt(box.x + ((at.x + 1) / 2) * box.width, box.y + ((1 - at.y) / 2) * box.height);
+        return tile < 0 ? '' : facts.captors[partOf(tile).captor]; })()";
+    page.evaluate("lookAtAll(); draw(); 0");
+    page.settle();
+    assert_eq!(text(&page, captor), "leaf/leaf");
+    page.evaluate("element('images').click(); 0");
+    page.settle();
+    assert_eq!(number(&page, shown), 0.0);
+    assert_eq!(page.evaluate("cellOutline.visible"), false);
+    assert_eq!(text(&page, captor), "");
+    assert!(text(&page, "linkText()").contains("images=0"));
     page.no_complaints();
 }
 

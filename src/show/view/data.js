@@ -10,6 +10,8 @@ const element = (id) => document.getElementById(id);
 const facts = JSON.parse(element("facts").textContent);
 const [FRONT, BACK, ABSORBED] = [0, 1, 2];
 const UNKNOWN = -1;
+/** Up to this many triangles the images of a scene that repeats are shown at first. */
+const MOST_OF_IMAGES = 1e6;
 const traced = facts.bands.filter((band) => !band.sum).length;
 const colours = Uint8Array.from(atob(facts.colours), (c) => c.charCodeAt(0));
 
@@ -222,7 +224,7 @@ function shownValue(part, tile, channel, band) {
 const state = {
   quantity: "irradiance", band: Math.max(facts.bands.findIndex((band) => band.sum), 0), values: facts.local ? "local" : "captor",
   low: 0, high: 1, log: false, cut: 0, clear: false, planes: false, dark: true, shade: true, smooth: true,
-  photons: false, photonColour: "bounce", bounces: [0, 0],
+  images: Boolean(facts.periods) && 9 * facts.tiles <= MOST_OF_IMAGES, photons: false, photonColour: "bounce", bounces: [0, 0],
   hidden: { object: new Set(), material: new Set() },
   listed: [], found: -1, clip: [0, 1, 0, 1, 0, 1], theme: "", lamps: facts.lamps.map(() => 1),
   hour: -1, // day * times of day + time of day; -1 is the whole period

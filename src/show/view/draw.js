@@ -7,10 +7,12 @@ const stage = element("stage");
 const MANY = facts.tiles > 500000;
 let renderer, camera, controls, scene, points, valueTexture, pickTarget, paintMaterial, pickMaterial;
 const meshes = [];
+/** The meshes of the cell, and those of its images, which share their triangles. */
+let images = [], cellOutline = null;
 
 const VERTEX = `
 precision highp float; precision highp int; precision highp sampler2D;
-uniform mat4 modelViewMatrix, projectionMatrix;
+uniform mat4 modelMatrix, viewMatrix, projectionMatrix;
 uniform sampler2D values, corners;
 uniform bool smoothed;
 uniform vec3 boxMin, boxSize;
@@ -23,7 +25,7 @@ out vec3 view, inBox;
 out vec2 here; // smoothed light on the front and the back
 void main() {
   vec4 own = vec4(position, 1.0);
-  vec3 place = vec3(dot(row0, own), dot(row1, own), dot(row2, own));
+  vec3 place = vec3(dot(row0, own), dot(row1, own), dot(row2, own)) + modelMatrix[3].xyz;
   inBox = (place - boxMin) / boxSize;
   index = int(first) + gl_VertexID / 3;
   tile = texelFetch(values, ivec2(index % ${TEXTURE_WIDTH}, index / ${TEXTURE_WIDTH}), 0);
@@ -32,7 +34,7 @@ void main() {
     ivec2 at = ivec2(2 * (index % 1024), index / 1024);
     here = vec2(texelFetch(corners, at, 0)[gl_VertexID % 3], texelFetch(corners, at + ivec2(1, 0), 0)[gl_VertexID % 3]);
   }
-  vec4 at = modelViewMatrix * vec4(place, 1.0);
+  vec4 at = viewMatrix * vec4(place, 1.0);
   view = at.xyz;
   gl_Position = projectionMatrix * at;
   if (mod(tile.w, 2.0) >= 1.0) gl_Position = vec4(0.0, 0.0, 2.0, 1.0); // hidden
@@ -180,7 +182,7 @@ function showTheme() {
   document.documentElement.dataset.theme = isDark() ? "dark" : "light";
   element("theme").textContent = isDark() ? "light" : "dark";
   renderer.setClearColor(paper(), 1);
-  outlines.material.color.set(isDark() ? 0xd0d4da : 0x444444);
+  [outlines, cellOutline].forEach((lines) => lines?.material.color.set(isDark() ? 0xd0d4da : 0x444444));
   draw();
 }
 
@@ -214,6 +216,27 @@ function boxAround(chosen) {
 function wholeScene() {
   const half = new T.Vector3(...facts.size).multiplyScalar(0.5);
   return { middle: new T.Vector3(...facts.min).add(half), half };
+}
+
+/** Returns a box around all that is shown: the whole scene, with its images if they are. */
+function boxShown() {
+  const box = wholeScene();
+  if (state.images) shifts().forEach((shift) => box.half.max(new T.Vector3(...shift.map(Math.abs)).add(wholeScene().half)));
+  return box;
+}
+
+/** Returns the ways from the cell of a scene that repeats to the cells around it, m. */
+function shifts() {
+  const steps = facts.periods.map((period) => (period ? [-1, 0, 1] : [0]));
+  const along = (axis, step) => {
+    const { length, rise } = facts.periods[axis] ?? { length: 0, rise: 0 };
+    return [step * length, step * rise];
+  };
+  const all = steps[0].flatMap((i) => steps[1].map((j) => {
+    const [[x, up], [y, more]] = [along(0, i), along(1, j)];
+    return [x, y, up + more];
+  }));
+  return all.filter(([x, y]) => x || y);
 }
 
 /** Returns a box around the captors and the objects that they belong to. Sensors alone have too little around them
@@ -252,7 +275,7 @@ function direction(across, up) {
 const [ACROSS, UP] = [24, 27];
 
 function lookAtAll() {
-  lookAt(wholeScene(), direction(ACROSS, UP));
+  lookAt(boxShown(), direction(ACROSS, UP));
 }
 
 let captorBox, fitted;
@@ -339,6 +362,44 @@ function makeMeshes() {
     meshes.push(mesh);
     scene.add(mesh);
   }
+  makeImages();
+}
+
+/** Makes the images of a scene that repeats, in the cells around its own, and an outline of its own cell. */
+function makeImages() {
+  if (!facts.periods) return;
+  images = shifts().flatMap((shift) => meshes.map(({ geometry }) => {
+    const image = new T.Mesh(geometry, paintMaterial);
+    image.frustumCulled = image.visible = false;
+    image.position.set(...shift);
+    return image;
+  }));
+  meshes.push(...images);
+  const [low, high] = [facts.min, facts.min.map((min, i) => min + facts.size[i])];
+  const range = [0, 1].map((axis) => {
+    const period = facts.periods[axis];
+    return period ? [period.from, period.from + period.length] : [low[axis], high[axis]];
+  });
+  // the corners follow the slope of the ground, around the middle of the scene
+  const rise = (x, y) => [x, y].reduce((sum, at, axis) => {
+    const period = facts.periods[axis];
+    return sum + (period ? (period.rise * (at - (range[axis][0] + range[axis][1]) / 2)) / period.length : 0);
+  }, 0);
+  const corner = (i) => {
+    const [x, y] = [range[0][i & 1], range[1][(i >> 1) & 1]];
+    return [x, y, (i & 4 ? high[2] : low[2]) + rise(x, y)];
+  };
+  const ends = [];
+  for (let i = 0; i < 8; i++) {
+    for (const bit of [1, 2, 4]) if (!(i & bit)) ends.push(...corner(i), ...corner(i | bit));
+  }
+  const geometry = new T.BufferGeometry();
+  geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(ends), 3));
+  // plants do not hide it
+  const seen = { depthTest: false, transparent: true, opacity: 0.75 };
+  cellOutline = new T.LineSegments(geometry, new T.LineBasicMaterial(seen));
+  cellOutline.frustumCulled = false;
+  scene.add(cellOutline, ...images);
 }
 
 function makePhotons() {
@@ -483,7 +544,9 @@ function chooseRange() {
     let rest = share * all;
     return lit.find(({ area }) => (rest -= area) <= 0)?.value ?? lit.at(-1)?.value ?? 1;
   };
-  const high = roundUp(at(0.98), at(0.98));
+  const most = at(0.98);
+  // the end of a linear scale is a tick
+  const high = state.log ? roundUp(most, most) : Number((Math.ceil(most / tickStep(most) - 1e-9) * tickStep(most)).toPrecision(8));
   const low = Math.max(at(0.02), high / 1e4);
   [state.low, state.high] = [state.log ? -roundUp(-low, low) : 0, high];
 }
@@ -518,10 +581,10 @@ function setUniforms() {
   uniforms.shaded.value = state.shade;
   uniforms.smoothed.value = isSmooth();
   uniforms.seeThrough.value = state.dark;
-  // things in the faces of the box stay visible
-  uniforms.clipLow.value.set(...[0, 2, 4].map((i) => state.clip[i] - (state.clip[i] <= 0)));
-  uniforms.clipHigh.value.set(...[1, 3, 5].map((i) => state.clip[i] + (state.clip[i] >= 1)));
-  const { middle, half } = wholeScene();
+  // things in the faces of the box, and images beyond them, stay visible
+  uniforms.clipLow.value.set(...[0, 2, 4].map((i) => (state.clip[i] > 0 ? state.clip[i] : -1e30)));
+  uniforms.clipHigh.value.set(...[1, 3, 5].map((i) => (state.clip[i] < 1 ? state.clip[i] : 1e30)));
+  const { middle, half } = boxShown();
   const radius = half.length();
   const distance = camera.position.distanceTo(middle);
   camera.near = Math.max(distance - 1.1 * radius, 1e-3 * Math.min(radius, camera.position.distanceTo(controls.target)));
@@ -545,6 +608,8 @@ function draw() {
   requestAnimationFrame(() => {
     waiting = false;
     setUniforms();
+    images.forEach((image) => (image.visible = state.images));
+    if (cellOutline) cellOutline.visible = state.images;
     if (points) {
       points.visible = state.photons;
       points.material.uniforms.bounces.value.set(...state.bounces);
@@ -591,9 +656,10 @@ function numbersAt(x, y, width, height) {
   return new Uint32Array(pixels.buffer).map((id) => id - 1);
 }
 
-/** Returns how much of the picture captors take, as a number of pixels of a small picture. */
+/** Returns how much of the picture captors take, without images, as a number of pixels of a small picture. */
 function captorPixels() {
   const [width, height] = [Math.round(160 * Math.sqrt(camera.aspect)), Math.round(160 / Math.sqrt(camera.aspect))];
+  images.forEach((image) => (image.visible = false));
   drawNumbers(width, height);
   picked = "";
   return numbersAt(0, 0, width, height).filter((tile) => tile < facts.tiles && partOf(tile).captor >= 0).length;
@@ -605,7 +671,7 @@ let picked = "";
 function tileAt(x, y) {
   const box = renderer.domElement.getBoundingClientRect();
   const [width, height] = [Math.max(Math.round(box.width), 1), Math.max(Math.round(box.height), 1)];
-  const shown = [width, height, paints, state.cut, state.clear, state.dark, ...state.clip, ...camera.matrixWorld.elements].join();
+  const shown = [width, height, paints, state.cut, state.clear, state.dark, state.images, ...state.clip, ...camera.matrixWorld.elements].join();
   if (shown !== picked) {
     drawNumbers(width, height);
     picked = shown;

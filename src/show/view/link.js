@@ -6,7 +6,8 @@ function linkText() {
   const off = (kind) => [...state.hidden[kind]].join(",");
   return new URLSearchParams({
     quantity: state.quantity, band: facts.bands[state.band].name, values: state.values,
-    range: list([state.low, state.high]), log: Number(state.log), cut: state.cut, clear: Number(state.clear), planes: Number(state.planes), clip: list(state.clip),
+    range: list([state.low, state.high]), log: Number(state.log), cut: state.cut, clear: Number(state.clear), planes: Number(state.planes),
+    ...(facts.periods && { images: Number(state.images) }), clip: list(state.clip),
     unlit: Number(state.dark), shading: Number(state.shade), smooth: Number(state.smooth), objects: off("object"), materials: off("material"),
     eye: list(camera.position), at: list(controls.target),
     ...(hours && { time: timeText() || "all" }),
@@ -39,6 +40,7 @@ function readLink() {
   state.log = flag("log", state.log);
   state.clear = flag("clear", state.clear);
   state.planes = flag("planes", state.planes);
+  if (facts.periods) state.images = flag("images", state.images);
   state.dark = flag("unlit", state.dark);
   state.shade = flag("shading", state.shade);
   state.smooth = flag("smooth", state.smooth);

@@ -14,11 +14,16 @@ function tickValues() {
     }
     return ticks.filter((value) => value >= low * 0.9999 && value <= high * 1.0001);
   }
-  const rough = (high - low) / 5;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 2.5, 5, 10].find((digit) => digit * power >= 0.999 * rough);
+  const step = tickStep(high - low);
   const first = Math.ceil(low / step - 1e-6);
   return Array.from({ length: Math.floor(high / step + 1e-6) - first + 1 }, (_, i) => (first + i) * step);
+}
+
+/** Returns the step between some five ticks of a linear scale of this length. */
+function tickStep(length) {
+  const rough = length / 5;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  return power * [1, 2, 2.5, 5, 10].find((digit) => digit * power >= 0.999 * rough);
 }
 
 function showScale() {
@@ -281,7 +286,7 @@ function makePanel() {
   makeList("objects", "object", facts.objects, (key) => state.hidden.object.has(key));
   makeList("materials", "material", facts.materials.map((m) => m.name), (key) => state.hidden.material.has(key));
   for (const [id, value] of [["quantity", state.quantity], ["cut", state.cut]]) element(id).value = value;
-  for (const [id, value] of [["log", state.log], ["clear", state.clear], ["planes", state.planes], ["dark", state.dark], ["shade", state.shade], ["smooth", state.smooth]]) element(id).checked = value;
+  for (const [id, value] of [["log", state.log], ["clear", state.clear], ["planes", state.planes], ["images", state.images], ["dark", state.dark], ["shade", state.shade], ["smooth", state.smooth]]) element(id).checked = value;
   makeLamps();
   makeTime();
   makeClip();
@@ -323,6 +328,8 @@ function makePanel() {
   on("dark", "change", (e) => { state.dark = e.target.checked; draw(); });
   element("planesLabel").hidden = !parts.some((part) => part.large);
   on("planes", "change", (e) => { state.planes = e.target.checked; repaint(false); });
+  element("imagesLabel").hidden = !facts.periods;
+  on("images", "change", (e) => { state.images = e.target.checked; draw(); });
   on("shade", "change", (e) => { state.shade = e.target.checked; draw(); });
   element("smoothLabel").hidden = !meeting;
   on("smooth", "change", (e) => { state.smooth = e.target.checked; repaint(false); });
