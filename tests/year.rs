@@ -355,6 +355,21 @@ fn nightly_sums_of_june_have_no_bias() {
     assert!(chi2 < 2.0 && error < 2.5, "chi2 / n {chi2}, error {error} %");
 }
 
+/// Where most hours have few photons, a warning says so, though the whole period has enough: of small
+/// sensors behind a window, and not of a large one. Seed 1.
+#[test]
+fn hours_of_few_photons_are_said() {
+    let says = |distances: &[f64]| {
+        let floor = Mesh::square([2.0, 3.0, 0.1], UP, 3.0);
+        let scene = south_room(sunny(20..23), distances).captor("floor", &floor).write();
+        let year = year(&scene, None, 500_000, SkyDivision::Tregenza);
+        year.warnings.into_iter().find(|said| said.starts_with("hours have few photons"))
+    };
+    let said = says(&[2.0, 3.0, 4.0]).expect("a warning");
+    assert!(said.contains("at 3 of 4 captors and groups"), "{said}");
+    assert_eq!(says(&[]), None);
+}
+
 /// Sunlight by way of two mirrors is interpolated: its share is reported, and it makes the errors of
 /// hours larger, but not those of sums. Matt walls do neither. Seed 1, 600,000 photons.
 #[test]

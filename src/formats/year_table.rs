@@ -10,7 +10,7 @@ mod parquet_rows;
 mod rows;
 
 use std::{
-    collections::{HashMap, HashSet},
+    collections::HashMap,
     path::{Path, PathBuf},
 };
 
@@ -107,8 +107,10 @@ impl YearTable {
 pub struct YearFolder {
     /// How the light was found, and the units.
     pub facts: YearFacts,
-    /// Names of the groups.
-    groups: HashSet<String>,
+    /// Names of the groups, with the numbers of their captors in rising order.
+    groups: HashMap<String, Vec<usize>>,
+    /// Number of captors.
+    captors: usize,
 }
 
 impl YearFolder {
@@ -117,6 +119,8 @@ impl YearFolder {
     /// Name of the table of daylight alone.
     pub const DAYLIGHT: &'static str = "daylight.csv";
     const CAPTORS: &'static str = "captors.csv";
+    /// The column of captors.csv that names the groups of a captor.
+    const GROUPS: usize = 9;
 
     /// Reads the facts in a folder. Error: it holds no year.
     pub fn open(folder: &Path) -> Result<Self> {
@@ -131,14 +135,21 @@ impl YearFolder {
             .map_err(|e| none(format!("does not tell of a year: {e}")))?;
         let path = folder.join(Self::CAPTORS);
         let bytes = input::read_bytes(&path).map_err(|why| Error::input(path.display(), why))?;
-        let mut groups = HashSet::new();
-        for record in records(&bytes, &path) {
+        let mut groups: HashMap<String, Vec<usize>> = HashMap::new();
+        let mut captors = 0;
+        for record in records(&bytes, &path).skip(1) {
             let (_, record) = record?;
             if record.get(1) == Some("group") {
-                groups.insert(csv_text::text(record.get(0).unwrap_or_default()).into());
+                groups.entry(csv_text::text(record.get(0).unwrap_or_default()).into()).or_default();
+                continue;
             }
+            for group in record.get(Self::GROUPS).unwrap_or_default().split("; ") {
+                groups.entry(csv_text::text(group).into()).or_default().push(captors);
+            }
+            captors += 1;
         }
-        Ok(Self { facts, groups })
+        groups.remove("");
+        Ok(Self { facts, groups, captors })
     }
 
     /// Reads what is daylight of the daily light integral on fronts in a band, by captor or group and
@@ -166,7 +177,17 @@ impl YearFolder {
 
     /// Returns whether an id is the name of a group.
     pub fn is_group(&self, id: &str) -> bool {
-        self.groups.contains(id)
+        self.groups.contains_key(id)
+    }
+
+    /// Returns the numbers of the captors of a group, in rising order.
+    pub fn members(&self, group: &str) -> &[usize] {
+        self.groups.get(group).map_or(&[], Vec::as_slice)
+    }
+
+    /// Returns the number of captors.
+    pub fn captors(&self) -> usize {
+        self.captors
     }
 }
 

@@ -2,6 +2,9 @@
 
 use std::collections::HashSet;
 
+/// Up to this many groups are compared with each other.
+const MOST_COMPARED: usize = 200;
+
 /// Returns whether the whole `name` fits the pattern.
 pub fn fits(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
@@ -29,6 +32,33 @@ pub fn without_copies<'a, T>(all: Vec<T>, name: impl Fn(&T) -> &'a str) -> Vec<T
     all.into_iter().filter(is_whole).collect()
 }
 
+/// Leaves out copies, as [`without_copies`] does, and of other groups those that have no captor of
+/// their own beside a larger group or an earlier one that is the same. `members` are the numbers of
+/// a group's captors, in rising order; a group of `whole` captors has all of them, and no parts.
+pub fn apart<'a, T>(
+    all: Vec<T>,
+    name: impl Fn(&T) -> &'a str,
+    members: impl Fn(&T) -> &'a [usize],
+    whole: usize,
+) -> Vec<T> {
+    let mut all = without_copies(all, name);
+    if all.len() > MOST_COMPARED {
+        return all;
+    }
+    let own: Vec<&[usize]> = all.iter().map(members).collect();
+    let is_part = |i: usize| {
+        (0..own.len()).any(|j| {
+            let larger = own[i].len() < own[j].len() && own[j].len() < whole;
+            let same = own[i].len() == own[j].len() && j < i;
+            (larger || same) && own[i].iter().all(|captor| own[j].binary_search(captor).is_ok())
+        })
+    };
+    let keeps: Vec<bool> = (0..own.len()).map(|i| !is_part(i)).collect();
+    let mut keeps = keeps.into_iter();
+    all.retain(|_| keeps.next() == Some(true));
+    all
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -41,6 +71,22 @@ mod tests {
         assert_eq!([copied("a"), copied("a#"), copied("a#x"), copied("#")], [None; 4]);
         let of = |names: &[&'static str]| without_copies(names.to_vec(), |name| *name);
         assert_eq!(of(&["a#0", "a", "a#1", "b#0", "c"]), ["a", "b#0", "c"]);
+    }
+
+    #[test]
+    fn parts_give_way_to_what_they_are_parts_of() {
+        let groups: [(&str, &[usize]); 7] = [
+            ("tomato-1", &[0, 1]),
+            ("tomato", &[0, 1, 2]),
+            ("tomato-1#0", &[0]),
+            ("cucumber-2", &[3, 4]),
+            ("cucumber", &[3, 4]),
+            ("all", &[0, 1, 2, 3, 4, 5]),
+            ("sensor", &[5]),
+        ];
+        let kept = apart(groups.to_vec(), |group| group.0, |group| group.1, 6);
+        let kept: Vec<&str> = kept.into_iter().map(|group| group.0).collect();
+        assert_eq!(kept, ["tomato", "cucumber-2", "all", "sensor"]);
     }
 
     #[test]

@@ -53,16 +53,17 @@ use head::Head;
 use hours::{day, month, of_a_day, of_the_day, periods};
 use indexmap::IndexMap;
 use matrix::Matrix;
+use places::Of;
 use product::{Product, Wanted, daylight_at};
 use trace::{Begun, traced};
-use warnings::{few_photons, interpolated, no_faces, other_areas, unseen_sun};
+use warnings::{few_photons, hours_by_few, interpolated, no_faces, other_areas, unseen_sun};
 
 use crate::{
     error::Result,
     formats::weather::Slot,
     math::{
         machine,
-        pattern::without_copies,
+        pattern::apart,
         units::{Quantity, UnitNames},
     },
     results::{result::BandResult, year_facts::YearFacts},
@@ -168,8 +169,15 @@ impl Year {
 
         let (days, months) = (periods(&slots, day), periods(&slots, month));
         let first = if places.ids.len() > places.captors { places.captors } else { 0 };
-        let shown =
-            without_copies((first..places.ids.len()).collect(), |&id| places.ids[id].as_str());
+        let (name, members) = (|&id: &usize| places.ids[id].as_str(), places.members());
+        let of = |&id: &usize| match places.of[id] {
+            Of::Group(group) => &members[group][..],
+            Of::Captor(_) => &[],
+        };
+        let shown = match first {
+            0 => (0..places.ids.len()).collect(),
+            _ => apart((first..places.ids.len()).collect(), name, of, places.captors),
+        };
         let mut charted = Charted {
             ids: shown.into_iter().take(CHARTED).collect(),
             // sums come after bands, so the last one is taken
@@ -215,6 +223,7 @@ impl Year {
         let unseen = Unseen::of_suns(scene, settings.seed).and_then(|unseen| unseen_sun(&unseen));
         warnings.extend(unseen);
         warnings.extend(interpolated(found.interpolated, places.ids.len()));
+        warnings.extend(hours_by_few(found.by_few, wanted.hours.iter().flatten().count()));
         warnings.extend(other_areas(&parts));
         warnings.extend(no_faces(&parts));
         let Wanted { hours: hour_place, rows: row_of_slot, .. } = wanted;

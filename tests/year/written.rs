@@ -70,7 +70,8 @@ fn folders_of_years_are_plotted() {
     }
     // beside those of the colour bar each day has hours in the dark, in the light and in the dark
     let rectangles = |svg: &str| svg.matches("<rect").count();
-    done(&folder, &["plot", "y", "--show", "carpet", "--quantity", "absorbed", "-o", "a.svg"]);
+    let carpets = ["plot", "y", "--show", "carpet", "--quantity", "absorbed", "--captors", "*"];
+    done(&folder, &[&carpets[..], &["-o", "a.svg"]].concat());
     let absorbed = fs::read_to_string(scene.path("a.svg")).expect("a plot");
     assert!(rectangles(&absorbed) > 282 + 3 * 2 * 3 - 1, "{}", rectangles(&absorbed));
     done(

@@ -28,11 +28,15 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
         ));
     }
     bands.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    // instances of an object are alike: they are drawn only if they are asked for
-    let shown = |id: &str| chosen.takes(id) && (chosen.pattern.is_some() || !id.contains('#'));
-    let groups = result.groups.iter().filter(|group| shown(&group.id));
-    let groups: Vec<(&str, &FaceResult)> =
-        groups.map(|group| (group.id.as_str(), &group.front)).collect();
+    // instances of an object are alike, and groups of the same captors are the same: they are drawn
+    // only if they are asked for
+    let mut groups: Vec<(&str, &FaceResult)> = Vec::new();
+    for group in result.groups.iter().filter(|group| chosen.takes(&group.id)) {
+        let known = groups.iter().any(|(_, face)| face.flux == group.front.flux);
+        if chosen.pattern.is_some() || !group.id.contains('#') && !known {
+            groups.push((&group.id, &group.front));
+        }
+    }
     let captors: Vec<(&str, &FaceResult)> =
         chosen.captors().map(|captor| (captor.id.as_str(), &captor.front)).collect();
     // many captors are better shown by their groups, unless some are asked for

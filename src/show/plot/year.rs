@@ -10,7 +10,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     formats::year_table::{Face, YearFolder, YearTable},
-    math::pattern::{self, without_copies},
+    math::pattern::{self, apart},
     results::year_facts::YearFacts,
     show::{
         chart::{Chart, Series, Stroke},
@@ -95,7 +95,7 @@ struct Chosen<'t> {
 
 impl<'t> Chosen<'t> {
     fn new(
-        year: &YearFolder,
+        year: &'t YearFolder,
         table: &'t YearTable,
         request: &YearPlotRequest,
         most: usize,
@@ -114,7 +114,9 @@ impl<'t> Chosen<'t> {
             Some(wanted) => all().filter(|&id| pattern::fits(wanted, &table.ids[id])).collect(),
             None => {
                 let groups = all().filter(|&id| year.is_group(&table.ids[id]));
-                let groups = without_copies(groups.collect(), |&id| table.ids[id].as_str());
+                let name = |&id: &usize| table.ids[id].as_str();
+                let members = |&id: &usize| year.members(&table.ids[id]);
+                let groups = apart(groups.collect(), name, members, year.captors());
                 if groups.is_empty() { all().collect() } else { groups }
             }
         };

@@ -22,6 +22,7 @@ use super::{
 };
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
+    results::result::FEW_HISTORIES,
     scene::captor::{CHANNELS, Channel},
     transport::{
         direct_sun::SunRays,
@@ -58,6 +59,9 @@ pub(super) struct Found {
     pub periods: Matrix,
     /// Number of ids at which hours are less sure because they are interpolated than by chance.
     pub interpolated: usize,
+    /// Number of ids, of those that are wanted by the hour, at which few photons make up the light of
+    /// most hours.
+    pub by_few: usize,
     /// For each id of [`Wanted::daylight`] and each of the periods, daylight alone.
     pub daylight: Vec<Vec<f64>>,
 }
@@ -86,7 +90,35 @@ struct Block {
     /// Period by period, its ids.
     periods: Vec<[f32; 2]>,
     interpolated: usize,
+    by_few: usize,
     daylight: Vec<(usize, Vec<f64>)>,
+}
+
+/// What the hours that are looked at say of the errors of one value of an id.
+#[derive(Clone, Default)]
+struct Looked {
+    /// Sum of the squares of what hours may be off because they are interpolated.
+    off: f64,
+    /// Sum of their variances by chance.
+    noise: f64,
+    /// Number of hours with light, and of those in which few photons make it up.
+    lit: usize,
+    by_few: usize,
+}
+
+impl Looked {
+    /// Adds an hour: its value, the square of what it may be off because it is interpolated, and its
+    /// variance by the chance of photons, without that of the rays to the sun.
+    fn add(&mut self, value: &Value, off: f64, by_photons: f64) {
+        self.off += off;
+        self.noise += value.variance;
+        if value.mean > 0.0 {
+            self.lit += 1;
+            // n photons of like energy have a variance of their mean squared over n
+            let is_few = by_photons * FEW_HISTORIES as f64 > value.mean * value.mean;
+            self.by_few += usize::from(is_few);
+        }
+    }
 }
 
 impl<'a> Product<'a> {
@@ -145,6 +177,7 @@ impl<'a> Product<'a> {
                 wanted.folder,
             )?,
             interpolated: 0,
+            by_few: 0,
             daylight: vec![Vec::new(); wanted.daylight.0.len()],
         };
         let groups = places.ids.len() - places.captors;
@@ -243,6 +276,7 @@ impl<'a> Product<'a> {
             }
         }
         found.interpolated += block.interpolated;
+        found.by_few += block.by_few;
         for (i, daylight) in &block.daylight {
             found.daylight[*i].clone_from(daylight);
         }
@@ -281,6 +315,7 @@ impl<'a> Product<'a> {
             hours: Vec::new(),
             periods: sums,
             interpolated: 0,
+            by_few: 0,
             ids,
             direct,
         };
@@ -333,7 +368,7 @@ impl<'a> Product<'a> {
         self.looked_at.iter().for_each(|&i| looked_at[i] = true);
         let bends: Vec<Vec<Vec<f64>>> =
             self.parts.iter().zip(responses).map(|(part, own)| bends(part.hourly, own)).collect();
-        let mut squares = vec![[0.0; 2]; width];
+        let mut looked = vec![Looked::default(); width];
         for chunk in needed.chunks(SLOTS) {
             let [mut means, mut variances] = [(); 2].map(|()| vec![0.0; chunk.len() * width]);
             let mut off = vec![0.0; chunk.len() * width];
@@ -372,8 +407,7 @@ impl<'a> Product<'a> {
                     for (j, value) in values.iter_mut().enumerate() {
                         let more = off[at + j] * off[at + j];
                         if looked_at[slot] {
-                            let [off, noise] = &mut squares[i * light + j];
-                            (*off, *noise) = (*off + more, *noise + value.variance);
+                            looked[i * light + j].add(value, more, variances[at + j]);
                         }
                         value.variance += more;
                     }
@@ -384,8 +418,12 @@ impl<'a> Product<'a> {
                 }
             }
         }
-        let wide = |squares: &&[[f64; 2]]| squares.iter().any(|[off, noise]| off > noise);
-        block.interpolated = squares.chunks(light).filter(wide).count();
+        let ids = |ids: &[usize], is: fn(&Looked) -> bool| {
+            ids.iter().filter(|&i| looked[i * light..][..light].iter().any(is)).count()
+        };
+        let all: Vec<usize> = (0..block.ids.len()).collect();
+        block.interpolated = ids(&all, |looked| looked.off > looked.noise);
+        block.by_few = ids(&chosen, |looked| 2 * looked.by_few > looked.lit);
     }
 
     /// Adds up daylight alone for those ids of a block for which it is wanted.

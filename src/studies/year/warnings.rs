@@ -5,7 +5,7 @@ use super::{
     interpolated::MANY,
     part::{Part, too_few_photons},
 };
-use crate::transport::paths::Unseen;
+use crate::{results::result::FEW_HISTORIES, transport::paths::Unseen};
 
 /// Fraction of the daylight above which sunlight that is not found hour by hour is worth a warning.
 const UNSEEN: f64 = 1e-3;
@@ -35,6 +35,18 @@ pub(super) fn interpolated(many: usize, all: usize) -> Option<String> {
     })
 }
 
+/// Returns a warning if at more than a few captors and groups most hours are found by few photons:
+/// an hour has the photons of four bundles of suns alone, where sums have those of all.
+pub(super) fn hours_by_few(few: usize, all: usize) -> Option<String> {
+    (few as f64 > MANY * all as f64).then(|| {
+        format!(
+            "hours have few photons: at {few} of {all} captors and groups fewer than some {FEW_HISTORIES} make \
+             up the light of most hours on a face, so that errors of single hours may be too small; sums over \
+             the period have many more; trace more photons, or use groups"
+        )
+    })
+}
+
 /// Returns a warning of sunlight that is mirrored or refracted but not found hour by hour; `None` if
 /// there is hardly any.
 pub(super) fn unseen_sun(unseen: &Unseen) -> Option<String> {
@@ -60,7 +72,8 @@ pub(super) fn other_areas(parts: &[Part]) -> Option<String> {
     let first = others.next()?;
     Some(format!(
         "states change the areas of {} of {} captors (`{}` is the first): light is per m2 of the area at the \
-         time, and areas and powers in captors.csv and results are those without states",
+         time, and areas and powers in captors.csv and results are those without states (or of one of them, \
+         if some always hold)",
         1 + others.count(),
         captors.len(),
         captors[first].id
