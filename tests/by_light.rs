@@ -295,7 +295,7 @@ fn a_huge_split_is_refused() {
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(
         said.contains(
-            "that they may; ask for fewer captors, bands, lights or threads, or do not split"
+            "that they may; ask for fewer captors, groups, bands, lights or threads, or do not split"
         ),
         "{said}"
     );

@@ -12,9 +12,9 @@
 use std::sync::Arc;
 
 use super::{
-    BATCHES, Control, Keep, Run, TASK, channel, faces,
+    Control, Keep, Run, TASK, channel, faces,
     schedule::{Beside, Schedule},
-    tried::{TRIAL, TRIAL_RAYS, Tried, affordable, of_a_trial, paths_of, step},
+    tried::{FEWEST, TRIAL, TRIAL_RAYS, Tried, affordable, of_a_trial, paths_of, step},
 };
 use crate::{
     error::Result,
@@ -193,7 +193,7 @@ impl TriedPhotons {
     ) -> Result<Self> {
         let settings = of_a_trial(settings);
         let least = scene.sources() as u64;
-        let photons = affordable(scene, &settings, control, TRIAL)?.max(BATCHES * least);
+        let photons = affordable(scene, &settings, control, TRIAL)?.max(FEWEST * least);
         let beside = Some(Beside { ratio: 1.0, least });
         let schedule = Schedule { beside, ..Schedule::new(photons, least, TASK.max(least)) };
         let totals = |by_photons: Arc<[bool]>| {

@@ -85,8 +85,13 @@ pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) 
         return Ok(());
     }
     let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+    let in_groups = scene.captors.iter().map(|captor| captor.groups.len()).sum::<usize>();
+    let in_groups = match in_groups > scene.captors.len() {
+        true => format!(" ({in_groups} times in groups)"),
+        false => String::new(),
+    };
     let problem = format!(
-        "the sums and results of {} captors, {} bands and {} lights on {threads} threads would take {:.1} \
+        "the sums and results of {} captors{in_groups}, {} bands and {} lights on {threads} threads would take {:.1} \
         GiB, of {:.1} that they may",
         scene.captors.len(),
         scene.bands.len(),
@@ -95,8 +100,8 @@ pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) 
         gib(most)
     );
     let remedy = match parts {
-        0 => "ask for fewer captors, bands or threads",
-        _ => "ask for fewer captors, bands, lights or threads, or do not split by light",
+        0 => "ask for fewer captors, groups, bands or threads",
+        _ => "ask for fewer captors, groups, bands, lights or threads, or do not split by light",
     };
     Err(Error::input(format!("scene {}", scene.name), problem).remedy(remedy))
 }

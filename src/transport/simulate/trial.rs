@@ -10,7 +10,7 @@ use super::{
     BATCHES, Control, Keep, Run, Simulation,
     division::{Division, TriedComplete},
     faces_of_paths,
-    tried::{TRIAL, TRIAL_RAYS, Tried, of_a_trial, paths_of, tried},
+    tried::{FEWEST, TRIAL, TRIAL_RAYS, Tried, of_a_trial, paths_of, tried},
 };
 use crate::{
     error::Result,
@@ -170,8 +170,7 @@ fn photons_of<'a>(
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = run.guided_by(guidance);
-    // one photon of each light in each batch, then twice as many, and so on
-    let first = BATCHES * scene.sources() as u64;
+    let first = BATCHES.max(FEWEST * scene.sources() as u64);
     let (totals, histories) = tried(run, 0, (first, TRIAL, rays))?;
     Ok(Tried::new(scene, &totals, histories, 1))
 }

@@ -22,6 +22,9 @@ pub(super) const RAYS: u64 = 1 << 20;
 /// rays that it should trace: some tenths of a second, so that short runs can afford it.
 pub(super) const TRIAL: u64 = 1 << 14;
 pub(super) const TRIAL_RAYS: u64 = 1 << 18;
+/// The fewest batches of a trial of photons. With many lights more would take too long, as each batch
+/// has a photon of each.
+pub(super) const FEWEST: u64 = 16;
 /// The most faces from which paths are tried. They are spread over all captors.
 const FACES: usize = 64;
 /// The variance at a face is known well enough if the trial is as accurate as this many photons of
@@ -193,25 +196,28 @@ pub(super) fn paths_of(
     Ok(Tried { rays: tried.rays / share, ..tried })
 }
 
-/// Runs a round with `first` histories, then with twice as many, and so on, until twice as many
-/// again would be more than `most` or take more than `rays` rays. Returns the totals of the last
-/// one and its number of histories.
+/// Runs a round with `first` histories, and another with so many times two as are at most `most` and
+/// take at most about `rays` rays, judging by the first. Returns the totals of the last one and its
+/// number of histories.
 pub(super) fn tried(
     run: Run,
     round: u64,
     (first, most, rays): (u64, u64, u64),
 ) -> Result<(Totals, u64)> {
     let run = Run { purpose: Purpose::Trial, ..run };
-    let mut histories = first;
-    loop {
+    let of = |histories: u64| {
         let mut totals = run.totals();
         let schedule = run.schedule(histories * run.unit())?;
         run.rounds(&schedule, (round, 0, 0), round..round + 1, None, &mut totals, None)?;
-        if 2 * histories > most || 2 * totals.segments > rays {
-            return Ok((totals, histories));
-        }
+        Ok(totals)
+    };
+    let few = of(first)?;
+    let each = few.segments as f64 / first as f64;
+    let mut histories = first;
+    while 2 * histories <= most && 2.0 * histories as f64 * each <= rays as f64 {
         histories *= 2;
     }
+    Ok((if histories == first { few } else { of(histories)? }, histories))
 }
 
 /// Returns faces that stand for all faces.
