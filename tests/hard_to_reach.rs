@@ -295,3 +295,64 @@ fn light_by_a_curved_mirror_is_missed() {
         assert!(is_right || found.few_paths, "{seed}: {} {value} {error}", found.irradiance[0]);
     }
 }
+
+/// Flights are aimed at sensors that are far away for their size, and not at those that the rounding
+/// of directions would make them miss: in rooms of 1 and 100 m, sensors of 3 um to 2 mm read what
+/// paths find, or are marked, or have no light. They read up to 1e8 times too much.
+///
+/// Seeds 1 to 3; a value that is not marked fails with odds of 6e-7.
+#[test]
+fn small_sensors_far_away_are_not_too_bright() {
+    for (size, radii) in [(1.0, [3e-6, 2e-5, 1e-4]), (100.0, [2e-3, 3e-3, 1e-2])] {
+        let mut world = World::new()
+            .lambert("grey", 0.5)
+            .surface("room", "grey", &room([0.0; 3], [size; 3]))
+            .light(json!({ "type": "point", "position": [0.5 * size, 0.5 * size, 0.5 * size], "power": size * size }));
+        for (i, radius) in radii.into_iter().enumerate() {
+            let center = [size * (0.3 + 0.2 * i as f64), 0.5 * size, 0.1 * size];
+            world = world.captor(&format!("s{i}"), &Mesh::disc(center, [0.0, 0.0, 1.0], radius));
+        }
+        let truth = world.run_paths(100_000, 1);
+        let scene = world.write();
+        for seed in 1..=3 {
+            let found = run(&scene, Guiding::Aim, 20_000, seed);
+            for (own, truth) in faces(&found).zip(faces(&truth)) {
+                let [value, expected] = [own, truth].map(|face| face.irradiance[0]);
+                let errors = [own, truth].map(|face| face.irradiance_se[0].unwrap_or(0.0));
+                let is_right = (value - expected).abs() < 5.0 * errors[0].hypot(errors[1]);
+                let what = format!("{size} m, seed {seed}: {value} +- {}, {expected}", errors[0]);
+                assert!(is_right || value == 0.0 || own.few_paths, "{what}");
+            }
+        }
+        let largest = faces(&run(&scene, Guiding::Aim, 20_000, 1))
+            .any(|face| !face.few_paths && face.irradiance[0] > 0.0);
+        assert!(largest, "{size} m: nothing is aimed at");
+    }
+}
+
+/// A band that walls absorb almost wholly reaches a sensor by few bounces or not at all: the sensor
+/// and its group are marked while few photons bring most of this light, though many bring the other
+/// band. Seed 1.
+#[test]
+fn few_photons_of_one_band_are_said() {
+    let world = |reflectance: f64| {
+        let sensor = Mesh::square([0.3, 0.3, 0.5], [0.0, 0.0, -1.0], 0.1);
+        World::new()
+            .with("bands", json!([{ "name": "far red" }, { "name": "blue" }]))
+            .with("groups", json!({ "all": ["*"] }))
+            .material("wall", json!({ "type": "lambert", "reflectance": [0.9, reflectance] }))
+            .surface("room", "wall", &room([0.0; 3], [1.0; 3]))
+            .light(json!({ "type": "spot", "position": [0.7, 0.7, 0.5], "direction": [0, 0, 1], "half_angle_deg": 10, "power": [1, 1] }))
+            .captor("sensor", &sensor)
+            .write()
+    };
+    let marks = |reflectance: f64, photons: u64| {
+        let found = run(&world(reflectance), Guiding::Off, photons, 1);
+        let face = &found.captors[0].front;
+        assert!(face.histories.expect("a number") > 60);
+        [face.few_paths, found.groups[0].front.few_paths]
+    };
+    assert_eq!(marks(0.05, 8_000), [true; 2]);
+    assert_eq!(marks(0.9, 8_000), [false; 2]);
+    assert_eq!(marks(0.05, 400_000), [false; 2]);
+}

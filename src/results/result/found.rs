@@ -5,8 +5,10 @@ use std::borrow::Cow;
 use super::{
     Absorbed, AbsorbedByFace, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult,
     Electricity, Energy, FORMAT, FaceResult, GroupResult, MapResult, NearestResult, RatioResult,
-    Ratios, RunResult, RunSettings, SumUnit, ToleranceResult, WorstResult, spread::Spread, stand,
-    warnings::FEW_HISTORIES,
+    Ratios, RunResult, RunSettings, SumUnit, ToleranceResult, WorstResult,
+    spread::Spread,
+    stand,
+    warnings::{FEW_HISTORIES, rests_on_few},
 };
 use crate::{
     math::{
@@ -393,6 +395,10 @@ fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> Fa
             let counted = || totals.histories_in(channel).map(|n| n as f64);
             let histories = totals.equal_histories(channel).or_else(counted);
             histories.is_some_and(|n| 0.0 < n && n < FEW_HISTORIES as f64)
+                || totals
+                    .estimates(channel)
+                    .take(scene.bands.len())
+                    .any(|band| rests_on_few(band.mean, band.standard_error))
         }
     };
     let too_small = simulation.too_small.get(channel).is_some_and(|&too_small| too_small);

@@ -7,7 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Absorbed, AbsorbedByFace, AllAbsorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult,
-    GroupResult, RatioResult, Ratios, RunResult, ratios::OfLight, spread::Spread,
+    GroupResult, RatioResult, Ratios, RunResult,
+    ratios::OfLight,
+    spread::Spread,
+    warnings::{FEW_HISTORIES, rests_on_few},
 };
 use crate::error::{Error, LISTED, Result, nearest, number, some};
 
@@ -351,13 +354,19 @@ impl<'a> Mix<'a> {
         });
         let bands = face.flux.len();
         let values = || parts.values();
+        // no two lights share a history
+        let histories =
+            values().try_fold(0u64, |sum, part| Some(sum.saturating_add(part.histories?)));
+        let flux = sum(values().map(|part| &part.flux[..]), bands);
+        let flux_se = error(values().map(|part| (&part.flux[..], &part.flux_se[..])), bands);
+        let few = histories.is_some_and(|n| 0 < n && n < FEW_HISTORIES);
+        let rough = |(&mean, &error): (&f64, &Option<f64>)| rests_on_few(mean, error);
+        let rough = flux.iter().zip(&flux_se).any(rough);
         FaceResult {
             photons: values().fold(0, |sum, part| sum.saturating_add(part.photons)),
-            // no two lights share a history
-            histories: values()
-                .try_fold(0u64, |sum, part| Some(sum.saturating_add(part.histories?))),
-            flux: sum(values().map(|part| &part.flux[..]), bands),
-            flux_se: error(values().map(|part| (&part.flux[..], &part.flux_se[..])), bands),
+            histories,
+            flux,
+            flux_se,
             irradiance: sum(values().map(|part| &part.irradiance[..]), bands),
             irradiance_se: error(
                 values().map(|part| (&part.irradiance[..], &part.irradiance_se[..])),
@@ -369,7 +378,7 @@ impl<'a> Mix<'a> {
                 self.ratios,
                 before.iter().map(|(light, part)| on_face(part, self.scale(light))),
             ),
-            few_paths: face.few_paths,
+            few_paths: face.few_paths || few || rough,
             by_photons: false,
             min: None,
             max: None,

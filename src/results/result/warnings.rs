@@ -13,6 +13,13 @@ const MUCH_LOST: f64 = 1e-3;
 const FEW_BATCHES: u64 = 16;
 /// With fewer histories, a value and its standard error are not reliable.
 pub const FEW_HISTORIES: u64 = 30;
+
+/// Returns whether a value by photons, with its standard error, rests on fewer histories than these:
+/// n histories of equal power have a relative error of 1 / sqrt(n).
+pub(super) fn rests_on_few(mean: f64, standard_error: Option<f64>) -> bool {
+    mean > 0.0 && standard_error.is_some_and(|se| se * (FEW_HISTORIES as f64).sqrt() > mean)
+}
+
 /// A warning about a result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {

@@ -183,6 +183,10 @@ impl<'a> Aimed<'a> {
             return seen;
         }
         let density = self.targets.density(from.view(), &ray, seen);
+        // rounding has made the flight miss what it was aimed at
+        if density == 0.0 {
+            return seen;
+        }
         let ray = from.off(ray);
         self.fly(ray, carried.scaled(1.0 / (density + own)), rng, on);
         seen

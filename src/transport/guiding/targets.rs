@@ -40,6 +40,14 @@ const GROUP: usize = 128;
 const LEAF: usize = 8;
 /// A captor is flat if its corners are off their mean plane by less than this fraction of its size.
 const FLAT: f32 = 0.02;
+/// A captor whose size is below this fraction of its distance is not aimed at: the rounding of the
+/// directions of rays would make flights miss it.
+const TINY: f32 = 1e-5;
+/// A ray that passes captors at more than this many times their size is compared with them in double
+/// precision.
+const FAR: f32 = 1e3;
+/// Where a ray passes a ball is known up to this fraction of its distance.
+const ROUNDING: f32 = 1e-6;
 /// The fraction of the flights that are aimed by way of panes and mirrors, if there are any, and the
 /// largest number of planes in which these lie.
 const MIRRORED: f32 = 0.05;
@@ -119,6 +127,8 @@ struct Target {
     center: Vec3,
     /// The radius of a ball around the captor, m.
     radius: f32,
+    /// The smaller half axis of the shape, m.
+    least: f32,
     shape: Shape,
 }
 
@@ -395,7 +405,7 @@ impl Node {
 #[inline]
 fn meets_ball(to: Vec3, radius: f32, direction: Vec3) -> bool {
     let along = to.dot(direction);
-    let r2 = radius * radius;
+    let r2 = (radius + ROUNDING * along.abs()).powi(2);
     (to - along * direction).length_squared() <= r2 && (along >= 0.0 || to.length_squared() <= r2)
 }
 
@@ -413,7 +423,8 @@ impl Target {
         let fronts = triangles.iter().all(|t| t.cross().dot(normal) >= 0.0);
         let is_flat = normal != Vec3::ZERO && corners().all(|c| off(c) <= FLAT * radius);
         if !is_flat || !fronts {
-            return Self { center: middle, radius: MARGIN * radius, shape: Shape::Ball };
+            let radius = MARGIN * radius;
+            return Self { center: middle, radius, least: radius, shape: Shape::Ball };
         }
         let axes = axes(middle, normal, &triangles).map(|axis| MARGIN * axis);
         let [a, b] = axes.map(Vec3::length);
@@ -425,7 +436,7 @@ impl Target {
             one_sided: !captor.kind.has_back(),
         };
         let center = middle + scene.lift(index) * normal;
-        Self { center, radius: a.max(b), shape }
+        Self { center, radius: a.max(b), least: a.min(b), shape }
     }
 
     /// Returns the weight of the target in a view, in proportion to which flights aim at it: the
@@ -447,10 +458,30 @@ impl Target {
         let (to, r2) = (self.center - point, self.radius * self.radius);
         let d2 = to.length_squared();
         // no direction leads to a ball from within
-        if matches!(self.shape, Shape::Ball) && d2 <= r2 {
+        if self.is_tiny(d2) || matches!(self.shape, Shape::Ball) && d2 <= r2 {
             return 0.0;
         }
         height(to) * facing.along(to, self.radius) / (d2 + r2).powi(2)
+    }
+
+    /// Returns whether flights from a place at this squared distance would miss the target.
+    #[inline]
+    fn is_tiny(&self, d2: f32) -> bool {
+        self.least * self.least < TINY * TINY * d2
+    }
+
+    /// Returns the distance at which a ray comes to the plane of a flat target with this normal, and
+    /// the way from its middle to the ray there. `to` is the way from the ray's origin to the middle.
+    #[inline]
+    fn met(&self, ray: &Ray, to: Vec3, normal: Vec3) -> (f32, Vec3) {
+        if to.length_squared() < (FAR * self.least).powi(2) {
+            let t = to.dot(normal) / ray.direction.dot(normal);
+            return (t, t * ray.direction - to);
+        }
+        let to = self.center.as_dvec3() - ray.origin.as_dvec3();
+        let (direction, normal) = (ray.direction.as_dvec3(), normal.as_dvec3());
+        let t = to.dot(normal) / direction.dot(normal);
+        (t as f32, (t * direction - to).as_vec3())
     }
 
     /// Draws a unit vector to the target or, for a beam, a point of the target that the beam is to
@@ -497,8 +528,7 @@ impl Target {
         match self.shape {
             Shape::Ellipse { normal, inverse, area, .. } => {
                 let cos = direction.dot(normal);
-                let t = to.dot(normal) / cos;
-                let at = t * direction - to;
+                let (t, at) = self.met(ray, to, normal);
                 let r2 = at.dot(inverse[0]).powi(2) + at.dot(inverse[1]).powi(2);
                 // a ray in the plane of the ellipse has no density
                 if !(r2 <= WIDE * WIDE && t > 0.0) {

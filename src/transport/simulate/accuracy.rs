@@ -5,13 +5,17 @@
 //! arrivals a standard error cannot be trusted, and without arrivals there is none. A face on which
 //! fewer than [`ENOUGH`] batches found light therefore keeps the run going, unless there is next to
 //! no light on it: unless its value is, with 95 % confidence, below the tolerance times the value
-//! of the median captor. Such a face is dark, and is listed with that bound.
+//! of the median captor. Such a face is dark, and is listed with that bound. While no captor has
+//! enough light to compare with, the run goes on, if there is any light.
 
 use std::sync::atomic::Ordering;
 
 use super::{Run, Work, schedule::Schedule, watched::Watched};
 use crate::{
-    math::stats::{Estimate, Running, rate_bound},
+    math::{
+        geometry::Extent,
+        stats::{Estimate, Running, rate_bound},
+    },
     scene::{
         captor::{CHANNELS, Channel},
         world::Scene,
@@ -102,14 +106,16 @@ impl Run<'_> {
         for band in (0..brightest.powers.len()).filter(|&band| brightest.powers[band] > 0.0) {
             let found = found(watched, totals, band);
             let medians = Medians::of(&found);
+            let any = found.iter().any(|face| face.running.above_zero() > 0);
+            let evenly = (!any).then(|| brightest.evenly(self.scene, band));
             for face in &found {
                 let Found { area, at, running, estimate, .. } = *face;
                 let batches_with_light = running.above_zero();
                 if !face.is_enough() {
                     let history = brightest.on(area, band).max(running.largest());
                     let below = rates[batches_with_light as usize] * history / area;
-                    let median = medians.beside(face);
-                    if below < tolerance * median.unwrap_or(brightest.evenly(self.scene, band)) {
+                    let usual = medians.beside(face).or(evenly);
+                    if usual.is_some_and(|usual| below < tolerance * usual) {
                         dark.push(Dark { at, below });
                         continue;
                     }
@@ -205,10 +211,13 @@ impl Brightest {
         self.flux[band] + self.irradiance[band] * area
     }
 
-    /// Returns the irradiance that all captors would have if all light came to them, W/m2 or
-    /// umol/m2/s.
+    /// Returns the irradiance of all light on the sides of a box around the scene, or on all captors
+    /// if these are larger, W/m2 or umol/m2/s.
     fn evenly(&self, scene: &Scene, band: usize) -> f64 {
-        self.powers[band] / scene.captors.iter().map(|captor| captor.area).sum::<f64>()
+        let captors = scene.captors.iter().map(|captor| captor.area).sum::<f64>();
+        let virtual_ones = Extent::of_triangles(scene.captor_triangles());
+        let whole = scene.triangles().extent().join(virtual_ones);
+        self.powers[band] / captors.max(2.0 * f64::from(whole.half_area()))
     }
 }
 
