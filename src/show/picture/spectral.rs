@@ -1,6 +1,6 @@
 //! Turns values per band into colours that a screen can show.
 
-use glam::{Mat3, Vec3};
+use glam::{DMat3, DVec3, Mat3, Vec3};
 
 use crate::{math::units::Quantity, scene::world::Band};
 
@@ -110,12 +110,30 @@ impl Exposure {
 
     /// Returns the sRGB colour of a linear one, as film shows it: shadows are deep, middle tones are
     /// bright, and lights approach white without an edge, so that lamps and surfaces close to them
-    /// keep their shapes.
+    /// keep their shapes. Bright light of one colour turns white, too, as its colour reaches all
+    /// layers of a film: a red lamp has a white middle.
     pub fn srgb(self, linear: Vec3) -> Vec3 {
-        let exposed = linear.as_dvec3() * self.stops.exp2();
-        Vec3::from_array(exposed.to_array().map(|value| encode(filmic(value) as f32)))
+        let exposed = TO_FILM * (linear.as_dvec3() * self.stops.exp2());
+        let developed = DVec3::from_array(exposed.to_array().map(filmic));
+        let shown = (FROM_FILM * developed).clamp(DVec3::ZERO, DVec3::ONE);
+        Vec3::from_array(shown.to_array().map(|value| encode(value as f32)))
     }
 }
+
+/// From linear sRGB to the three layers of a film, in each of which a little of the other colours
+/// counts, and back. Whites and greys stay as they are. These are the matrices that stand before and
+/// behind the reference rendering transform of the Academy Color Encoding System, as Hill has fitted
+/// it to sRGB (2016).
+const TO_FILM: DMat3 = DMat3::from_cols_array_2d(&[
+    [0.59719, 0.07600, 0.02840],
+    [0.35458, 0.90834, 0.13383],
+    [0.04823, 0.01566, 0.83777],
+]);
+const FROM_FILM: DMat3 = DMat3::from_cols_array_2d(&[
+    [1.60475, -0.10208, -0.00327],
+    [-0.53108, 1.10813, -0.07276],
+    [-0.07367, -0.00605, 1.07602],
+]);
 
 /// Maps a value relative to white into [0, 1] by the S-shaped curve of films (Narkowicz 2016, a fit
 /// to the reference rendering transform of the Academy Color Encoding System), which is cut off at
@@ -180,6 +198,21 @@ mod tests {
         assert_eq!(colour(&both[1..], &[1.0]), Vec3::ONE);
         let unnamed = Band { name: "b0".into(), from_nm: None, to_nm: None };
         assert_eq!(colour(&[unnamed.clone(), unnamed], &[1.0, 2.0]), Vec3::splat(3.0));
+    }
+
+    /// A red and blue lamp that is far brighter than white has a middle that is nearly white; what it
+    /// lights keeps its hue. Greys have no hue at any brightness.
+    #[test]
+    fn bright_colours_turn_white() {
+        let shown = |linear: Vec3| Exposure { stops: 0.0 }.srgb(linear);
+        let lamp = shown(Vec3::new(30.0, 0.0, 30.0));
+        assert!(lamp.min_element() > 0.9, "{lamp}");
+        let leaf = shown(Vec3::new(0.2, 0.0, 0.2));
+        assert!(leaf.y < 0.25 * leaf.x && leaf.x > 0.4, "{leaf}");
+        for grey in [0.01, 0.2, 1.0, 5.0] {
+            let shown = shown(Vec3::splat(grey));
+            assert!(shown.max_element() - shown.min_element() < 1e-4, "{shown}");
+        }
     }
 
     #[test]
