@@ -17,7 +17,7 @@ import numpy as np
 from .errors import missing, wrong
 
 if TYPE_CHECKING:
-    from .result import Result
+    from .result import Result, Values
 
 # Colours that colour-blind readers can tell apart (Okabe and Ito 2008), letters of 8 points, no frame, pale lines at the
 # numbers of the y axis.
@@ -84,14 +84,15 @@ def captor_map(
     Args:
         band: a band or sum; if not given, the first sum, or the first band.
         face: ``"front"`` or ``"back"``.
-        captors: ids, or the beginning of ids; if not given, all.
+        captors: ids, or the beginning of ids; if not given, the sensors of the plane that has most of them, or all captors
+            if there are no sensors.
         axes: the coordinates to the right and upwards, such as ``"xz"``; if not given, those of the plane.
         contours: whether colours and contours fill the space between the captors; if not given, they do where the
             captors are sensors in one plane and no option is one of dots (``s``, ``marker``).
         ax: the axes to draw into; if not given, new ones.
         options: options of matplotlib's ``tricontourf``, or of ``scatter`` for dots.
     """
-    rows, column = _rows(result, captors), _band(result, band)
+    rows, column = _plane(result) if captors is None else _rows(result, captors), _band(result, band)
     center, values = result.center[rows], result.irradiance[rows, _face(face), column]
     extent = np.ptp(center, axis=0)
     if axes is None:
@@ -122,6 +123,18 @@ def captor_map(
     ax.set(xlabel=f"{axes[0]}, m", ylabel=f"{axes[1]}, m", aspect="equal")
     ax.grid(visible=False)
     return ax
+
+
+def _plane(result: Result) -> list[int]:
+    """Returns the sensors of the plane that has most of them; all captors if there are no sensors."""
+    sensors = np.flatnonzero(~result.is_surface)
+    if not len(sensors):
+        return list(range(len(result.ids)))
+    normal, center = result.normal[sensors], result.center[sensors]
+    # a plane by its normal and by its distance from the origin, in steps of a millimetre
+    planes = np.round(np.column_stack([normal, (normal * center).sum(axis=1)]), 3)
+    _, of, counts = np.unique(planes, axis=0, return_inverse=True, return_counts=True)
+    return [int(row) for row in sensors[of.ravel() == np.argmax(counts)]]
 
 
 def _spans(x: Any, y: Any) -> bool:
@@ -197,7 +210,8 @@ def rank(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Draws the values of captors, such as the leaves of a plant, in their order, with error bars of one standard error.
+    """Draws the values of captors, such as the leaves of a plant, in their order, with error bars of one standard error. A
+    line joins captors that are asked for.
 
     Args:
         quantity: ``"irradiance"``, ``"flux"`` or ``"absorbed"``.
@@ -207,11 +221,13 @@ def rank(
     ax = _axes(ax)
     rows, column = _rows(result, captors), _band(result, band)
     values, errors = _numbers(result, quantity, face)
-    usual = {"fmt": "o-", "capsize": 3, "label": result.bands[column]}
+    usual = {"fmt": "." if captors is None else "o-", "capsize": 0 if len(rows) > 40 else 3, "label": result.bands[column]}
     ranks = np.arange(1, len(rows) + 1)
     ax.errorbar(ranks, values[rows, column], errors[rows, column], **{**usual, **options})
-    ax.set(xlabel="rank", ylabel=_label(result, column, quantity))
+    label = "number of the captor" if captors is None else "rank"
+    ax.set(xlabel=label, ylabel=_label(result, column, quantity))
     ax.set_ylim(bottom=0)
+    _whole_numbers(ax)
     return ax
 
 
@@ -256,7 +272,8 @@ def plants(
         raise wrong("captors", "none of them is a surface that absorbs", "let objects of the scene be captors")
     start = 1
     for i, (name, instances) in enumerate(objects.items()):
-        usual = {"fmt": "o", "capsize": 3, "color": f"C{i}", "label": name}
+        colour = _COLOURS[i % len(_COLOURS)]
+        usual = {"fmt": "o", "capsize": 3, "color": colour, "label": name}
         if by == "plant":
             sums = np.array([np.sum(list(ranks.values()), axis=0) for ranks in instances.values()])
             places = np.arange(start, start + len(sums))
@@ -268,13 +285,14 @@ def plants(
                 continue
             of_rank = [np.array([r[n] for r in instances.values() if n in r]) for n in numbers]
             for number, own in zip(numbers, of_rank, strict=True):
-                ax.plot([number] * len(own), own[:, 0], ".", color=f"C{i}", alpha=0.25)
+                ax.plot([number] * len(own), own[:, 0], ".", color=colour, alpha=0.25)
             places, usual["fmt"] = np.array(numbers), "o-"
             means = np.array([own[:, 0].mean() for own in of_rank])
             spread = np.array([np.sqrt(own[:, 1].sum()) / len(own) for own in of_rank])
         ax.errorbar(places, means, spread, **{**usual, **options})
     ax.set(xlabel=by, ylabel=_label(result, column, "absorbed"))
     ax.set_ylim(bottom=0)
+    _whole_numbers(ax)
     if len(objects) > 1:
         ax.legend()
     return ax
@@ -296,7 +314,8 @@ def spectrum(
     """Draws irradiance over the bands, with a line for each captor and error bars of one standard error.
 
     Args:
-        captors, face, ax: as for `captor_map`.
+        captors: ids, or the beginning of ids; if not given, all, or up to 7 groups if there are more captors.
+        face, ax: as for `captor_map`.
         options: options of matplotlib's ``errorbar``.
 
     Bands with wavelengths are drawn at their middles, in nm, others in their order. Sums are left out.
@@ -307,12 +326,14 @@ def spectrum(
     middles = [(band.get("from_nm", np.nan) + band.get("to_nm", np.nan)) / 2 for _, band in bands]
     known = not np.isnan(middles).any()
     places = middles if known else columns
-    for row in _rows(result, captors):
-        values = result.irradiance[row, _face(face), columns]
-        errors = result.irradiance_se[row, _face(face), columns]
-        usual = {"fmt": "o-", "capsize": 3, "label": result.ids[row]}
+    shown, rows, note = _shown(result, captors, 7)
+    for row in rows:
+        values, errors = shown.irradiance[row, _face(face), columns], shown.irradiance_se[row, _face(face), columns]
+        usual = {"fmt": "o-", "capsize": 3, "label": shown.ids[row]}
         ax.errorbar(places, values, errors, **{**usual, **options})
-    ax.legend()
+    if len(rows) <= 12:
+        ax.legend()
+    ax.set_title(note)
     if not known:
         ax.set_xticks(columns, [result.bands[i] for i in columns])
     ax.set_ylim(bottom=0)
@@ -335,15 +356,20 @@ def bars(
 
     Args:
         quantity: ``"irradiance"``, ``"flux"`` or ``"absorbed"``.
-        band, face, captors, ax: as for `captor_map`.
+        captors: ids, or the beginning of ids; if not given, all, or up to 24 groups if there are more captors.
+        band, face, ax: as for `captor_map`. New axes are as high as the bars need.
         options: options of matplotlib's ``barh``.
     """
-    ax = _axes(ax)
-    rows, column = _rows(result, captors), _band(result, band)
-    values, errors = _numbers(result, quantity, face)
-    names = [result.ids[row] for row in rows]
-    ax.barh(names, values[rows, column], xerr=errors[rows, column], **options)
-    ax.invert_yaxis()
+    shown, rows, note = _shown(result, captors, 24)
+    column = _band(result, band)
+    if ax is None:
+        ax = _axes(ax)
+        width = ax.figure.get_size_inches()[0]
+        ax.figure.set_size_inches(width, min(0.6 + 0.2 * len(rows), 200))
+    values, errors = _numbers(shown, quantity, face)
+    ax.barh([shown.ids[row] for row in rows], values[rows, column], xerr=errors[rows, column], **options)
+    ax.set_ylim(len(rows) - 0.4, -0.6)
+    ax.set_title(note)
     ax.set(xlabel=_label(result, column, quantity))
     ax.set_xlim(left=0)
     ax.grid(visible=False)
@@ -376,6 +402,30 @@ def canopy(result: Result, *, band: str | None = None, ax: Any = None, **options
     if result.canopy is not None:
         ax.set_title(f"the plants absorb {100 * result.canopy['absorbed'][name]:.1f} % of {name}")
     return ax
+
+
+def _shown(result: Result, captors: str | Sequence[str] | None, most: int) -> tuple[Values, list[int], str]:
+    """Returns values, which of them are drawn, and a title: of the captors that are asked for; of all of them if there are at
+    most so many; else of groups, each set of captors once, copies (`plant#0`) only where no group has all of them; else of the
+    first captors."""
+    if captors is not None or len(result.ids) <= most:
+        return result.values, _rows(result, captors), ""
+    groups = result.group_values
+    first: dict[bytes, int] = {}
+    for row, name in enumerate(groups.ids):
+        if "#" in name and name.rpartition("#")[0] in groups.ids:
+            continue
+        first.setdefault(groups.flux[row].tobytes() + groups.area[row].tobytes(), row)
+    shown, of = (groups, "groups") if first else (result.values, "captors")
+    rows = list(first.values()) if first else list(range(len(result.ids)))
+    return shown, rows[:most], "" if len(rows) <= most else f"the first {most} of {len(rows)} {of}"
+
+
+def _whole_numbers(ax: Any) -> None:
+    """Puts the numbers of the axis to the right at whole numbers."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _axes(ax: Any) -> Any:
@@ -424,7 +474,7 @@ def _face(face: str) -> int:
     return int(face == "back")
 
 
-def _numbers(result: Result, quantity: str, face: str) -> tuple[Any, Any]:
+def _numbers(result: Result | Values, quantity: str, face: str) -> tuple[Any, Any]:
     if quantity == "absorbed":
         return result.absorbed, result.absorbed_se
     if quantity not in ("irradiance", "flux"):

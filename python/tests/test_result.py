@@ -387,3 +387,31 @@ def test_even_light():
         found.even("nothing")
     with pytest.raises(ValueError, match="a mean is given"):
         found.even("line", mean=1, minimum=1)
+
+
+def test_plots_of_many_captors_show_groups_and_one_plane():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    leaf = np.array([[[0, 0, 0.2], [0.2, 0, 0.2], [0, 0.2, 0.2]]], float)
+    scene = px.Scene("many", bands={"PAR": (400, 700), "far": (700, 800)})
+    scene.material("leaf", type="lambert", reflectance=0.2)
+    places = [{"translate": [0.3 * i, 0, 0]} for i in range(3)]
+    scene.add("plant", {f"leaf{i}": leaf + [0, 0, 0.1 * i] for i in range(9)}, material="leaf", captor=True, instances=places)
+    scene.captor("grid", discs=px.grid([0, 0.5, 1], [0, 0.5, 1], 0, radius=0.1))
+    scene.captor("above", discs=px.grid([0, 0.5], [0, 0.5], 1, radius=0.1))
+    scene.light("lamp", type="point", position=[0.5, 0.5, 2], power=[100, 10])
+    found = scene.run(photons=20_000, seed=1)
+    assert len(found.ids) == 40
+    spectrum = found.plot("spectrum")
+    assert [line.get_text() for line in spectrum.get_legend().get_texts()] == ["plant", "grid", "above"]
+    row = found.group_values.ids.index("plant")
+    np.testing.assert_allclose(spectrum.containers[0].lines[0].get_ydata(), found.group_values.irradiance[row, 0])
+    bars = found.plot("bars")
+    assert [label.get_text() for label in bars.get_yticklabels()] == ["plant", "grid", "above"]
+    # the nine sensors at z = 0, not the four above them, nor leaves
+    grid = found.plot("map")
+    assert grid.get_title(loc="left") == "z = 0 m"
+    assert sum(len(line.get_xdata()) for line in grid.lines) == 9
+    # only captors that are asked for are joined by a line
+    assert found.plot("rank").containers[0].lines[0].get_linestyle() == "None"
+    assert found.plot("rank", captors="grid").containers[0].lines[0].get_linestyle() == "-"
