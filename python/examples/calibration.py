@@ -44,7 +44,7 @@ def main(photons=2e6):
         fig, ax = plt.subplots(layout="constrained")
         ax.errorbar(list(TRUE), factors, 1.98 * np.array(errors), fmt="o", capsize=3, label="found, 95 %")
         ax.plot(list(TRUE), list(TRUE.values()), "_", markersize=16, color="C1", label="true")
-        ax.set(ylabel="power / power of the data sheet", ylim=(0.6, 1.4))
+        ax.set(ylabel="power / power of the data sheet", ylim=(0.6, 1.4), xlim=(-0.5, len(TRUE) - 0.5))
         ax.legend(loc="lower right")
         fig.savefig("calibration.png")
     return np.array(factors), np.array(errors)

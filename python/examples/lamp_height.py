@@ -38,7 +38,7 @@ def main(photons=1e6):
         fig, ax = plt.subplots(layout="constrained")
         ax.fill_between(HEIGHTS, ppfd.min(axis=1), ppfd.max(axis=1), alpha=0.25, linewidth=0, label="all sensors")
         ax.plot(HEIGHTS, mean, "o-", label="mean")
-        ax.set(xlabel="height of the lamps, m", ylabel="PPFD, umol/m2/s", xlim=(0, None), ylim=(0, None))
+        ax.set(xlabel="height of the lamps, m", ylabel="PPFD, µmol/m²/s", xlim=(0, None), ylim=(0, None))
         ax.legend()
         fig.savefig("lamp_height.png")
     return mean, even

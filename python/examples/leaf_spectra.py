@@ -48,7 +48,7 @@ def main(photons=1e6):
             r = canopy(chlorophyll).run(photons=photons, k=0, seed=1)
             leaves = np.array([i.startswith("layer") for i in r.ids])
             shares[name] = np.array(r.absorbed)[leaves].sum(axis=0) / np.array(r.energy["emitted"])
-            ax.stairs(shares[name], EDGES, baseline=None, color=colour, linewidth=1.2, label=f"{name}, {chlorophyll} ug/cm2")
+            ax.stairs(shares[name], EDGES, baseline=None, color=colour, linewidth=1.2, label=f"{name}, {chlorophyll} µg/cm²")
         ax.set(xlabel="wavelength, nm", ylabel="share that leaves absorb", xlim=(400, 750), ylim=(0, 1))
         ax.legend(loc="lower left", title="chlorophyll", title_fontsize=8)
         fig.savefig("leaf_spectra.png")

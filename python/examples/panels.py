@@ -45,12 +45,14 @@ def main(photons=1e6):
         fig, ax = plt.subplots(layout="constrained")
         for tilt in TILTS:
             fields = [field(tilt, hour) for hour in HOURS]
-            found = np.array([s.run(photons=photons, k=0, seed=1).irradiance[:, 0, 0] for s, _ in fields])
+            runs = [s.run(photons=photons, k=0, seed=1) for s, _ in fields]
+            found, errors = (np.array([getattr(r, name)[:, 0, 0] for r in runs]) for name in ("irradiance", "irradiance_se"))
             free = sum(overall for _, overall in fields)
             shares[tilt] = found.sum(axis=0) / free
-            ax.plot(X, 0.0036 * found.sum(axis=0), "o-", label=f"{tilt} degrees")
+            errors = np.sqrt((errors**2).sum(axis=0))
+            ax.errorbar(X, 0.0036 * found.sum(axis=0), 0.0036 * errors, fmt="o-", capsize=2, label=f"{tilt} degrees")
         ax.axhline(0.0036 * free, linestyle="--", color="C6", label="open field")
-        ax.set(xlabel="from row to row (panels at 3 m), m", ylabel="DLI, mol/m2/d", xlim=(0, 6), ylim=(0, 90))
+        ax.set(xlabel="from row to row (panels at 3 m), m", ylabel="DLI, mol/m²/d", xlim=(0, 6), ylim=(0, 90))
         ax.legend(loc="upper center", ncols=2)
         fig.savefig("panels.png")
     return shares

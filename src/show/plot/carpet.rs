@@ -3,6 +3,7 @@
 use plotters::{
     element::{Rectangle, Text},
     prelude::Color,
+    style::RGBColor,
 };
 
 use super::{
@@ -26,6 +27,9 @@ const HIGHEST: i32 = px(400);
 const ROOM: (i32, i32, i32, i32) = (px(52), px(10), px(28), BELOW);
 /// Number of colours: finer than the eye can distinguish.
 const STEPS: f64 = 64.0;
+/// Hours without light have a colour of their own, which leaves those with light in view.
+const DARK: f64 = -1.0;
+const NIGHT: RGBColor = RGBColor(226, 226, 226);
 
 /// The light of a captor or group by the hour.
 #[derive(Clone, Debug)]
@@ -79,9 +83,15 @@ impl Carpets {
         };
         let paint = |level: f64| {
             let Scale { low, high, .. } = self.scale;
-            colour(&self.scale, low + (level + 0.5) / STEPS * (high - low)).filled()
+            match level {
+                DARK => NIGHT.filled(),
+                _ => colour(&self.scale, low + (level + 0.5) / STEPS * (high - low)).filled(),
+            }
         };
-        let level = |value: f64| (self.scale.place(value) * STEPS).floor().min(STEPS - 1.0);
+        let level = |value: f64| match value > 0.0 {
+            true => (self.scale.place(value) * STEPS).floor().min(STEPS - 1.0),
+            false => DARK,
+        };
         // hours of one colour that follow each other are one rectangle
         let mut cells = carpet.cells.iter().map(|&(day, hour, value)| (day, hour, level(value)));
         let mut open = cells.next().map(|(day, hour, level)| (day, hour, hour, level));

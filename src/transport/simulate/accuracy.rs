@@ -215,8 +215,8 @@ impl Brightest {
     /// if these are larger, W/m2 or umol/m2/s.
     fn evenly(&self, scene: &Scene, band: usize) -> f64 {
         let captors = scene.captors.iter().map(|captor| captor.area).sum::<f64>();
-        let virtual_ones = Extent::of_triangles(scene.captor_triangles());
-        let whole = scene.triangles().extent().join(virtual_ones);
+        let sensors = Extent::of_triangles(scene.captor_triangles());
+        let whole = scene.triangles().extent().join(sensors);
         self.powers[band] / captors.max(2.0 * f64::from(whole.half_area()))
     }
 }
