@@ -1,7 +1,7 @@
 //! Results that are split by light, and mixed again at other powers.
 
 use phylux::{
-    Estimator, RunResult, Settings,
+    Estimator, Guiding, RunResult, Settings,
     results::{ByLight, FaceResult, Factor},
 };
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::{
     bad_input::phylux,
     common::{TestScene, binary, run_file},
-    world::{Mesh, World, room_with_leaf},
+    world::{Mesh, World, room, room_with_leaf},
 };
 
 const LIGHTS: [&str; 3] = ["left, low", "right", "spot"];
@@ -207,6 +207,30 @@ fn a_mix_is_the_run_at_these_powers() {
     let rms = (all.iter().map(|z| z * z).sum::<f64>() / all.len() as f64).sqrt();
     let worst = all.iter().fold(0.0f64, |worst, z| worst.max(z.abs()));
     assert!(worst < 4.5 && (0.7..1.3).contains(&rms), "worst {worst}, rms {rms}");
+}
+
+/// A mix without the bright lamp rests on the few photons of the faint one, and is marked; the whole
+/// run is not. Seed 3.
+#[test]
+fn a_mix_of_few_photons_is_marked() {
+    let lamp = |name: &str, power: f64| json!({ "name": name, "type": "point", "position": [0.5, 0.5, 0.8], "power": power });
+    let scene = World::new()
+        .lambert("wall", 0.5)
+        .surface("room", "wall", &room([0.0; 3], [1.0; 3]))
+        .light(lamp("bright", 1000.0))
+        .light(lamp("faint", 1.0))
+        .captor("sensor", &Mesh::square([0.5, 0.5, 0.2], [0.0, 0.0, 1.0], 0.3))
+        .write();
+    let whole = run(&scene, |settings| {
+        (settings.photons, settings.seed, settings.by_light) = (Some(10_000), 3, true);
+        settings.guiding = Guiding::Off;
+    });
+    let faint = whole.mix(&ByLight::from_iter([("bright".to_string(), 0.0)])).expect("a mix");
+    let histories = faint.captors[0].front.histories.expect("a number");
+    assert!(0 < histories && histories < 30, "{histories}");
+    assert_eq!([&whole, &faint].map(|result| result.captors[0].front.few_paths), [false, true]);
+    let brighter = whole.mix(&ByLight::from_iter([("bright".to_string(), 2.0)])).expect("a mix");
+    assert!(!brighter.captors[0].front.few_paths);
 }
 
 /// The command `phylux mix`, and the message of every refusal.

@@ -318,7 +318,8 @@ def spectrum(
         face, ax: as for `captor_map`.
         options: options of matplotlib's ``errorbar``.
 
-    Bands with wavelengths are drawn at their middles, in nm, others in their order. Sums are left out.
+    Bands with wavelengths are drawn at their middles, in nm, others in their order. Sums are left out. Of more than 12 lines
+    there is no legend.
     """
     ax = _axes(ax)
     bands = [(i, band) for i, band in enumerate(result.head["bands"]) if "sum_of" not in band]

@@ -33,7 +33,7 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The version of random numbers and sums, and of their order. It is raised by one when one of them
 /// changes, so that shards from before and after the change are not joined.
-pub const FORMAT: u32 = 6;
+pub const FORMAT: u32 = 7;
 
 /// Says which run a shard belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -119,8 +119,6 @@ impl YearFolder {
     /// Name of the table of daylight alone.
     pub const DAYLIGHT: &'static str = "daylight.csv";
     const CAPTORS: &'static str = "captors.csv";
-    /// The column of captors.csv that names the groups of a captor.
-    const GROUPS: usize = 9;
 
     /// Reads the facts in a folder. Error: it holds no year.
     pub fn open(folder: &Path) -> Result<Self> {
@@ -135,21 +133,25 @@ impl YearFolder {
             .map_err(|e| none(format!("does not tell of a year: {e}")))?;
         let path = folder.join(Self::CAPTORS);
         let bytes = input::read_bytes(&path).map_err(|why| Error::input(path.display(), why))?;
-        let mut groups: HashMap<String, Vec<usize>> = HashMap::new();
-        let mut captors = 0;
-        for record in records(&bytes, &path).skip(1) {
-            let (_, record) = record?;
-            if record.get(1) == Some("group") {
-                groups.entry(csv_text::text(record.get(0).unwrap_or_default()).into()).or_default();
-                continue;
+        let mut rows = records(&bytes, &path);
+        let head = rows.next().transpose()?;
+        let column = head.and_then(|(_, head)| head.iter().position(|name| name == "groups"));
+        let (mut names, mut groups_of) = (Vec::new(), Vec::new());
+        for row in rows {
+            let (_, row) = row?;
+            let cell = |column: usize| csv_text::text(row.get(column).unwrap_or_default());
+            match row.get(1) {
+                Some("group") => names.push(cell(0).to_string()),
+                _ => groups_of.push(column.map_or_else(String::new, |column| cell(column).into())),
             }
-            for group in record.get(Self::GROUPS).unwrap_or_default().split("; ") {
-                groups.entry(csv_text::text(group).into()).or_default().push(captors);
-            }
-            captors += 1;
         }
-        groups.remove("");
-        Ok(Self { facts, groups, captors })
+        let mut groups: HashMap<_, _> = names.into_iter().map(|name| (name, Vec::new())).collect();
+        for (captor, of) in groups_of.iter().enumerate() {
+            for name in of.split("; ") {
+                groups.entry(name.into()).and_modify(|members| members.push(captor));
+            }
+        }
+        Ok(Self { facts, groups, captors: groups_of.len() })
     }
 
     /// Reads what is daylight of the daily light integral on fronts in a band, by captor or group and
@@ -180,7 +182,8 @@ impl YearFolder {
         self.groups.contains_key(id)
     }
 
-    /// Returns the numbers of the captors of a group, in rising order.
+    /// Returns the numbers of the captors of a group, in rising order; none where the table does not
+    /// tell them.
     pub fn members(&self, group: &str) -> &[usize] {
         self.groups.get(group).map_or(&[], Vec::as_slice)
     }

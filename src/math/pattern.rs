@@ -34,14 +34,15 @@ pub fn without_copies<'a, T>(all: Vec<T>, name: impl Fn(&T) -> &'a str) -> Vec<T
 
 /// Leaves out copies, as [`without_copies`] does, and of other groups those that have no captor of
 /// their own beside a larger group or an earlier one that is the same. `members` are the numbers of
-/// a group's captors, in rising order; a group of `whole` captors has all of them, and no parts.
+/// a group's captors, in rising order, or none where they are not known; a group of `whole` captors
+/// has all of them, and no parts.
 pub fn apart<'a, T>(
     all: Vec<T>,
     name: impl Fn(&T) -> &'a str,
     members: impl Fn(&T) -> &'a [usize],
     whole: usize,
 ) -> Vec<T> {
-    let mut all = without_copies(all, name);
+    let all = without_copies(all, name);
     if all.len() > MOST_COMPARED {
         return all;
     }
@@ -53,10 +54,9 @@ pub fn apart<'a, T>(
             (larger || same) && own[i].iter().all(|captor| own[j].binary_search(captor).is_ok())
         })
     };
-    let keeps: Vec<bool> = (0..own.len()).map(|i| !is_part(i)).collect();
-    let mut keeps = keeps.into_iter();
-    all.retain(|_| keeps.next() == Some(true));
-    all
+    let keeps: Vec<bool> = (0..own.len()).map(|i| own[i].is_empty() || !is_part(i)).collect();
+    let all = all.into_iter().zip(keeps).filter(|(_, keeps)| *keeps);
+    all.map(|(one, _)| one).collect()
 }
 
 #[cfg(test)]
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn parts_give_way_to_what_they_are_parts_of() {
-        let groups: [(&str, &[usize]); 7] = [
+        let groups: [(&str, &[usize]); 8] = [
             ("tomato-1", &[0, 1]),
             ("tomato", &[0, 1, 2]),
             ("tomato-1#0", &[0]),
@@ -83,10 +83,11 @@ mod tests {
             ("cucumber", &[3, 4]),
             ("all", &[0, 1, 2, 3, 4, 5]),
             ("sensor", &[5]),
+            ("unknown", &[]),
         ];
         let kept = apart(groups.to_vec(), |group| group.0, |group| group.1, 6);
         let kept: Vec<&str> = kept.into_iter().map(|group| group.0).collect();
-        assert_eq!(kept, ["tomato", "cucumber-2", "all", "sensor"]);
+        assert_eq!(kept, ["tomato", "cucumber-2", "all", "sensor", "unknown"]);
     }
 
     #[test]

@@ -359,9 +359,8 @@ impl<'a> Mix<'a> {
             values().try_fold(0u64, |sum, part| Some(sum.saturating_add(part.histories?)));
         let flux = sum(values().map(|part| &part.flux[..]), bands);
         let flux_se = error(values().map(|part| (&part.flux[..], &part.flux_se[..])), bands);
-        let few = histories.is_some_and(|n| 0 < n && n < FEW_HISTORIES);
-        let rough = |(&mean, &error): (&f64, &Option<f64>)| rests_on_few(mean, error);
-        let rough = flux.iter().zip(&flux_se).any(rough);
+        let few = histories.is_some_and(|n| 0 < n && n < FEW_HISTORIES)
+            || flux.iter().zip(&flux_se).any(|(&mean, &error)| rests_on_few(mean, error));
         FaceResult {
             photons: values().fold(0, |sum, part| sum.saturating_add(part.photons)),
             histories,
@@ -378,7 +377,7 @@ impl<'a> Mix<'a> {
                 self.ratios,
                 before.iter().map(|(light, part)| on_face(part, self.scale(light))),
             ),
-            few_paths: face.few_paths || few || rough,
+            few_paths: face.few_paths || few,
             by_photons: false,
             min: None,
             max: None,

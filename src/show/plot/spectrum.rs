@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     error::Result,
-    results::result::{BandResult, FaceResult},
+    results::result::{BandResult, FaceResult, GroupResult},
     show::chart::{Chart, Series, Stroke},
 };
 
@@ -30,13 +30,16 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
     bands.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
     // instances of an object are alike, and groups of the same captors are the same: they are drawn
     // only if they are asked for
-    let mut groups: Vec<(&str, &FaceResult)> = Vec::new();
+    let mut groups: Vec<&GroupResult> = Vec::new();
     for group in result.groups.iter().filter(|group| chosen.takes(&group.id)) {
-        let known = groups.iter().any(|(_, face)| face.flux == group.front.flux);
-        if chosen.pattern.is_some() || !group.id.contains('#') && !known {
-            groups.push((&group.id, &group.front));
+        let is_same =
+            |other: &&GroupResult| other.area == group.area && other.front.flux == group.front.flux;
+        if chosen.pattern.is_some() || !group.id.contains('#') && !groups.iter().any(is_same) {
+            groups.push(group);
         }
     }
+    let groups: Vec<(&str, &FaceResult)> =
+        groups.into_iter().map(|group| (group.id.as_str(), &group.front)).collect();
     let captors: Vec<(&str, &FaceResult)> =
         chosen.captors().map(|captor| (captor.id.as_str(), &captor.front)).collect();
     // many captors are better shown by their groups, unless some are asked for

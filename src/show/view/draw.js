@@ -7,7 +7,7 @@ const stage = element("stage");
 const MANY = facts.tiles > 500000;
 let renderer, camera, controls, scene, points, valueTexture, pickTarget, paintMaterial, pickMaterial;
 const meshes = [];
-/** The meshes of the cell, and those of its images, which share their triangles. */
+/** Those of the meshes that are images of the cell, whose triangles they share; and the cell's outline. */
 let images = [], cellOutline = null;
 
 const VERTEX = `
@@ -389,12 +389,8 @@ function makeImages() {
     const [x, y] = [range[0][i & 1], range[1][(i >> 1) & 1]];
     return [x, y, (i & 4 ? high[2] : low[2]) + rise(x, y)];
   };
-  const ends = [];
-  for (let i = 0; i < 8; i++) {
-    for (const bit of [1, 2, 4]) if (!(i & bit)) ends.push(...corner(i), ...corner(i | bit));
-  }
   const geometry = new T.BufferGeometry();
-  geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(ends), 3));
+  geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(edgesOfBox(corner)), 3));
   // plants do not hide it
   const seen = { depthTest: false, transparent: true, opacity: 0.75 };
   cellOutline = new T.LineSegments(geometry, new T.LineBasicMaterial(seen));
@@ -421,6 +417,15 @@ function makePhotons() {
   place(points);
 }
 
+/** Returns the coordinates of the ends of a box's edges; the bits of a corner's number say at which end of each axis it is. */
+function edgesOfBox(corner) {
+  const ends = [];
+  for (let i = 0; i < 8; i++) {
+    for (const bit of [1, 2, 4]) if (!(i & bit)) ends.push(...corner(i), ...corner(i | bit));
+  }
+  return ends;
+}
+
 /** Draws lamps as boxes of lines. */
 function makeLights() {
   const ends = [];
@@ -431,10 +436,7 @@ function makeLights() {
       const lack = (smallest - (max[axis] - min[axis])) / 2;
       if (lack > 0) [min[axis], max[axis]] = [min[axis] - lack, max[axis] + lack];
     }
-    const corner = (i) => [0, 1, 2].map((axis) => (i & (1 << axis) ? max : min)[axis]);
-    for (let i = 0; i < 8; i++) {
-      for (const bit of [1, 2, 4]) if (!(i & bit)) ends.push(...corner(i), ...corner(i | bit));
-    }
+    ends.push(...edgesOfBox((i) => [0, 1, 2].map((axis) => (i & (1 << axis) ? max : min)[axis])));
   }
   const geometry = new T.BufferGeometry();
   geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(ends), 3));
@@ -544,9 +546,9 @@ function chooseRange() {
     let rest = share * all;
     return lit.find(({ area }) => (rest -= area) <= 0)?.value ?? lit.at(-1)?.value ?? 1;
   };
-  const most = at(0.98);
   // the end of a linear scale is a tick
-  const high = state.log ? roundUp(most, most) : Number((Math.ceil(most / tickStep(most) - 1e-9) * tickStep(most)).toPrecision(8));
+  const [most, tick] = [at(0.98), tickStep(at(0.98))];
+  const high = state.log ? roundUp(most, most) : Number((Math.ceil(most / tick - 1e-9) * tick).toPrecision(8));
   const low = Math.max(at(0.02), high / 1e4);
   [state.low, state.high] = [state.log ? -roundUp(-low, low) : 0, high];
 }

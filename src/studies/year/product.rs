@@ -418,12 +418,11 @@ impl<'a> Product<'a> {
                 }
             }
         }
-        let ids = |ids: &[usize], is: fn(&Looked) -> bool| {
-            ids.iter().filter(|&i| looked[i * light..][..light].iter().any(is)).count()
-        };
-        let all: Vec<usize> = (0..block.ids.len()).collect();
-        block.interpolated = ids(&all, |looked| looked.off > looked.noise);
-        block.by_few = ids(&chosen, |looked| 2 * looked.by_few > looked.lit);
+        let of = |i: usize| &looked[i * light..][..light];
+        let is_wide = |i: &usize| of(*i).iter().any(|looked| looked.off > looked.noise);
+        let is_by_few = |i: &&usize| of(**i).iter().any(|looked| 2 * looked.by_few > looked.lit);
+        block.interpolated = (0..ids.len()).filter(is_wide).count();
+        block.by_few = chosen.iter().filter(is_by_few).count();
     }
 
     /// Adds up daylight alone for those ids of a block for which it is wanted.
