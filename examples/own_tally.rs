@@ -59,7 +59,6 @@ fn batch(scene: &Scene, sensor: usize, index: u64) -> Found {
         let mut rng = Stream::new(1, index, history);
         let photon = scene.emit::<Wide>(&strata, history, &mut rng);
         let watts = photon.weights[0] / PHOTONS as f64;
-        let mut last = photon.ray.origin;
         trace(scene, photon.ray, photon.power, (), &mut rng, |event| match event {
             Event::Crossing { crossing, direction, power, .. }
                 if crossing.captor == sensor && crossing.front =>
@@ -68,10 +67,7 @@ fn batch(scene: &Scene, sensor: usize, index: u64) -> Found {
                 found.flux[(elevation * BINS / 90).min(BINS - 1)] +=
                     watts * f64::from(power.values()[0]);
             }
-            Event::Arrival { hit, .. } => {
-                found.way += f64::from(hit.point.distance(last)) / PHOTONS as f64;
-                last = hit.point;
-            }
+            Event::Arrival { at, .. } => found.way += f64::from(at.hit.t) / PHOTONS as f64,
             _ => {}
         });
     }

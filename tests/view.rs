@@ -460,7 +460,7 @@ fn needs_chromium_keys_and_fingers_work() {
     assert_eq!(page.evaluate("element('tables').hidden"), true);
     page.evaluate(
         "const box = stage.getBoundingClientRect();
-         for (const type of ['pointerdown', 'pointerup']) renderer.domElement.dispatchEvent(new PointerEvent(type,
+         for (const type of ['pointerdown', 'pointerup', 'pointerleave']) renderer.domElement.dispatchEvent(new PointerEvent(type,
            { pointerType: 'touch', button: 0, pointerId: 1, bubbles: true, clientX: box.left + box.width / 2, clientY: box.height / 2 })); 0",
     );
     assert_eq!(text(&page, "element('tip').style.display"), "block");

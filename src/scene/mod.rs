@@ -36,6 +36,7 @@ pub use material::{
 };
 pub use patches::Patches;
 pub use world::{
-    Band, BandRatio, BandSum, CaptorPart, CopyPart, Crossing, LightPart, NamedMaterial, Scene,
-    SceneParts, SharedCopy, SharedPart, Standing, Surface, SurfaceHit, SurfacePart, Triangles,
+    Arrived, Band, BandRatio, BandSum, CaptorPart, CopyPart, Crossing, LightPart, NamedMaterial,
+    Scene, SceneParts, SharedCopy, SharedPart, Standing, Surface, SurfaceHit, SurfacePart,
+    Triangles,
 };

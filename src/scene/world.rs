@@ -7,6 +7,7 @@
 //! Coordinates come in double precision and are kept in single precision relative to the centre of
 //! the scene, so that a scene far from the origin works like one at the origin.
 
+mod arrived;
 mod build;
 mod digest;
 mod flush;
@@ -30,7 +31,7 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 
 use crate::{
     math::{
@@ -52,6 +53,7 @@ use images::LightImages;
 use shapes::{Found, Shapes, has_parallel};
 use tubes::Tubes;
 
+pub use arrived::Arrived;
 pub use flush::FlushLight;
 pub use mirrors::{ChosenImage, FlatMirrors, MirrorPlane};
 pub use outline::Outline;
@@ -97,6 +99,13 @@ impl Surface {
     #[inline]
     pub fn captor(&self) -> Option<usize> {
         (self.captor != NO_CAPTOR).then_some(self.captor as usize)
+    }
+
+    /// Returns the ray that leaves the triangle at a point. It starts off the surface, on the side of
+    /// the unit normal `side`, by the error of the point.
+    #[inline(always)]
+    fn leave(&self, point: Vec3, side: Vec3, direction: Vec3) -> Ray {
+        Ray { origin: point + self.offset * side, direction }
     }
 }
 
@@ -199,6 +208,19 @@ pub struct SurfaceHit {
     pub triangle: usize,
     /// The point on the surface, kept a little inside the triangle's edges.
     pub point: Vec3,
+}
+
+/// A [`SurfaceHit`] whose numbers lie side by side.
+struct PackedHit {
+    point_and_t: Vec4,
+    triangle: usize,
+}
+
+impl From<PackedHit> for SurfaceHit {
+    #[inline(always)]
+    fn from(PackedHit { point_and_t, triangle }: PackedHit) -> Self {
+        Self { t: point_and_t.w, triangle, point: point_and_t.truncate() }
+    }
 }
 
 /// The place where a ray crosses a virtual captor.
@@ -372,7 +394,7 @@ impl Scene {
         let hit = if captor_bvh.is_empty() {
             surface_bvh.closest(ray, f32::INFINITY)
         } else {
-            surface_bvh.meet(captor_bvh, ray, self.crossing(ray, visit))
+            surface_bvh.meet(captor_bvh, ray, self.crossing(ray, &mut visit))
         };
         hit.map(|hit| self.surface_hit(ray, &hit))
     }
@@ -382,7 +404,7 @@ impl Scene {
         if self.shapes.repeats.is_some() {
             return self.crossings_in_pieces(ray, t_max, &mut visit);
         }
-        let mut visit = self.crossing(ray, visit);
+        let mut visit = self.crossing(ray, &mut visit);
         self.shapes.captor_bvh.crossings(ray, t_max, |hit| visit(hit, false));
     }
 
@@ -400,7 +422,7 @@ impl Scene {
         if farthest > 0.0 {
             let hit = surface_bvh.closest(ray, farthest.next_up());
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
-            let mut visit = self.crossing(ray, visit);
+            let mut visit = self.crossing(ray, &mut visit);
             captor_bvh.crossings(ray, t_max.next_up(), |hit| visit(hit, hit.t == t_max));
         }
     }
@@ -412,28 +434,25 @@ impl Scene {
         // the errors of the triangle's points, and of a ray that comes from afar
         let Surface { steepest, reach, .. } = self.surfaces[triangle];
         if weights.min_element() < steepest * (MARGINS * (reach + hit.t)) {
-            // taken apart, so that this rare call does not force the usual hit into memory
-            let SurfaceHit { t, triangle, point } = self.hit_near_edge(ray, hit);
-            return SurfaceHit { t, triangle, point };
+            return SurfaceHit::from(self.hit_near_edge(ray, hit));
         }
         SurfaceHit { t: hit.t, triangle, point: hit.point }
     }
 
+    /// Returns the hit near an edge, packed so that this rare call does not force the usual hit into
+    /// memory.
     #[cold]
-    fn hit_near_edge(&self, ray: &Ray, hit: &Hit) -> SurfaceHit {
+    fn hit_near_edge(&self, ray: &Ray, hit: &Hit) -> PackedHit {
         let triangle = hit.triangle as usize;
         if !self.is_near_edge(triangle, hit) {
-            return SurfaceHit { t: hit.t, triangle, point: hit.point };
+            return PackedHit { point_and_t: hit.point.extend(hit.t), triangle };
         }
         let shape = |t| self.shapes.surface_shape(t);
         let reach = self.surfaces[triangle].reach;
         let front = front_at_edge(&self.shapes.surface_bvh, shape, ray, hit, reach);
         let triangle = front.triangle as usize;
-        SurfaceHit {
-            t: front.t,
-            triangle,
-            point: self.off_edges(triangle, front.point, front.u, front.v),
-        }
+        let point = self.off_edges(triangle, front.point, front.u, front.v);
+        PackedHit { point_and_t: point.extend(front.t), triangle }
     }
 
     /// Returns whether a hit is so near to an edge of the triangle of a surface, of this index, that
@@ -456,13 +475,16 @@ impl Scene {
     /// cannot tell a captor from the surface that it lies in, and crosses it first only if it comes
     /// from the side to which the captor is lifted.
     #[inline]
-    fn crossing(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) -> impl FnMut(Hit, bool) {
-        let direction = ray.direction;
+    fn crossing<'v>(
+        &'v self,
+        ray: &'v Ray,
+        visit: &'v mut impl FnMut(Crossing),
+    ) -> impl FnMut(Hit, bool) + 'v {
         move |hit, tied| {
             let triangle = hit.triangle as usize;
             let shape = &self.captor_triangles()[triangle];
             let captor = self.shapes.captor_of_triangle[triangle] as usize;
-            let front = shape.cross().dot(direction) < 0.0;
+            let front = shape.cross().dot(ray.direction) < 0.0;
             if !tied || (front && self.lift(captor) > 0.0) {
                 visit(Crossing { captor, triangle, front, point: hit.point });
             }
@@ -534,7 +556,7 @@ impl Scene {
     /// the side of the unit normal `side`, by the error of the point.
     #[inline]
     pub fn leave(&self, hit: &SurfaceHit, side: Vec3, direction: Vec3) -> Ray {
-        Ray { origin: hit.point + self.surface(hit.triangle).offset * side, direction }
+        self.surface(hit.triangle).leave(hit.point, side, direction)
     }
 
     /// Returns the ray that goes on straight through the surface that it has met.

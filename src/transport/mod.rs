@@ -33,4 +33,4 @@ pub use simulate::{
 };
 pub use surface_light::SurfaceLight;
 pub use tally::{Ledger, Totals};
-pub use trace::{Arrived, Counted, Event, Flight, Guide, Onward, trace};
+pub use trace::{Counted, Event, Flight, Guide, Onward, trace};

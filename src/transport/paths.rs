@@ -42,8 +42,8 @@ use crate::{
     },
     scene::{
         light::{Light, LightHit, Strata, Toward},
-        material::{Interaction, LobeKind, Transport},
-        world::{ChosenImage, FlatMirrors, Scene, SurfaceHit},
+        material::{LobeKind, Transport},
+        world::{Arrived, ChosenImage, FlatMirrors, Scene, SurfaceHit},
     },
     transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
 };
@@ -250,36 +250,33 @@ impl Path<'_, '_> {
         let (light, chance) = spots.choose(scene, at.point, self.rng);
         let ray = scene.lights[light].emit(self.rng);
         self.rays += 1;
-        let (hit, through) = spots::straight::<L>(scene, ray, |_, _| ())?;
-        let surface = &scene.surface(hit.triangle);
-        let material = scene.material(surface);
-        let away = hit.point - at.point;
+        let (landed, through) = spots::straight::<L>(scene, ray, |_, _| ())?;
+        let point = landed.hit.point;
+        let away = point - at.point;
         let (towards, d2) = (away.try_normalize()?, away.length_squared());
         if at.one_sided.is_some_and(|normal| normal.dot(towards) <= 0.0) {
             return None;
         }
-        let arriving = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
-        let f: Spectrum<L> = material.evaluate(&arriving, -towards);
+        let f: Spectrum<L> = landed.material.evaluate(&landed.interaction, -towards);
         if f.is_zero() {
             return None;
         }
-        let seen = Interaction::new(towards, surface.normal);
+        let seen = Arrived { interaction: landed.along(towards), ..landed };
+        let (normal, cos) = (seen.interaction.normal, seen.interaction.cos);
         let start = at.off(towards);
         // off the place by the error of the ray's own end, too
-        let end =
-            scene.leave(&hit, seen.normal, seen.normal).origin + ROUNDING * d2.sqrt() * seen.normal;
+        let end = scene.leave(&landed.hit, normal, normal).origin + ROUNDING * d2.sqrt() * normal;
         self.rays += 1;
         let visible: Spectrum<L> = scene.visibility(start, end)?;
-        let arrival = Arrival { from: at.point, density: along(towards) * seen.cos / d2 };
-        let there = Vertex::on(scene, surface, material, &seen, hit.point);
-        let there = Vertex { arrival: Some(arrival), ..there };
-        let origin = spots::origin(scene, light, &ray, hit.point)?;
+        let arrival = Arrival { from: at.point, density: along(towards) * cos / d2 };
+        let there = Vertex { arrival: Some(arrival), ..Vertex::on(scene, &seen) };
+        let origin = spots::origin(scene, light, &ray, point)?;
         let free = self.free_share();
         let share = spots.share(scene, &there, &origin, |d| {
-            free * material.pdf(&seen, Transport::Importance, d)
+            free * seen.material.pdf(&seen.interaction, Transport::Importance, d)
         });
         let power = scene.lights[light].spectrum::<L>();
-        Some((towards, (power * through * f * visible).scaled(seen.cos / d2 * share / chance)))
+        Some((towards, (power * through * f * visible).scaled(cos / d2 * share / chance)))
     }
 
     /// Searches one flat pane or mirror for the sun. Returns the direction towards the image of the
@@ -385,14 +382,13 @@ impl Path<'_, '_> {
                 self.cut_off = scene.is_endless(&leg.ray) && self.rng.uniform() < kept;
                 return radiance;
             };
-            let surface = &scene.surface(hit.triangle);
-            let material = scene.material(surface);
-            let interaction = Interaction::new(leg.ray.direction, surface.normal).on(hit.triangle);
+            let at = scene.arrived(hit, leg.ray.direction);
+            let Arrived { surface, material, interaction, .. } = &at;
             match self.arrival_weight(&leg, &hit, interaction.cos) {
                 Some(weight) => throughput = throughput.scaled(weight),
                 None => return radiance,
             }
-            let mut here = Vertex::on(scene, surface, material, &interaction, hit.point);
+            let mut here = Vertex::on(scene, &at);
             // photons that are sent pass whatever lets light straight through, so they never land
             // there
             if self.pilot.spots.is_some()
@@ -404,9 +400,9 @@ impl Path<'_, '_> {
                 });
             }
             let free = if material.is_diffuse() { self.free_share() } else { 1.0 };
-            let along = |d| free * material.pdf(&interaction, Transport::Importance, d);
+            let along = |d| free * material.pdf(interaction, Transport::Importance, d);
             let scattered = |towards: Vec3| {
-                let arriving = Interaction::new(-towards, surface.normal).on(hit.triangle);
+                let arriving = at.along(-towards);
                 let f: Spectrum<L> = material.evaluate(&arriving, -interaction.direction);
                 f.scaled(arriving.cos)
             };
@@ -442,7 +438,7 @@ impl Path<'_, '_> {
                 }
                 Aim::Free => {
                     let scatter =
-                        material.sample::<L>(&interaction, Transport::Importance, self.rng);
+                        material.sample::<L>(interaction, Transport::Importance, self.rng);
                     let Some(scatter) = scatter else { return radiance };
                     let before = throughput.largest();
                     throughput = throughput * &scatter.weight;
@@ -464,16 +460,11 @@ impl Path<'_, '_> {
                     if total_reflections == MAX_TOTAL_REFLECTIONS {
                         break;
                     }
-                    let side = if scatter.lobe.crosses() {
-                        -interaction.normal
-                    } else {
-                        interaction.normal
-                    };
-                    let ray = scene.leave(&hit, side, scatter.direction);
+                    let ray = at.leave(scatter.lobe, scatter.direction);
                     leg = match scatter.lobe {
                         // light beyond a pane can still be joined with the vertex before the pane
                         LobeKind::Straight => {
-                            let ray = scene.leave_on(&leg.ray, &hit, side, scatter.direction);
+                            let ray = scene.unfolded(&leg.ray, &hit, ray);
                             Leg { ray, unbroken: false, aimed: None, ..leg }
                         }
                         lobe if lobe.is_specular() => {

@@ -236,16 +236,16 @@ impl Tally {
                     *chance += (f64::from(before[b]) - f64::from(after[b])) * weights[b];
                 }
             }
-            Event::Arrival { hit, surface, interaction, power, scattered, .. } => {
+            Event::Arrival { at, power, scattered, .. } => {
                 self.segments += 1;
-                let first = surface.material as usize * self.bands;
+                let first = at.surface.material as usize * self.bands;
                 let absorbed = self.ledger.absorbed[first..][..self.bands].iter_mut();
                 let powers = power.values().iter().zip(scattered.values()).zip(weights);
                 for (absorbed, ((came, left), weight)) in absorbed.zip(powers) {
                     *absorbed += (f64::from(*came) - f64::from(*left)) * weight;
                 }
                 if let Some(Counted { captor, face, .. }) = counted {
-                    let absorbed = match scene.material(surface).absorptance::<L>(interaction) {
+                    let absorbed = match at.material.absorptance::<L>(&at.interaction) {
                         Some(absorptance) => absorptance * power,
                         None => power.clone().zip(scattered, |before, after| before - after),
                     };
@@ -256,9 +256,9 @@ impl Tally {
                         self.add(channel, weights, &absorbed);
                     }
                     if let Some(layers) = &scene.stand().layers
-                        && !scene.is_ground(hit.triangle)
+                        && !scene.is_ground(at.hit.triangle)
                     {
-                        self.add(scene.channels() + layers.of(hit.point), weights, &absorbed);
+                        self.add(scene.channels() + layers.of(at.hit.point), weights, &absorbed);
                     }
                 }
                 if scene.stand().balances {
@@ -286,11 +286,11 @@ impl Tally {
     #[cold]
     #[inline(never)]
     fn balance_arrival<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
-        let Event::Arrival { hit, interaction, power, scattered, .. } = *event else { return };
+        let Event::Arrival { at, power, scattered, .. } = *event else { return };
         let channel = |balance| scene.channels() + scene.stand().channel(balance);
         let absorbed = power.clone().zip(scattered, |before, after| before - after);
-        if scene.is_ground(hit.triangle) {
-            if !scene.rises(interaction.direction) {
+        if scene.is_ground(at.hit.triangle) {
+            if !scene.rises(at.interaction.direction) {
                 self.add(channel(Balance::OnGround), weights, power);
             }
             self.add(channel(Balance::ByGround), weights, &absorbed);

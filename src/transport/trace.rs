@@ -14,7 +14,7 @@ use crate::{
     scene::{
         captor::{Captor, Channel},
         material::{BsdfSample, Interaction, Lambert, LobeKind, Material, Transport},
-        world::{Crossing, Scene, Surface, SurfaceHit},
+        world::{Arrived, Crossing, Scene},
     },
 };
 
@@ -42,12 +42,8 @@ pub enum Event<'a, L> {
     FlightBeside,
     /// The photon arrives at a surface, which absorbs what the photon does not carry on.
     Arrival {
-        /// The point, and the index of the triangle.
-        hit: &'a SurfaceHit,
-        /// The surface to which the triangle belongs.
-        surface: &'a Surface,
-        /// The direction from which the photon arrives, and the face.
-        interaction: &'a Interaction,
+        /// The point, the surface and its material, and how the photon comes there.
+        at: &'a Arrived<'a>,
         /// The power that the photon brings.
         power: &'a Spectrum<L>,
         /// The power that it carries on.
@@ -101,7 +97,7 @@ impl<L: Lanes> Event<'_, L> {
                 let triangle = &scene.captor_triangles()[crossing.triangle];
                 triangle.normal().dot(direction).abs()
             }
-            Self::Arrival { interaction, .. } => interaction.cos,
+            Self::Arrival { at, .. } => at.interaction.cos,
             Self::FlightBeside | Self::Chance { .. } | Self::Escaped { .. } | Self::Lost(_) => 1.0,
         }
     }
@@ -112,9 +108,7 @@ impl<L: Lanes> Event<'_, L> {
     pub fn counted<'e>(&'e self, scene: &'e Scene) -> Option<Counted<'e, L>> {
         let (captor, front, power) = match *self {
             Self::Crossing { crossing, power, .. } => (crossing.captor, crossing.front, power),
-            Self::Arrival { surface, interaction, power, .. } => {
-                (surface.captor()?, interaction.front, power)
-            }
+            Self::Arrival { at, power, .. } => (at.surface.captor()?, at.interaction.front, power),
             Self::FlightBeside | Self::Chance { .. } | Self::Escaped { .. } | Self::Lost(_) => {
                 return None;
             }
@@ -145,20 +139,21 @@ pub trait Guide<'s, L: Lanes> {
     #[inline(always)]
     fn scatter(
         &mut self,
-        arrived: &Arrived<'_, 's>,
+        at: &Arrived<'s>,
         power: &Spectrum<L>,
         scattered: &mut Spectrum<L>,
         rng: &mut Stream,
     ) -> Option<Onward> {
-        scatter(arrived.material, arrived.interaction, power, scattered, rng)
+        scatter(at.material, &at.interaction, power, scattered, rng)
     }
 
-    /// Is called once the photon has brought `power` to a surface. It may change whether and how
-    /// the photon goes `onward`, and with what power.
+    /// Is called once the photon has brought `power` to a surface, after so many `interactions`. It
+    /// may change whether and how the photon goes `onward`, and with what power.
     #[inline(always)]
     fn arrive(
         &mut self,
-        _arrived: &Arrived<'_, 's>,
+        _at: &Arrived<'s>,
+        _interactions: u32,
         _power: &Spectrum<L>,
         _onward: (&mut Option<Onward>, &mut Spectrum<L>),
         _rng: &mut Stream,
@@ -182,13 +177,13 @@ impl<'s, L: Lanes> Guide<'s, L> for UntilDiffused {
     #[inline(always)]
     fn scatter(
         &mut self,
-        arrived: &Arrived<'_, 's>,
+        at: &Arrived<'s>,
         power: &Spectrum<L>,
         scattered: &mut Spectrum<L>,
         rng: &mut Stream,
     ) -> Option<Onward> {
-        scatter(arrived.material, arrived.interaction, power, scattered, rng)
-            .filter(|onward| !onward.lobe.is_diffuse() || arrived.material.glossy() > 0.0)
+        scatter(at.material, &at.interaction, power, scattered, rng)
+            .filter(|onward| !onward.lobe.is_diffuse() || at.material.glossy() > 0.0)
     }
 }
 
@@ -209,21 +204,6 @@ pub struct Onward {
     pub direction: Vec3,
     /// The lobe of the surface by which it goes on.
     pub lobe: LobeKind,
-}
-
-/// A place at which a photon has arrived.
-#[derive(Clone, Copy)]
-pub struct Arrived<'h, 's> {
-    /// The point, and the index of the triangle.
-    pub hit: &'h SurfaceHit,
-    /// The surface to which the triangle belongs.
-    pub surface: &'h Surface,
-    /// The material of the surface.
-    pub material: &'s Material,
-    /// The direction from which the photon arrives, and the face.
-    pub interaction: &'h Interaction,
-    /// Number of interactions that the photon had before.
-    pub interactions: u32,
 }
 
 /// Follows a photon along `ray`, and its copies if `guide` makes any. Reports to `on` what happens
@@ -260,29 +240,18 @@ fn follow<'s, L: Lanes>(
     for interactions in before..MAX_INTERACTIONS {
         let direction = ray.direction;
         let hit = scene.meet(&ray, |crossing| guide.cross(crossing, direction, &power, &mut on));
-        let Some(hit) = &hit else {
+        let Some(hit) = hit else {
             if scene.is_endless(&ray) {
                 break;
             }
             return on(Event::Escaped { power: &power, missed: interactions == 0, direction });
         };
-        let surface = &scene.surface(hit.triangle);
-        let material = scene.material(surface);
-        let interaction = &Interaction::new(direction, surface.normal).on(hit.triangle);
-        let arrived = Arrived { hit, surface, material, interaction, interactions };
+        let at = &scene.arrived(hit, direction);
         let mut scattered = power.zero();
-        let mut onward = guide.scatter(&arrived, &power, &mut scattered, rng);
+        let mut onward = guide.scatter(at, &power, &mut scattered, rng);
         let lobe = onward.map(|onward| onward.lobe);
-        on(Event::Arrival {
-            hit,
-            surface,
-            interaction,
-            power: &power,
-            scattered: &scattered,
-            lobe,
-        });
-
-        guide.arrive(&arrived, &power, (&mut onward, &mut scattered), rng, &mut on);
+        on(Event::Arrival { at, power: &power, scattered: &scattered, lobe });
+        guide.arrive(at, interactions, &power, (&mut onward, &mut scattered), rng, &mut on);
         let Some(onward) = onward else { return };
         power = scattered;
         let total = onward.lobe == LobeKind::TotalReflection;
@@ -290,7 +259,7 @@ fn follow<'s, L: Lanes>(
         if total_reflections == MAX_TOTAL_REFLECTIONS {
             break;
         }
-        ray = leave(scene, hit, interaction, onward);
+        ray = at.leave(onward.lobe, onward.direction);
     }
     on(Event::Lost(&power));
 }
@@ -348,11 +317,4 @@ pub fn roulette<L: Lanes>(
         return Some(carried);
     }
     (rng.uniform() < survival).then(|| carried.map(|value| value / survival))
-}
-
-/// Returns the ray along which a photon goes on from a surface.
-#[inline]
-pub fn leave(scene: &Scene, hit: &SurfaceHit, interaction: &Interaction, onward: Onward) -> Ray {
-    let side = if onward.lobe.crosses() { -interaction.normal } else { interaction.normal };
-    scene.leave(hit, side, onward.direction)
 }

@@ -10,7 +10,7 @@ use crate::{
         sampling::{cosine_hemisphere, uniform_triangle, weighted_choice},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
-    scene::{light::Entrance, material::Interaction},
+    scene::light::Entrance,
 };
 
 /// Number of rays to the sky from the openings of a light.
@@ -71,24 +71,22 @@ impl Scene {
             let direction = Frame::new(normal).to_world(cosine_hemisphere(rng.square()));
             let origin = triangle.point(at.x, at.y) + 2.0 * triangle.offset() * normal;
             let ray = Ray { origin, direction };
-            let Some(hit) = self.closest(&ray) else { continue };
+            let Some(at) = self.arrive(&ray) else { continue };
             // behind another opening there is light again
             let offset = closeness(origin) + 4.0 * triangle.offset();
             let other = self.last_opening_in_cells(light, &ray, offset);
-            if other.is_some_and(|(t, _)| t < hit.t) {
+            if other.is_some_and(|(t, _)| t < at.hit.t) {
                 continue;
             }
-            let surface = &self.surface(hit.triangle);
-            let interaction = Interaction::new(direction, surface.normal).on(hit.triangle);
-            let absorbed = self.material(surface).absorptance(&interaction);
+            let absorbed = at.material.absorptance(&at.interaction);
             let least = |absorbed: Spectrum<L>| {
                 let bands = absorbed.values().iter().take(self.bands.len());
                 bands.copied().fold(f32::INFINITY, f32::min)
             };
             let sent_on = 1.0 - absorbed.map_or(0.0, least);
-            let name = match self.object(hit.triangle) {
+            let name = match self.object(at.hit.triangle) {
                 Some(object) => &self.objects[object],
-                None => &self.materials[surface.material as usize].name,
+                None => &self.materials[at.surface.material as usize].name,
             };
             let (count, sent) = seen.entry(name.clone()).or_default();
             (*count, *sent) = (*count + 1, *sent + f64::from(sent_on));

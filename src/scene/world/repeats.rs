@@ -142,7 +142,7 @@ impl Scene {
                 crossed.triangle = triangle;
                 crossed.point -= repeats.lattice.shift(cell).as_vec3();
             }
-            self.crossing(&stretch.ray, &mut *visit)(crossed, hit == Some(crossed.t));
+            self.crossing(&stretch.ray, &mut &mut *visit)(crossed, hit == Some(crossed.t));
         });
     }
 
@@ -233,11 +233,9 @@ impl Scene {
         })
     }
 
-    /// Returns the ray that leaves a surface where `before` has met it, like
-    /// [`leave`](Self::leave), but in the coordinates of that ray, however many periods away the
-    /// scene describes the surface.
-    pub fn leave_on(&self, before: &Ray, hit: &SurfaceHit, side: Vec3, direction: Vec3) -> Ray {
-        let ray = self.leave(hit, side, direction);
+    /// Returns a ray that leaves a surface where `before` has met it in the coordinates of that ray,
+    /// however many periods away the scene describes the surface.
+    pub fn unfolded(&self, before: &Ray, hit: &SurfaceHit, ray: Ray) -> Ray {
         Ray { origin: ray.origin + self.periods_to(before, hit), ..ray }
     }
 

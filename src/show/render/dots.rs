@@ -153,8 +153,8 @@ fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
                 let photon = scene.emit::<L>(&strata, index, &mut rng);
                 let mut corners = vec![photon.ray.origin];
                 trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
-                    if let Event::Arrival { hit, .. } = event {
-                        corners.push(hit.point);
+                    if let Event::Arrival { at, .. } = event {
+                        corners.push(at.hit.point);
                     }
                 });
                 corners

@@ -20,8 +20,8 @@ use crate::{
     },
     scene::{
         light::LightHit,
-        material::{Interaction, Lambert, Material, Transport},
-        world::SurfaceHit,
+        material::{Lambert, Material, Transport},
+        world::{Arrived, SurfaceHit},
     },
     transport::{
         paths::Joined,
@@ -106,7 +106,7 @@ impl<'a> Gather<'a> {
 /// the radiance in any direction to that along the normal, the estimates made beforehand are
 /// used; otherwise the nearest `k` photons.
 fn told(light: &SurfaceLight, cache: &RadianceCache, k: usize, place: &Place) -> Vec<f64> {
-    let Place { hit, material, interaction, .. } = place;
+    let Arrived { hit, material, interaction, .. } = &place.at;
     let Some(relative) = material.relative_radiance(interaction.cos) else {
         return light.radiance_of(hit.triangle, hit.point, -interaction.direction, k, |_| true);
     };
@@ -120,7 +120,7 @@ fn told(light: &SurfaceLight, cache: &RadianceCache, k: usize, place: &Place) ->
 /// power: it took `beforehand` photons where the estimate was made beforehand, otherwise the
 /// nearest `k`.
 fn error_of_told(beforehand: usize, k: usize, place: &Place) -> f32 {
-    let known = place.material.relative_radiance(place.interaction.cos).is_some();
+    let known = place.at.material.relative_radiance(place.at.interaction.cos).is_some();
     SurfaceLight::error_of(if known { beforehand } else { k })
 }
 
@@ -139,7 +139,7 @@ impl Whitted<'_> {
         let [shared, shared_focused] = shared;
         let all = |_: &Way<L>, _: &LightHit| 1.0;
         self.follow(start, rng, all, |place, rng| {
-            let Place { hit, interaction, .. } = place;
+            let Arrived { hit, interaction, .. } = &place.at;
             let reach = PIXELS * self.viewpoint.camera.pixel() * place.length;
             let (triangle, outgoing) = (hit.triangle, -interaction.direction);
             let near = |shared: &mut Shared, find: &dyn Fn() -> Vec<f64>| {
@@ -175,16 +175,14 @@ impl Whitted<'_> {
         rng: &mut Stream,
     ) -> Found<L> {
         let (scene, triangle) = (self.light.scene, hit.triangle);
-        let surface = &scene.surface(triangle);
-        let interaction = Interaction::new(ray.direction, surface.normal).on(triangle);
+        let at = scene.arrived(*hit, ray.direction);
+        let front = at.interaction.front;
         let (light, reach) = (self.told_by(gather), self.reach(hit));
-        let told = shared.value(hit, interaction.front, reach, || {
-            light.irradiance(triangle, interaction.front, hit.point)
-        });
+        let told = shared.value(hit, front, reach, || light.irradiance(triangle, front, hit.point));
         let told = Found::told(load(told), light.error_of_alike());
         let Some(gather) = gather else { return told };
-        let (material, length, share) = (&gather.white, hit.t, 1.0);
-        let place = Place { hit: *hit, surface, material, interaction, length, share };
+        let at = Arrived { material: &gather.white, ..at };
+        let place = Place { at, length: hit.t, share: 1.0 };
         told.with(self.gathered::<L>(gather, &place, rng).map(|found| found.scaled(PI)))
     }
 
@@ -259,18 +257,17 @@ impl Whitted<'_> {
         rng: &mut Stream,
     ) -> [Spectrum<L>; 2] {
         let scene = self.light.scene;
-        let Place { hit, surface, material, interaction, .. } = place;
-        let joined = Joined::new(scene, surface.normal, material, *interaction, hit.point);
+        let at = &place.at;
+        let joined = Joined::new(scene, *at);
         // the first shadow ray and the gathering ray have the numbers that are spread evenly
         let mut from_lamps: Spectrum<L> = joined.radiance(rng);
-        let scatter = material.sample::<L>(interaction, Transport::Importance, rng);
+        let scatter = at.material.sample::<L>(&at.interaction, Transport::Importance, rng);
         (1..SHADOW_RAYS).for_each(|_| from_lamps += joined.radiance(rng));
         let from_lamps = from_lamps.scaled(1.0 / SHADOW_RAYS as f32);
         let Some(scatter) = scatter.filter(|s| s.lobe.is_diffuse()) else {
             return [from_lamps.clone(), from_lamps.zero()];
         };
-        let side = if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
-        let ray = scene.leave(hit, side, scatter.direction);
+        let ray = at.leave(scatter.lobe, scatter.direction);
         let start = Way::new(ray, scene.lanes(), false, SMALL_GATHERED);
         // lamps seen by way of mirrors are focused light, which photons estimate
         let share = |way: &Way<L>, hit: &LightHit| {
@@ -291,7 +288,7 @@ impl Whitted<'_> {
         near: u32,
         rng: &mut Stream,
     ) -> Spectrum<L> {
-        let (light, Place { hit, material, interaction, .. }) = (self.light, end);
+        let (light, Arrived { hit, material, interaction, .. }) = (self.light, &end.at);
         let (triangle, outgoing) = (hit.triangle, -interaction.direction);
         let Some(relative) = material.relative_radiance(interaction.cos) else {
             // light that came to a glossy surface straight or by gloss alone becomes focused light

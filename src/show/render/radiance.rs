@@ -14,8 +14,8 @@ use crate::{
     },
     scene::{
         light::LightHit,
-        material::{Interaction, LobeKind, Material, Transport},
-        world::{Surface, SurfaceHit},
+        material::{LobeKind, Transport},
+        world::Arrived,
     },
     transport::surface_light::SurfaceLight,
 };
@@ -121,11 +121,7 @@ impl<L: Lanes> Way<L> {
 
 /// A place where a surface scatters diffusely, as seen along a ray.
 pub(super) struct Place<'a> {
-    pub hit: SurfaceHit,
-    pub surface: &'a Surface,
-    /// The material of the surface.
-    pub material: &'a Material,
-    pub interaction: Interaction,
+    pub at: Arrived<'a>,
     /// Distance along the ray from its start, m.
     pub length: f32,
     /// The fraction of the place's radiance that is seen: the largest over the bands.
@@ -161,31 +157,27 @@ impl Whitted<'_> {
                 sum.told += met.scaled(share(&way, &hit)) * throughput;
             });
             let Some(hit) = hit else { continue };
-            let surface = &scene.surface(hit.triangle);
-            let material = scene.material(surface);
-            let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
+            let at = scene.arrived(hit, ray.direction);
             let length = length + hit.t;
-            if material.is_diffuse() {
-                let share = throughput.largest();
-                let place = Place { hit, surface, material, interaction, length, share };
+            if at.material.is_diffuse() {
+                let place = Place { at, length, share: throughput.largest() };
                 sum += seen(&place, rng) * throughput;
             }
             if surfaces == MOST_SURFACES {
                 continue;
             }
-            let smooth = material.smooth_ways::<L>(&interaction, Transport::Importance);
+            let smooth = at.material.smooth_ways::<L>(&at.interaction, Transport::Importance);
             for scatter in smooth.into_iter().flatten() {
                 let throughput = scatter.weight * throughput;
                 let chance = (throughput.largest() / small).min(1.0);
                 if chance == 0.0 || (chance < 1.0 && rng.uniform() >= chance) {
                     continue;
                 }
-                let side =
-                    if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
+                let onward = at.leave(scatter.lobe, scatter.direction);
                 ways.push(Way {
                     ray: match scatter.lobe {
-                        LobeKind::Straight => scene.leave_on(&ray, &hit, side, scatter.direction),
-                        _ => scene.leave(&hit, side, scatter.direction),
+                        LobeKind::Straight => scene.unfolded(&ray, &hit, onward),
+                        _ => onward,
                     },
                     throughput: throughput.scaled(1.0 / chance),
                     surfaces: surfaces + 1,

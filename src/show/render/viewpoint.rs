@@ -144,9 +144,7 @@ impl<'a> Viewpoint<'a> {
             if !cut && !passed(hit.triangle) {
                 return Some(SurfaceHit { t, ..hit });
             }
-            let normal = self.scene.surface(hit.triangle).normal;
-            let side = normal * normal.dot(ray.direction).signum();
-            ray = self.scene.leave(&hit, side, ray.direction);
+            ray = self.scene.pass(&hit, ray.direction);
             travelled = t;
         }
     }

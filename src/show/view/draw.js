@@ -182,7 +182,7 @@ function showTheme() {
   document.documentElement.dataset.theme = isDark() ? "dark" : "light";
   element("theme").textContent = isDark() ? "light" : "dark";
   renderer.setClearColor(paper(), 1);
-  [outlines, cellOutline].forEach((lines) => lines?.material.color.set(isDark() ? 0xd0d4da : 0x444444));
+  outlines?.material.color.set(isDark() ? 0xd0d4da : 0x444444);
   draw();
 }
 
@@ -284,6 +284,8 @@ let captorBox, fitted;
 function lookAtCaptors() {
   captorBox = boxOfCaptors();
   let best = { score: 0, away: direction(ACROSS, UP), clear: false };
+  // with very many tiles the box decides: on an upright screen, what is long is seen from one of its ends
+  if (MANY && camera.aspect < 1 && captorBox.half.x > captorBox.half.y) best.away = direction(90 + ACROSS / 2, UP);
   const sides = facts.captors.length && !MANY ? [0, 90, 270, 180] : [];
   for (const up of [UP, 42]) {
     for (const side of sides) {
@@ -391,8 +393,8 @@ function makeImages() {
   };
   const geometry = new T.BufferGeometry();
   geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(edgesOfBox(corner)), 3));
-  // plants do not hide it
-  const seen = { depthTest: false, transparent: true, opacity: 0.75 };
+  // plants do not hide it, and no colour of light is like it
+  const seen = { color: 0xff5722, depthTest: false, transparent: true, opacity: 0.75 };
   cellOutline = new T.LineSegments(geometry, new T.LineBasicMaterial(seen));
   cellOutline.frustumCulled = false;
   scene.add(cellOutline, ...images);

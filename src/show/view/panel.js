@@ -269,7 +269,7 @@ function makeClip() {
 }
 
 function makePanel() {
-  element("name").textContent = facts.scene;
+  for (const title of ["name", "caption"]) element(title).textContent = facts.scene;
   element("source").textContent = `${facts.source ? facts.source + " · " : ""}phylux ${facts.phylux}`;
   option("quantity", "irradiance", "irradiance");
   option("quantity", "absorbed", "absorbed per area");
@@ -390,7 +390,10 @@ function watchMouse() {
       requestAnimationFrame(look);
     }
   });
-  canvas.addEventListener("pointerleave", () => { at = null; showTip(-1); });
+  // a finger that is lifted leaves, too, and what it has asked for stays
+  canvas.addEventListener("pointerleave", (e) => {
+    if (e.pointerType !== "touch") { at = null; showTip(-1); }
+  });
   canvas.addEventListener("pointerdown", (e) => (pressed = { x: e.clientX, y: e.clientY }));
   canvas.addEventListener("pointerup", (e) => {
     // a click, not the end of a drag

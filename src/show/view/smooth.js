@@ -1,10 +1,14 @@
 // Light from few photons is blotchy. Here it is smoothed for the eye, along surfaces without edges and between places that
-// differ by no more than their errors do. Numbers stay as they are.
+// differ by no more than their errors do. At last, what is left of the steps between tiles becomes slopes. Numbers stay as
+// they are.
 
 /** Rounds of smoothing among neighbours: fewer where there are so many tiles that each takes long. */
 const ROUNDS = facts.tiles > 150000 ? 3 : 8;
 /** Standard errors of the estimates by which two places may differ as if they had the same light. */
 const ALIKE = 2.5;
+/** Where there are very many tiles, shapes that have more than this with all their copies stay as they are; a page of more
+ *  tiles than the second number is not smoothed at all. */
+const MOST_OF_A_SHAPE = 50000, MOST_OF_A_PAGE = 1500000;
 /** Texels in a row of the texture of corners. A tile has two, for the fronts and the backs of its three corners. */
 const CORNER_WIDTH = 2 * 1024;
 
@@ -13,7 +17,7 @@ let areas, meetings, meeting, cornerTexture;
 
 /** Finds the tiles that meet at each corner and continue the surface smoothly. */
 function makeSmooth() {
-  const canSmooth = Boolean(local) && !MANY && facts.localError > 0;
+  const canSmooth = Boolean(local) && facts.tiles < MOST_OF_A_PAGE && facts.localError > 0;
   const rows = canSmooth ? Math.max(1, Math.ceil(facts.tiles / 1024)) : 1;
   cornerTexture = texture(new Float32Array(4 * CORNER_WIDTH * rows), CORNER_WIDTH, rows, T.FloatType, T.RGBAFormat);
   if (!canSmooth) return;
@@ -21,6 +25,10 @@ function makeSmooth() {
   meetings = new Uint32Array(3 * facts.tiles + 1);
   const [lists, normals] = [[], new Float32Array(3 * facts.tiles)];
   for (const { corner, first, tiles, copies } of shapes) {
+    if (MANY && tiles * copies > MOST_OF_A_SHAPE) {
+      meetings.fill(lists.length, 3 * first, 3 * (first + tiles * copies));
+      continue;
+    }
     const tilesAt = new Map();
     for (let own = 0; own < tiles; own++) {
       const [a, b, c] = cornersOf(first + own).map((place) => new T.Vector3(...place));
@@ -57,9 +65,9 @@ function cornerKey(tile, i) {
   return x + 65536 * (y + 65536 * z);
 }
 
-/** Returns the mean of a face's values where tiles meet, from the first list to the last, of those that are like `value`. */
-function meanAlike(values, face, value, first, last) {
-  const reach = ALIKE * facts.localError;
+/** Returns the mean of a face's values where tiles meet, from the first list to the last, of those that are like `value`:
+ *  those that differ from it by no more than about this fraction. */
+function meanAlike(values, face, value, reach, first, last) {
   let [sum, weight] = [0, 0];
   for (let i = meetings[first]; i < meetings[last]; i++) {
     const tile = meeting[i];
@@ -76,13 +84,15 @@ function meanAlike(values, face, value, first, last) {
 /** Fills in the light at the corners of all tiles, smoothed. */
 function paintCorners() {
   const raw = valueTexture.image.data;
-  let values = Float32Array.from({ length: 2 * facts.tiles }, (_, i) => raw[4 * (i >> 1) + (i & 1)]);
+  const reach = ALIKE * facts.localError;
+  let values = new Float32Array(2 * facts.tiles);
+  for (let i = 0; i < values.length; i++) values[i] = raw[4 * (i >> 1) + (i & 1)];
   for (let round = 0; round < ROUNDS; round++) {
     const next = values.slice();
     for (let tile = 0; tile < surfaceTiles; tile++) {
       for (const face of [FRONT, BACK]) {
         const value = values[2 * tile + face];
-        if (value > 0) next[2 * tile + face] = meanAlike(values, face, value, 3 * tile, 3 * tile + 3);
+        if (value > 0) next[2 * tile + face] = meanAlike(values, face, value, reach, 3 * tile, 3 * tile + 3);
       }
     }
     values = next;
@@ -93,7 +103,7 @@ function paintCorners() {
       const value = values[2 * tile + face];
       for (let i = 0; i < 3; i++) {
         const at = 3 * tile + i;
-        data[8 * tile + 4 * face + i] = value > 0 && tile < surfaceTiles ? meanAlike(values, face, value, at, at + 1) : value;
+        data[8 * tile + 4 * face + i] = value >= 0 && tile < surfaceTiles ? meanAlike(values, face, value, Infinity, at, at + 1) : value;
       }
     }
   }

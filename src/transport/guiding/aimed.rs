@@ -25,11 +25,9 @@ use crate::{
     scene::{
         light::{Emission, EntryFace, Light, Start},
         material::{Interaction, LobeKind, Material},
-        world::{Crossing, Scene},
+        world::{Arrived, Crossing, Scene},
     },
-    transport::trace::{
-        Arrived, Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, Onward, leave, scatter,
-    },
+    transport::trace::{Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, Onward, scatter},
 };
 
 /// Sends the aimed flights that accompany one photon.
@@ -64,10 +62,10 @@ enum Origin<'a> {
 
 impl<'a> Origin<'a> {
     /// Takes the place where a photon has arrived.
-    fn surface(arrived: &Arrived<'_, 'a>) -> Self {
-        let Arrived { hit, surface, material, interaction, .. } = *arrived;
+    fn surface(arrived: &Arrived<'a>) -> Self {
+        let Arrived { hit, surface, material, interaction } = *arrived;
         let (point, offset) = (hit.point, surface.offset);
-        Self::Surface { point, offset, material, interaction: *interaction }
+        Self::Surface { point, offset, material, interaction }
     }
 
     /// Takes the place where a photon was emitted; `None` for a dark light at infinity.
@@ -216,14 +214,12 @@ impl<'a> Aimed<'a> {
             });
             on(Event::FlightBeside);
             let Some(hit) = hit else { return };
-            let surface = &scene.surface(hit.triangle);
-            let material = scene.material(surface);
-            if material.is_diffuse() {
+            let at = scene.arrived(hit, direction);
+            if at.material.is_diffuse() {
                 return;
             }
-            let interaction = Interaction::new(direction, surface.normal).on(hit.triangle);
             let mut scattered = power.zero();
-            let onward = scatter(material, &interaction, &power, &mut scattered, rng);
+            let onward = scatter(at.material, &at.interaction, &power, &mut scattered, rng);
             let Some(onward) = onward else { return };
             power = scattered;
             total_reflections =
@@ -231,7 +227,7 @@ impl<'a> Aimed<'a> {
             if total_reflections == MAX_TOTAL_REFLECTIONS {
                 return;
             }
-            ray = leave(scene, &hit, &interaction, onward);
+            ray = at.leave(onward.lobe, onward.direction);
         }
     }
 
@@ -268,7 +264,7 @@ impl<'a> Aimed<'a> {
     #[inline]
     pub fn arrive<L: Lanes>(
         &mut self,
-        arrived: &Arrived<'_, 'a>,
+        arrived: &Arrived<'a>,
         power: &Spectrum<L>,
         rng: &mut Stream,
         on: &mut impl FnMut(Event<'_, L>),
@@ -278,7 +274,7 @@ impl<'a> Aimed<'a> {
 
     /// Takes in how the photon leaves the surface; `None`: the photon ends there.
     #[inline]
-    pub fn leave(&mut self, arrived: &Arrived<'_, 'a>, seen: Seen, onward: Option<Onward>) {
+    pub fn leave(&mut self, arrived: &Arrived<'a>, seen: Seen, onward: Option<Onward>) {
         self.share = None;
         // no aimed flight is sent in a mirrored direction
         let drawn = onward.filter(|onward| onward.lobe.is_diffuse());

@@ -19,12 +19,12 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        material::{BsdfSample, Interaction, Material, Transport},
-        world::{Crossing, Scene, SurfaceHit},
+        material::{BsdfSample, Transport},
+        world::{Arrived, Crossing, Scene},
     },
     transport::{
         settings::Guiding,
-        trace::{Arrived, Event, Flight, Guide, Onward, leave, scatter},
+        trace::{Event, Flight, Guide, Onward, scatter},
     },
 };
 
@@ -85,8 +85,6 @@ pub struct Windows<'a> {
 
 /// Guides one photon.
 pub struct Guided<'a, 'p, L> {
-    /// The scene.
-    pub scene: &'a Scene,
     /// Sends the aimed flights, where there are captors to aim at.
     pub aimed: Option<Aimed<'a>>,
     /// The importance J, and the factor by which the product of power and importance gives m.
@@ -101,9 +99,7 @@ pub struct Guided<'a, 'p, L> {
 
 /// Copies of a photon that are still to be followed, and the place from which they start.
 pub struct Copies<'a, L> {
-    hit: SurfaceHit,
-    material: &'a Material,
-    interaction: Interaction,
+    at: Arrived<'a>,
     /// How often the photon had been scattered before it arrived here.
     interactions: u32,
     seen: Seen,
@@ -125,18 +121,17 @@ struct Game {
 impl<'a, 'p, L: Lanes> Guided<'a, 'p, L> {
     /// Starts with a photon that leaves a light.
     pub fn new(
-        scene: &'a Scene,
         aimed: Option<Aimed<'a>>,
         windows: Option<(&'a Importance<'a>, f32)>,
         copies: &'p mut Vec<Copies<'a, L>>,
     ) -> Self {
-        Self { scene, aimed, windows, copies, game: None, photons: 1 }
+        Self { aimed, windows, copies, game: None, photons: 1 }
     }
 
-    fn game(&self, at: &Arrived, power: &Spectrum<L>) -> Option<Game> {
+    fn game(&self, at: &Arrived<'a>, power: &Spectrum<L>) -> Option<Game> {
         let (importance, scale) = self.windows.filter(|_| at.material.is_diffuse())?;
         let kept = importance.kept(at.surface.material);
-        let mean = scale * power.largest() * importance.at(at.hit, at.interaction.front);
+        let mean = scale * power.largest() * importance.at(&at.hit, at.interaction.front);
         let gain = (mean / kept).max(1.0 / MOST_GAIN);
         let leave_alone = !(gain >= BAND || gain <= 1.0 / BAND);
         let too_many = gain > 1.0 && self.photons > MOST_PHOTONS;
@@ -164,17 +159,17 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
     #[inline]
     fn scatter(
         &mut self,
-        arrived: &Arrived<'_, 'a>,
+        at: &Arrived<'a>,
         power: &Spectrum<L>,
         scattered: &mut Spectrum<L>,
         rng: &mut Stream,
     ) -> Option<Onward> {
-        self.game = self.game(arrived, power);
+        self.game = self.game(at, power);
         if self.game.is_none() {
-            return scatter(arrived.material, arrived.interaction, power, scattered, rng);
+            return scatter(at.material, &at.interaction, power, scattered, rng);
         }
         let BsdfSample { direction, weight, lobe } =
-            arrived.material.sample::<L>(arrived.interaction, Transport::Light, rng)?;
+            at.material.sample::<L>(&at.interaction, Transport::Light, rng)?;
         *scattered = weight * power;
         Some(Onward { direction, lobe })
     }
@@ -182,7 +177,8 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
     #[inline]
     fn arrive(
         &mut self,
-        arrived: &Arrived<'_, 'a>,
+        at: &Arrived<'a>,
+        interactions: u32,
         power: &Spectrum<L>,
         (onward, scattered): (&mut Option<Onward>, &mut Spectrum<L>),
         rng: &mut Stream,
@@ -190,15 +186,15 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
     ) {
         let mut seen = Seen::default();
         let gain = self.game.map_or(1.0, |game| game.gain);
-        if let Some(aimed) = self.aimed.as_mut().filter(|_| arrived.material.is_diffuse()) {
+        if let Some(aimed) = self.aimed.as_mut().filter(|_| at.material.is_diffuse()) {
             // aimed flights leave from here as though the photon had been split, or ended, before
             // it arrived
             let each = power.clone().scaled(1.0 / gain);
             let flights = if self.game.is_some() { gain + rng.uniform() } else { 1.0 };
             for _ in 0..flights as u32 {
-                seen = aimed.arrive(arrived, &each, rng, on);
+                seen = aimed.arrive(at, &each, rng, on);
             }
-            aimed.leave(arrived, seen, *onward);
+            aimed.leave(at, seen, *onward);
         }
         let Some(game) = self.game else { return };
         let number = (game.mean + rng.uniform()) as u32;
@@ -213,18 +209,15 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
         if number > 1 {
             let power = power.clone().scaled(1.0 / game.mean);
             self.photons += number - 1;
-            let Arrived { hit, material, interaction, interactions, .. } = *arrived;
-            let (hit, interaction, left) = (*hit, *interaction, number - 1);
-            let copies = Copies { hit, material, interaction, interactions, seen, power, left };
-            self.copies.push(copies);
+            self.copies.push(Copies { at: *at, interactions, seen, power, left: number - 1 });
         }
     }
 
     fn next(&mut self, rng: &mut Stream, on: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
         loop {
             let copies = self.copies.last_mut()?;
-            let Copies { hit, material, interaction, interactions, seen, .. } = *copies;
-            let sample = material.sample::<L>(&interaction, Transport::Light, rng);
+            let Copies { at, interactions, seen, .. } = *copies;
+            let sample = at.material.sample::<L>(&at.interaction, Transport::Light, rng);
             let onward = sample.map(|BsdfSample { direction, weight, lobe }| {
                 (weight * &copies.power, Onward { direction, lobe })
             });
@@ -235,12 +228,9 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
             let Some((power, onward)) = onward else { continue };
             on(Event::Chance { before: &power.zero(), after: &power });
             if let Some(aimed) = &mut self.aimed {
-                let surface = &self.scene.surface(hit.triangle);
-                let (hit, interaction) = (&hit, &interaction);
-                let arrived = Arrived { hit, surface, material, interaction, interactions };
-                aimed.leave(&arrived, seen, Some(onward));
+                aimed.leave(&at, seen, Some(onward));
             }
-            let ray = leave(self.scene, &hit, &interaction, onward);
+            let ray = at.leave(onward.lobe, onward.direction);
             return Some(Flight { ray, power, interactions: interactions + 1 });
         }
     }

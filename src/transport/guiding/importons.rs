@@ -16,10 +16,10 @@ use crate::{
     },
     scene::{
         captor::Channel,
-        material::{BsdfSample, Interaction, Transport},
+        material::{BsdfSample, Transport},
         world::{Outline, Scene},
     },
-    transport::trace::{Onward, leave, roulette},
+    transport::trace::roulette,
 };
 
 /// Importons are traced in blocks of this many.
@@ -184,13 +184,10 @@ impl<L: Lanes> Walk<'_, '_, L> {
         rng: &mut Stream,
     ) -> Option<(Ray, Spectrum<L>)> {
         let scene = self.scene;
-        let hit = scene.closest(ray)?;
-        let surface = &scene.surface(hit.triangle);
-        let material = scene.material(surface);
-        let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
+        let at = scene.arrive(ray)?;
         let mut copies = 1.0;
-        if material.is_diffuse() {
-            let place = self.cells.at(&hit, interaction.front);
+        if at.material.is_diffuse() {
+            let place = self.cells.at(&at.hit, at.interaction.front);
             let weight = sum(&carried);
             self.found.push((place as u32, weight));
             if let Some((density, usual)) = self.usual {
@@ -206,10 +203,10 @@ impl<L: Lanes> Walk<'_, '_, L> {
         };
         let mut onward = || {
             let BsdfSample { direction, weight, lobe } =
-                material.sample::<L>(&interaction, Transport::Importance, rng)?;
+                at.material.sample::<L>(&at.interaction, Transport::Importance, rng)?;
             let survival = weight.largest_within(&carried);
             let scattered = roulette(weight * &carried, survival, rng)?.scaled(1.0 / copies);
-            Some((leave(scene, &hit, &interaction, Onward { direction, lobe }), scattered))
+            Some((at.leave(lobe, direction), scattered))
         };
         self.waiting.extend((1..number).filter_map(|_| onward()));
         if number > 0 { onward() } else { None }

@@ -1,7 +1,5 @@
 //! Next-event estimation at the first visible surfaces, for pictures.
 
-use glam::Vec3;
-
 use super::{Path, Pilot, choice::LightChoice, next_event_density, vertex::Vertex};
 use crate::{
     math::{
@@ -11,8 +9,8 @@ use crate::{
     },
     scene::{
         light::LightHit,
-        material::{Interaction, Material, Transport},
-        world::Scene,
+        material::Transport,
+        world::{Arrived, Scene},
     },
 };
 
@@ -29,50 +27,42 @@ pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum
 /// callers that sample directions at the point and follow them themselves.
 pub struct Joined<'a> {
     scene: &'a Scene,
-    material: &'a Material,
-    normal: Vec3,
-    interaction: Interaction,
+    seen: Arrived<'a>,
     at: Vertex,
 }
 
 impl<'a> Joined<'a> {
-    /// Takes a `point` of the interaction's triangle that a camera ray meets, as if it were of
-    /// `material`. `normal` is the normal of the surface's front.
-    pub fn new(
-        scene: &'a Scene,
-        normal: Vec3,
-        material: &'a Material,
-        interaction: Interaction,
-        point: Vec3,
-    ) -> Self {
-        let one_sided = (!material.transmits_diffusely()).then_some(interaction.normal);
+    /// Takes a point that a camera ray meets. It is of the material that is given with it, which
+    /// may be another than that of the surface.
+    pub fn new(scene: &'a Scene, seen: Arrived<'a>) -> Self {
+        let (point, surface) = (seen.hit.point, &seen.surface);
+        let one_sided = (!seen.material.transmits_diffusely()).then_some(seen.interaction.normal);
         let choice = LightChoice::new(scene, point, one_sided);
-        let offset = scene.surface(interaction.triangle as usize).offset;
-        let at = Vertex { point, step: Some((normal, offset)), one_sided, arrival: None, choice };
-        Self { scene, material, normal, interaction, at }
+        let step = Some((surface.normal, surface.offset));
+        let at = Vertex { point, step, one_sided, arrival: None, choice };
+        Self { scene, seen, at }
     }
 
     /// Estimates, with one light point, the radiance that the surface sends back along the camera
     /// ray, without the part that [`weight`](Self::weight) leaves to sampled directions.
     pub fn radiance<L: Lanes>(&self, rng: &mut Stream) -> Spectrum<L> {
-        let along = |d| self.material.pdf(&self.interaction, Transport::Importance, d);
+        let Arrived { material, interaction, .. } = &self.seen;
+        let along = |d| material.pdf(interaction, Transport::Importance, d);
         let mut path =
             Path { scene: self.scene, pilot: &Pilot::NONE, rng, rays: 0, cut_off: false };
         let Some((towards, irradiance)) = path.next_event::<L>(&self.at, along) else {
             return Spectrum::splat(self.scene.lanes(), 0.0);
         };
-        let arriving = Interaction {
-            triangle: self.interaction.triangle,
-            ..Interaction::new(-towards, self.normal)
-        };
-        let f = self.material.evaluate(&arriving, -self.interaction.direction);
+        let arriving = self.seen.along(-towards);
+        let f = material.evaluate(&arriving, -interaction.direction);
         f.scaled(arriving.cos) * irradiance
     }
 
     /// Returns the weight, in [0, 1], of a light that a sampled direction meets, straight or
     /// through panes.
     pub fn weight(&self, ray: &Ray, hit: &LightHit) -> f32 {
-        let density = self.material.pdf(&self.interaction, Transport::Importance, ray.direction);
+        let Arrived { material, interaction, .. } = &self.seen;
+        let density = material.pdf(interaction, Transport::Importance, ray.direction);
         density / (density + next_event_density(self.scene, &self.at, ray, hit))
     }
 }

@@ -8,7 +8,7 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        material::{Interaction, LobeKind, Transport},
+        material::{LobeKind, Transport},
         world::{FlatMirrors, Scene},
     },
     transport::trace::MAX_INTERACTIONS,
@@ -36,16 +36,14 @@ pub(super) fn by_way_of<L: Lanes>(
             break;
         }
         rays += 1;
-        let Some(hit) = scene.closest(&ray) else { break };
-        let surface = &scene.surface(hit.triangle);
-        let material = scene.material(surface);
-        let at_pane = Interaction::new(toward, surface.normal);
-        let [mirrored, onward] = material.smooth_ways::<L>(&at_pane, Transport::Importance);
-        if mirrors.image_of(hit.triangle) == Some(image)
+        let Some(at) = scene.arrive(&ray) else { break };
+        let ways = at.material.smooth_ways::<L>(&at.interaction, Transport::Importance);
+        let [mirrored, onward] = ways;
+        if mirrors.image_of(at.hit.triangle) == Some(image)
             && let Some(mirrored) = mirrored
         {
             rays += 1;
-            if let Some(visible) = shines(&scene.leave(&hit, at_pane.normal, toward_sun)) {
+            if let Some(visible) = shines(&at.leave(mirrored.lobe, toward_sun)) {
                 arriving += mirrored.weight * &through * visible;
             }
         }
@@ -55,7 +53,7 @@ pub(super) fn by_way_of<L: Lanes>(
             }
             _ => break,
         }
-        ray = scene.leave(&hit, -at_pane.normal, toward);
+        ray = at.leave(LobeKind::Straight, toward);
     }
     (arriving, rays)
 }

@@ -17,8 +17,8 @@ use crate::{
     },
     scene::{
         light::{EmitterHit, Light},
-        material::{Interaction, Transport},
-        world::{Crossing, Scene, SurfaceHit},
+        material::{LobeKind, Transport},
+        world::{Arrived, Crossing, Scene},
     },
     transport::trace::MAX_INTERACTIONS,
 };
@@ -203,27 +203,26 @@ pub(super) fn origin(scene: &Scene, light: usize, ray: &Ray, point: Vec3) -> Opt
 }
 
 /// Follows a ray straight, also through panes and covers, to the first surface that does not let
-/// light straight through. Returns the hit, and the fraction of the light that comes there, per
+/// light straight through. Returns its arrival there, and the fraction of the light that comes there, per
 /// band. `None` if the ray leaves the scene. `cross` receives each face of a captor on the way,
 /// with the fraction of the light that comes to it.
 pub(super) fn straight<L: Lanes>(
     scene: &Scene,
     mut ray: Ray,
     mut cross: impl FnMut(&Crossing, &Spectrum<L>),
-) -> Option<(SurfaceHit, Spectrum<L>)> {
+) -> Option<(Arrived<'_>, Spectrum<L>)> {
     let mut through = Spectrum::splat(scene.lanes(), 1.0);
     for _ in 0..MAX_INTERACTIONS {
         let hit = scene.meet(&ray, |crossing| cross(&crossing, &through))?;
-        let surface = &scene.surface(hit.triangle);
-        let interaction = Interaction::new(ray.direction, surface.normal);
-        if let Some(captor) = surface.captor() {
-            let (triangle, front, point) = (hit.triangle, interaction.front, hit.point);
+        let at = scene.arrived(hit, ray.direction);
+        if let Some(captor) = at.surface.captor() {
+            let (triangle, front, point) = (hit.triangle, at.interaction.front, hit.point);
             cross(&Crossing { captor, triangle, front, point }, &through);
         }
-        let passed = scene.material(surface).straight::<L>(ray.direction, surface.normal);
-        let Some(passed) = passed else { return Some((hit, through)) };
+        let passed = at.material.straight::<L>(ray.direction, at.surface.normal);
+        let Some(passed) = passed else { return Some((at, through)) };
         through = through * passed;
-        ray = scene.leave(&hit, -interaction.normal, ray.direction);
+        ray = at.leave(LobeKind::Straight, ray.direction);
     }
     None
 }
@@ -256,13 +255,11 @@ fn follow<L: Lanes>(
             on(ratio, 1.0);
         }
     });
-    let Some((hit, _)) = landed else { return };
-    let surface = &scene.surface(hit.triangle);
-    let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
-    let scatter = scene.material(surface).sample::<L>(&interaction, Transport::Light, rng);
+    let Some((at, _)) = landed else { return };
+    let Arrived { hit, surface, .. } = at;
+    let scatter = at.material.sample::<L>(&at.interaction, Transport::Light, rng);
     let Some(scatter) = scatter.filter(|scatter| scatter.lobe.is_diffuse()) else { return };
-    let side = if scatter.lobe.crosses() { -interaction.normal } else { interaction.normal };
-    let onward = scene.leave(&hit, side, scatter.direction);
+    let onward = at.leave(scatter.lobe, scatter.direction);
     let mut next: Option<(Vec3, f32)> = None;
     let wall = scene.meet(&onward, |crossing| {
         let captor = &scene.captors[crossing.captor];

@@ -161,13 +161,13 @@ fn count_unaimed<L: Lanes>(
                 let face = Place::Face(counted.channel());
                 found.leave(photon.weights, counted.power, face, !aimed);
             }
-            if let Event::Arrival { hit, surface, power, lobe, .. } = event {
+            if let Event::Arrival { at, power, lobe, .. } = event {
                 rays += 1;
                 found.leave(photon.weights, power, Place::Surface, !aimed);
                 match lobe {
-                    Some(LobeKind::MirrorReflection) if !scene.material(surface).is_solid() => {
+                    Some(LobeKind::MirrorReflection) if !at.material.is_solid() => {
                         mirrors += 1;
-                        aimed &= mirrors == 1 && shows(hit.point, surface.normal);
+                        aimed &= mirrors == 1 && shows(at.hit.point, at.surface.normal);
                     }
                     Some(lobe) if lobe.is_diffuse() => (mirrors, aimed) = (0, true),
                     _ => {}
@@ -261,19 +261,19 @@ fn count<L: Lanes>(
                         let normal = scene.captor_triangles()[crossing.triangle].normal();
                         judge(counted.power, face, (crossing.point, normal));
                     }
-                    Event::Arrival { hit, surface, .. } => {
-                        judge(counted.power, face, (hit.point, surface.normal));
+                    Event::Arrival { at, .. } => {
+                        judge(counted.power, face, (at.hit.point, at.surface.normal));
                     }
                     _ => {}
                 }
             }
-            if let Event::Arrival { hit, surface, power, lobe, .. } = event {
+            if let Event::Arrival { at, power, lobe, .. } = event {
                 rays += 1;
                 on_surfaces.add(photon.weights, power, hidden);
-                judge(power, Place::Surface, (hit.point, surface.normal));
-                finding.arrived(hit.triangle, lobe);
+                judge(power, Place::Surface, (at.hit.point, at.surface.normal));
+                finding.arrived(at.hit.triangle, lobe);
                 if let Some(source) = &mut source {
-                    source.arrived(hit, surface.normal, lobe);
+                    source.arrived(&at.hit, at.surface.normal, lobe);
                 }
             }
         });

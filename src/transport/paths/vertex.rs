@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use super::choice::LightChoice;
 use crate::scene::{
-    material::{Interaction, Material},
-    world::{Scene, Surface},
+    material::Material,
+    world::{Arrived, Scene},
 };
 
 /// The way by which a path came to a point.
@@ -41,26 +41,18 @@ impl Vertex {
     }
 
     /// Creates a point of a surface, to which a path has come.
-    pub fn on(
-        scene: &Scene,
-        surface: &Surface,
-        material: &Material,
-        interaction: &Interaction,
-        point: Vec3,
-    ) -> Self {
-        let one_sided = matches!(material, Material::Lambert(_)).then_some(interaction.normal);
+    #[inline(always)]
+    pub fn on(scene: &Scene, at: &Arrived) -> Self {
+        let (point, surface) = (at.hit.point, &at.surface);
+        let one_sided =
+            matches!(at.material, Material::Lambert(_)).then_some(at.interaction.normal);
         // a surface that only mirrors or transmits is joined with no light
-        let choice = match material.is_diffuse() {
+        let choice = match at.material.is_diffuse() {
             true => LightChoice::new(scene, point, one_sided),
             false => LightChoice::default(),
         };
-        Self {
-            point,
-            step: Some((surface.normal, surface.offset)),
-            one_sided,
-            arrival: None,
-            choice,
-        }
+        let step = Some((surface.normal, surface.offset));
+        Self { point, step, one_sided, arrival: None, choice }
     }
 
     /// Returns the point, off its surface on the side of a direction.

@@ -64,8 +64,8 @@ impl Run<'_> {
                 tally.score_beside(scene, photon.weights, &event, |counted| {
                     finding.hidden || alone(counted.channel())
                 });
-                if let Event::Arrival { hit, lobe, .. } = event {
-                    finding.arrived(hit.triangle, lobe);
+                if let Event::Arrival { at, lobe, .. } = event {
+                    finding.arrived(at.hit.triangle, lobe);
                 }
             });
         }

@@ -36,8 +36,8 @@ fn split<L: Lanes>(scene: &Scene, batches: u64, histories: u64, seed: u64) -> To
             trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
                 let part = usize::from(finding.hidden);
                 tally.score(scene, Some(part), photon.weights, &event);
-                if let Event::Arrival { hit, lobe, .. } = event {
-                    finding.arrived(hit.triangle, lobe);
+                if let Event::Arrival { at, lobe, .. } = event {
+                    finding.arrived(at.hit.triangle, lobe);
                 }
             });
         }

@@ -10,12 +10,11 @@ use crate::{
     },
     scene::{
         light::{Emission, Strata, sources},
-        material::Interaction,
         world::Scene,
     },
     transport::{
         guiding::{EmissionTree, Importance, Lamps, Sample, emit_at},
-        trace::{leave, scatter},
+        trace::scatter,
     },
 };
 
@@ -130,18 +129,16 @@ fn matters<L: Lanes>(
     let largest = photon.weights.iter().copied().fold(0.0, f64::max);
     let (mut ray, mut power) = (photon.ray, photon.power);
     for _ in 0..MOST_SMOOTH {
-        let Some(hit) = scene.closest(&ray) else { break };
-        let surface = &scene.surface(hit.triangle);
-        let material = scene.material(surface);
-        let interaction = Interaction::new(ray.direction, surface.normal).on(hit.triangle);
-        if material.is_diffuse() {
-            return largest * f64::from(power.largest() * importance.at(&hit, interaction.front));
+        let Some(at) = scene.arrive(&ray) else { break };
+        if at.material.is_diffuse() {
+            let value = importance.at(&at.hit, at.interaction.front);
+            return largest * f64::from(power.largest() * value);
         }
         let mut scattered = power.zero();
-        let onward = scatter(material, &interaction, &power, &mut scattered, rng);
+        let onward = scatter(at.material, &at.interaction, &power, &mut scattered, rng);
         let Some(onward) = onward else { break };
         power = scattered;
-        ray = leave(scene, &hit, &interaction, onward);
+        ray = at.leave(onward.lobe, onward.direction);
     }
     0.0
 }

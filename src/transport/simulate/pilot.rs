@@ -192,12 +192,12 @@ fn arrive<L: Lanes>(
         let weight = largest / f64::from(density);
         let mut first = true;
         trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
-            let Event::Arrival { hit, surface, interaction, power, .. } = event else { return };
+            let Event::Arrival { at, power, .. } = event else { return };
             arrivals += 1;
-            if !scene.material(surface).is_diffuse() {
+            if !at.material.is_diffuse() {
                 return;
             }
-            let value = importance.at(hit, interaction.front);
+            let value = importance.at(&at.hit, at.interaction.front);
             if first {
                 firsts.push((weight * f64::from(power.largest() * value)) as f32);
             }

@@ -178,8 +178,8 @@ impl Run<'_> {
                 let beside =
                     matches!(event, Event::FlightBeside | Event::Crossing { carried: None, .. });
                 if let Some(finding) = found.as_mut().filter(|f| !beside && f.is_direct()) {
-                    if let Event::Arrival { hit, lobe, .. } = event {
-                        finding.arrived(hit.triangle, lobe);
+                    if let Event::Arrival { at, lobe, .. } = event {
+                        finding.arrived(at.hit.triangle, lobe);
                     }
                     return;
                 }
@@ -201,8 +201,8 @@ impl Run<'_> {
                         task.came(way);
                     }
                 }
-                if let Event::Arrival { surface, lobe, .. } = event {
-                    way = way.then(lobe, || self.scene.material(surface).glossy() > 0.0);
+                if let Event::Arrival { at, lobe, .. } = event {
+                    way = way.then(lobe, || at.material.glossy() > 0.0);
                 }
             };
             let Some(guidance) = guidance else {
@@ -227,7 +227,7 @@ impl Run<'_> {
                 (&*windows.importance, largest as f32 / windows.usual)
             });
             copies.clear();
-            let guide = Guided::new(self.scene, aimed, windows, &mut copies);
+            let guide = Guided::new(aimed, windows, &mut copies);
             trace(self.scene, ray, power, guide, &mut rng, on);
         }
         for (all, &most) in self.brightest.iter().zip(&brightest) {
@@ -275,9 +275,7 @@ impl Keep<'_> {
             Event::Crossing { crossing, direction, carried: Some(_), .. } => {
                 (crossing.point, direction, crossing.triangle)
             }
-            Event::Arrival { hit, interaction, .. } => {
-                (hit.point, interaction.direction, hit.triangle)
-            }
+            Event::Arrival { at, .. } => (at.hit.point, at.interaction.direction, at.hit.triangle),
             Event::Crossing { carried: None, .. }
             | Event::FlightBeside
             | Event::Chance { .. }
@@ -296,8 +294,8 @@ impl Keep<'_> {
             (Keep::Focused(_), _) if !way.is_focused() => return None,
             (
                 Keep::OnSurfaces(patches) | Keep::Focused(patches),
-                Event::Arrival { interaction, power, .. },
-            ) => (patches.bin(triangle, interaction.front), *power),
+                Event::Arrival { at, power, .. },
+            ) => (patches.bin(triangle, at.interaction.front), *power),
             (Keep::OnSurfaces(_) | Keep::Focused(_), _) => return None,
         };
         let direction = PackedDirection::new(direction);

@@ -1,0 +1,61 @@
+//! The step that all who follow rays share: to the nearest surface, and on from there.
+
+use glam::Vec3;
+
+use super::{Scene, Surface, SurfaceHit};
+use crate::{
+    math::geometry::Ray,
+    scene::material::{Interaction, LobeKind, Material},
+};
+
+/// The arrival of a ray at a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrived<'s> {
+    /// The point, and the index of the triangle.
+    pub hit: SurfaceHit,
+    /// The surface to which the triangle belongs.
+    pub surface: Surface,
+    /// The material of the surface.
+    pub material: &'s Material,
+    /// The direction from which the ray arrives, and the face.
+    pub interaction: Interaction,
+}
+
+impl Scene {
+    /// Follows a ray to the nearest surface. `None` if it meets none.
+    #[inline(always)]
+    pub fn arrive(&self, ray: &Ray) -> Option<Arrived<'_>> {
+        self.closest(ray).map(|hit| self.arrived(hit, ray.direction))
+    }
+
+    /// Returns what a ray of this direction, a unit vector, finds where it meets a surface.
+    #[inline(always)]
+    pub fn arrived(&self, hit: SurfaceHit, direction: Vec3) -> Arrived<'_> {
+        let surface = self.surface(hit.triangle);
+        let interaction = Interaction::new(direction, surface.normal).on(hit.triangle);
+        Arrived { hit, surface, material: self.material(&surface), interaction }
+    }
+}
+
+impl Arrived<'_> {
+    /// Returns the interaction of a ray that comes to the same point along another direction, a
+    /// unit vector.
+    #[inline(always)]
+    pub fn along(&self, direction: Vec3) -> Interaction {
+        Interaction::new(direction, self.surface.normal).on(self.hit.triangle)
+    }
+
+    /// Returns the ray that goes on from here by a lobe of the material, in this direction, a unit
+    /// vector. It starts off the surface by the error of the point.
+    #[inline(always)]
+    pub fn leave(&self, lobe: LobeKind, direction: Vec3) -> Ray {
+        self.surface.leave(self.hit.point, self.side(lobe), direction)
+    }
+
+    /// Returns the unit normal of the side on which light goes on by a lobe.
+    #[inline(always)]
+    pub fn side(&self, lobe: LobeKind) -> Vec3 {
+        let normal = self.interaction.normal;
+        if lobe.crosses() { -normal } else { normal }
+    }
+}
