@@ -175,7 +175,7 @@ fn masks_of_captors_and_lights_are_said() {
     assert!(warnings(|_, _| true).is_empty());
 }
 
-/// A file of materials that is missing may name masks: that is said, once, where faces have texture
+/// A file of materials that is missing may name masks: that is said, once a file, where faces have texture
 /// coordinates and the object does not leave masks out.
 #[test]
 fn a_missing_file_of_materials_may_name_masks() {
@@ -189,4 +189,14 @@ fn a_missing_file_of_materials_may_name_masks() {
     assert_eq!(told("", CARD), 1);
     assert_eq!(told(", \"mask\": false", CARD), 0);
     assert_eq!(told("", &CARD.replace("1/1 2/2 3/3 4/4", "1 2 3 4")), 0);
+    // each of several files
+    let scene = scene(LEAF, "", &[]);
+    fs::remove_file(scene.path("card.mtl")).expect("a file");
+    let named = CARD.replace("mtllib card.mtl", "mtllib card.mtl\nmtllib other.mtl");
+    fs::write(scene.path("card.obj"), named).expect("a file");
+    let warnings = load(&scene).warnings;
+    for file in ["card.mtl", "other.mtl"] {
+        let words = words.replace("card.mtl", file);
+        assert!(warnings.iter().any(|warning| warning.contains(&words)), "{file}: {warnings:?}");
+    }
 }

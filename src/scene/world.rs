@@ -374,7 +374,7 @@ impl Scene {
     }
 
     /// Returns the nearest surface that a ray meets.
-    #[inline]
+    #[inline(always)]
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
         if !self.shapes.is_plain {
             return self.closest_in_pieces(ray);

@@ -61,20 +61,19 @@ impl Loader<'_> {
         }
         // an entry in a file that is missing may have a mask, if faces have texture coordinates
         let unknown = seen.iter().any(|name| obj.mtl.written(name).is_none());
-        let missing = obj.mtl.missing().first().filter(|_| unknown).cloned();
-        if entries.is_empty() && missing.is_none() {
+        let missing = if unknown { obj.mtl.missing() } else { &[] };
+        if entries.is_empty() && missing.is_empty() {
             return Ok((obj, Pieces::default()));
         }
         let path = self.sibling(name);
         let textures = textures(&self.bytes(&format!("{pointer}/obj"), &path)?);
-        if let Some(MissingMtl { file, place, why }) = missing
-            && textures.iter().any(Option::is_some)
-        {
+        let may_be_cut = textures.iter().any(Option::is_some);
+        for MissingMtl { file, place, why } in missing.iter().filter(|_| may_be_cut) {
             let problem = format!(
                 "{file}: {why}; if it names masks (`map_d`), they cut no faces, and their area may be \
                 too large: fetch it, or say \"mask\": false on the object"
             );
-            self.warn_once(place, problem);
+            self.warn_once(place.clone(), problem);
         }
         if entries.is_empty() {
             return Ok((obj, Pieces::default()));

@@ -343,7 +343,7 @@ impl InfiniteLight {
             rest < 0.0
         })?;
         let irradiance = suns.total() * all / part.strength();
-        Some((suns.sample(rng).0.as_vec3(), part.spectrum(|_| irradiance)))
+        Some((suns.direction(rng).as_vec3(), part.spectrum(|_| irradiance)))
     }
 
     /// Returns the irradiance on a plane that faces `normal`, per band, W/m2.

@@ -104,15 +104,29 @@ impl Suns {
     /// Draws a direction towards a sun with density radiance / total, and returns it with the
     /// radiance there (0 for parallel rays).
     pub fn sample(&self, rng: &mut Stream) -> (DVec3, f64) {
-        let sun = &self.suns[weighted_choice(&self.running, rng.uniform_fine()).index];
+        let (toward, sun) = self.choose(rng);
         if self.is_parallel() {
-            return (sun.toward, 0.0);
+            return (toward, 0.0);
         }
-        let local = uniform_cone(self.versine() as f32, rng.square());
-        let toward = to_world(sun.toward, local.as_dvec3());
         // rounding may take the direction off the disc
         let own = sun.weight / (PI * self.sine2());
         (toward, self.radiance(toward).max(own))
+    }
+
+    /// Draws a direction like [`sample`](Self::sample), without the radiance there.
+    pub fn direction(&self, rng: &mut Stream) -> DVec3 {
+        self.choose(rng).0
+    }
+
+    /// Draws a direction towards a sun, and returns it with that sun.
+    #[inline(always)]
+    fn choose(&self, rng: &mut Stream) -> (DVec3, &Sun) {
+        let sun = &self.suns[weighted_choice(&self.running, rng.uniform_fine()).index];
+        if self.is_parallel() {
+            return (sun.toward, sun);
+        }
+        let local = uniform_cone(self.versine() as f32, rng.square());
+        (to_world(sun.toward, local.as_dvec3()), sun)
     }
 
     /// Returns whether a plane that faces `normal` may see a sun.

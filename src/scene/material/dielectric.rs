@@ -173,17 +173,14 @@ impl Pane {
 
     /// Returns one of the fractions, per band.
     #[inline(always)]
-    fn per_band<L: Lanes>(&self, at: &Interaction, which: fn(Shares) -> f32) -> Spectrum<L> {
+    fn per_band<L: Lanes>(&self, at: &Interaction, which: impl Fn(Shares) -> f32) -> Spectrum<L> {
         let faces = Fresnel::new(at.cos, self.ior);
         self.tint.fraction::<L>().map(|tint| which(Self::shares(&faces, tint)))
     }
 
-    #[inline(never)]
-    pub(super) fn sample<L: Lanes>(
-        &self,
-        at: &Interaction,
-        rng: &mut Stream,
-    ) -> Option<BsdfSample<L>> {
+    /// Returns what is mirrored and what goes straight through, per band.
+    #[inline(always)]
+    fn fractions<L: Lanes>(&self, at: &Interaction) -> [Spectrum<L>; 2] {
         let faces = Fresnel::new(at.cos, self.ior);
         let tint = self.tint.fraction::<L>();
         let mut mirrored = tint.clone();
@@ -192,6 +189,16 @@ impl Pane {
             mirrored.0.values_mut()[band] = shares.mirrored;
             shares.passed
         });
+        [mirrored, passed]
+    }
+
+    #[inline(never)]
+    pub(super) fn sample<L: Lanes>(
+        &self,
+        at: &Interaction,
+        rng: &mut Stream,
+    ) -> Option<BsdfSample<L>> {
+        let [mirrored, passed] = self.fractions::<L>(at);
         let largest = [mirrored.largest(), passed.largest()];
         let choice = choose(largest, rng)?;
         let relative =
@@ -215,10 +222,10 @@ impl Pane {
 
     /// Returns the mirrored and the straight direction, each with the fraction that it carries.
     pub(super) fn ways<L: Lanes>(&self, at: &Interaction) -> [Option<BsdfSample<L>>; 2] {
-        let mirrored = self.per_band(at, |shares| shares.mirrored);
+        let [mirrored, passed] = self.fractions(at);
         [
             (self.ior > 1.0).then(|| BsdfSample::mirrored(at, mirrored)),
-            Some(BsdfSample::straight(at, self.transmittance(at))),
+            Some(BsdfSample::straight(at, passed)),
         ]
     }
 

@@ -8,7 +8,7 @@ use super::{
     Common, CopyPart, LightPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, SharedPart, Surface,
     SurfacePart, flush,
     images::LightImages,
-    mirrors::{FlatMirrors, shows_images},
+    mirrors::FlatMirrors,
     shapes::{KeptShapes, Outlines},
     tubes::{MANY, Tubes},
     validate::check_images,
@@ -286,7 +286,7 @@ impl Scene {
                 &lights,
                 &shapes.triangles,
                 &surfaces,
-                |surface| shows_images(&parts.materials[surface.material as usize].material),
+                &parts.materials,
                 MARGIN * closeness(Vec3::splat(radius)),
             )
         };

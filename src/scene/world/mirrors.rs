@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use super::{Scene, Surface};
+use super::{NamedMaterial, Scene, Surface};
 use crate::{
     math::{
         geometry::{Extent, Frame, Ray, Triangle, closeness},
@@ -24,6 +24,12 @@ const MOST: usize = 64;
 /// Sine of the angle between normals that count as parallel: far below the sun's angular radius,
 /// and above the rounding error in the normal of a small pane.
 const PARALLEL: f32 = 1e-4;
+
+/// The sun in a pane is looked for with this many times the probability that it mirrors light, but
+/// with at least the second: such light is so weak that few looks tell it as well as many tell the
+/// light that comes straight.
+const WORTH: f32 = 2.0;
+const LEAST_WORTH: f32 = 0.1;
 
 /// A plane with flat panes or mirrors of one material.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +96,8 @@ pub struct FlatMirrors {
 struct Image {
     normal: Vec3,
     material: u32,
+    /// The largest fraction per band of light at 45 degrees that is mirrored.
+    mirrored: f32,
     /// A box around these surfaces, slightly enlarged.
     extent: Extent,
 }
@@ -110,6 +118,14 @@ impl Image {
     fn of(&self, sun: Vec3) -> Vec3 {
         mirrored(sun, self.normal)
     }
+
+    /// Returns about how much of the light along a direction is mirrored: up to 45 degrees nearly as
+    /// much as there, and then more (Schlick, An inexpensive BRDF model for physically-based rendering,
+    /// 1994).
+    fn rough_share(&self, direction: Vec3) -> f32 {
+        let grazing = 1.0 - direction.dot(self.normal).abs().min(1.0);
+        self.mirrored + (1.0 - self.mirrored) * grazing.powi(5)
+    }
 }
 
 /// Returns a direction as a mirror with this unit normal sends it.
@@ -118,14 +134,13 @@ fn mirrored(direction: Vec3, normal: Vec3) -> Vec3 {
 }
 
 impl FlatMirrors {
-    /// Finds the images in the largest flat panes and mirrors; `material` tells whether a surface
-    /// shows images, and `margin` is the distance by which the boxes are enlarged, m. `None` if no
+    /// Finds the images in the largest flat panes and mirrors; `margin` is the distance by which the boxes are enlarged, m. `None` if no
     /// light has a sun or no surface shows it.
     pub(super) fn find(
         lights: &[Light],
         triangles: &[Triangle],
         surfaces: &[Surface],
-        material: impl Fn(&Surface) -> bool,
+        materials: &[NamedMaterial],
         margin: f32,
     ) -> Option<Self> {
         let has_sun = |light: &Light| light.entrance().is_some_and(|e| e.light.has_sun());
@@ -133,7 +148,10 @@ impl FlatMirrors {
         if suns.is_empty() {
             return None;
         }
-        let is_mirror = |t: &usize| surfaces[*t].normal != Vec3::ZERO && material(&surfaces[*t]);
+        let of = |material: u32| &materials[material as usize].material;
+        let is_mirror = |t: &usize| {
+            surfaces[*t].normal != Vec3::ZERO && shows_images(of(surfaces[*t].material))
+        };
         let mut flat: Vec<usize> = (0..triangles.len()).filter(is_mirror).collect();
         flat.sort_by(|&a, &b| triangles[b].area().total_cmp(&triangles[a].area()).then(a.cmp(&b)));
         let mut images: Vec<Image> = Vec::new();
@@ -147,7 +165,8 @@ impl FlatMirrors {
                 Some(image) => image,
                 None if images.len() == MOST => continue,
                 None => {
-                    images.push(Image { normal, material, extent: Extent::EMPTY });
+                    let mirrored = share_at_45_degrees(of(material), normal);
+                    images.push(Image { normal, material, mirrored, extent: Extent::EMPTY });
                     images.len() - 1
                 }
             };
@@ -184,6 +203,12 @@ impl FlatMirrors {
                 && image.extent.is_met(&Ray { origin: point, direction });
             seen.then_some((i, direction))
         })
+    }
+
+    /// Returns the probability, above 0, with which it is worth looking for an image that is seen in
+    /// this direction, a unit vector: a few times the fraction of light that it mirrors.
+    pub(crate) fn worth(&self, image: usize, direction: Vec3) -> f32 {
+        (WORTH * self.images[image].rough_share(direction)).clamp(LEAST_WORTH, 1.0)
     }
 
     /// Returns whether a ray may meet one of the surfaces that show an image.
@@ -227,7 +252,8 @@ impl Scene {
                     plane.area += area;
                 }
                 None if planes.len() < MOST => {
-                    let mirrored = self.share_at_45_degrees(material, normal);
+                    let named = &self.materials[material as usize];
+                    let mirrored = share_at_45_degrees(&named.material, normal);
                     let point = triangle.a;
                     planes.push(MirrorPlane { normal, mirrored, point, material, extent, area });
                 }
@@ -238,15 +264,6 @@ impl Scene {
         planes.sort_by(|a, b| b.mirrored_area().total_cmp(&a.mirrored_area()));
         planes.truncate(most);
         planes
-    }
-
-    /// Returns the largest fraction per band that a material mirrors at 45 degrees.
-    fn share_at_45_degrees(&self, material: u32, normal: Vec3) -> f32 {
-        let direction = -(Frame::new(normal).tangent + normal).normalize();
-        let at = Interaction::new(direction, normal);
-        let material = &self.materials[material as usize].material;
-        let [mirrored, _] = material.smooth_ways::<Wide>(&at, Transport::Light);
-        mirrored.map_or(0.0, |way| way.weight.largest())
     }
 
     /// Returns the flat panes and mirrors in which the suns of the scene are seen, if there are
@@ -287,9 +304,17 @@ impl Scene {
     }
 }
 
+/// Returns the largest fraction per band that a material mirrors at 45 degrees.
+fn share_at_45_degrees(material: &Material, normal: Vec3) -> f32 {
+    let direction = -(Frame::new(normal).tangent + normal).normalize();
+    let at = Interaction::new(direction, normal);
+    let [mirrored, _] = material.smooth_ways::<Wide>(&at, Transport::Light);
+    mirrored.map_or(0.0, |way| way.weight.largest())
+}
+
 /// Returns whether surfaces of a material show images: they mirror light from one direction into
 /// one direction that depends on their plane.
-pub(super) fn shows_images(material: &Material) -> bool {
+fn shows_images(material: &Material) -> bool {
     match material {
         Material::Pane(_) | Material::Mirror(_) => true,
         Material::Table(_) => material.has_mirror(),

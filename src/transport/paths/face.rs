@@ -228,7 +228,10 @@ impl<'a> Face<'a> {
         let shines = |ray: &Ray| scene.visibility_along::<L>(ray, f32::INFINITY);
         let mut found: Option<Sunlight<L>> = None;
         // takes in the fraction of the suns' light that arrives along a direction
-        let mut add = |arriving: Spectrum<L>, direction: Vec3, is_straight: bool| {
+        let mut add = |arriving: Spectrum<L>,
+                       direction: Vec3,
+                       is_straight: bool,
+                       rng: &mut Stream| {
             let cos = normal.dot(direction);
             let irradiance = (arriving * &beam.irradiance).scaled(cos * start);
             let absorbed = self.absorbed(triangle, direction, &irradiance, rng);
@@ -243,15 +246,19 @@ impl<'a> Face<'a> {
             });
         };
         if let Some(visible) = straight {
-            add(visible, sun, true);
+            add(visible, sun, true, rng);
         }
         if let Some(mirrors) = scene.flat_mirrors() {
             for (image, toward) in mirrors.seen(origin, Some(normal), sun) {
                 let direction = toward.normalize();
+                let chance = mirrors.worth(image, direction);
+                if chance < 1.0 && rng.uniform() >= chance {
+                    continue;
+                }
                 let ray = Ray { origin, direction };
                 let (arriving, _) = by_way_of(scene, mirrors, image, ray, sun, shines);
                 if !arriving.is_zero() {
-                    add(arriving, direction, false);
+                    add(arriving.scaled(1.0 / chance), direction, false, rng);
                 }
             }
         }
