@@ -482,15 +482,21 @@ def meadow():
             lines.append(f"{x:.2f},{y:.2f},{relief(x, y):.2f},{137 * i % 360},{1 + 0.35 * wobble(i) + 0.04 * away:.2f}")
     save(SCENES / "grass.csv", lines)
 
-    # a hedge on the bank: tomato plants as large as shrubs
-    lines, count = ["x,y,z,turn_deg,scale"], 96
+    # shrubs on the bank: clumps of tomato plants, which hide each other's stems
+    lines = ["x,y,z,turn_deg,scale"]
     corners = [(low_x + 1.5, 16.5), (24.5, 16.5), (24.5, -10.5), (low_x + 1.5, -10.5)]
-    for i in range(count):
-        side, along = int(4 * i / count), 4 * i / count % 1
+    for clump in range(28):
+        side, along = int(4 * clump / 28), 4 * clump / 28 % 1
         (x, y), (X, Y) = corners[side], corners[(side + 1) % 4]
-        x, y = x + (X - x) * along + 0.8 * wobble(i), y + (Y - y) * along + 0.8 * wobble(3 * i + 1)
-        scale = 3.4 + 0.9 * wobble(2 * i)
-        lines.append(f"{x:.2f},{y:.2f},{relief(x, y) - 0.16 * scale:.2f},{137 * i % 360},{scale:.2f}")
+        x, y = x + (X - x) * along + 1.2 * wobble(clump), y + (Y - y) * along + 1.2 * wobble(3 * clump + 1)
+        size, reach = 5 + clump * 5 % 4, 0.6 + 0.25 * wobble(2 * clump)
+        for k in range(size):
+            i = 20 * clump + k
+            turn, away = math.radians(GOLDEN_ANGLE * k), reach * math.sqrt((k + 0.5) / size)
+            # lower at the rim
+            scale = (2.4 + 0.3 * wobble(i)) * (1 - 0.3 * (away / reach) ** 2)
+            u, v = x + away * math.cos(turn), y + away * math.sin(turn)
+            lines.append(f"{u:.2f},{v:.2f},{relief(u, v) - 0.25 * scale:.2f},{137 * i % 360},{scale:.2f}")
     save(SCENES / "bushes.csv", lines)
 
 
@@ -619,7 +625,7 @@ def glasshouses():
     ]
     noon = {
         "name": "glasshouse at noon in June", "objects": scene["objects"] + outside,
-        "site": {"latitude": LATITUDE, "longitude": LONGITUDE}, "time": "2025-06-21T13:46+02:00",
+        "site": {"latitude": LATITUDE, "longitude": LONGITUDE}, "time": "2025-06-21T13:20+02:00",
         "weather": {"direct_normal": 880, "diffuse_horizontal": 95},
         "lights": [{"type": "sun", "ground": 0.1}, {"type": "sky", "share": CLEAR_SKY, "ground": 0.1}],
     }

@@ -7,7 +7,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer};
 use rayon::prelude::*;
 
-use super::wide::{Branch, Things};
+use super::wide::{Branch, Packed, Things};
 use crate::math::geometry::Extent;
 
 /// A triangle, or what else the tree arranges, and the box around it.
@@ -17,15 +17,15 @@ struct Boxed {
 }
 
 /// Returns the tree of the things with these indices, of which there must be at least one.
-pub(super) fn binary_tree<T: Things + ?Sized>(things: &T, indices: &[u32]) -> Vec<Branch> {
+pub(super) fn binary_tree<T: Things + ?Sized>(things: &T, indices: &[u32]) -> Vec<Packed> {
     let boxed = |&index: &u32| Boxed { extent: things.extent(index), index };
     let mut all: Vec<Boxed> = indices.par_iter().map(boxed).collect();
     let mut tree = Bvh2 { nodes: cut(&mut all), ..Bvh2::default() };
     drop(all);
     mend(&mut tree);
     let branch = |node: &Bvh2Node| match node.first_index {
-        index if node.is_leaf() => Branch::Thing(index),
-        first => Branch::Fork(first),
+        index if node.is_leaf() => Packed::from(Branch::Thing(index)),
+        first => Packed::from(Branch::Fork(first)),
     };
     tree.nodes.iter().map(branch).collect()
 }

@@ -3,7 +3,7 @@
 use super::binary::binary_tree;
 use super::layout::Bvh;
 use super::walk::STACK;
-use super::wide::{Branch, Things, widen};
+use super::wide::{Branch, Packed, Things, widen};
 use crate::math::geometry::{Extent, Triangle};
 
 pub(super) fn build(
@@ -42,11 +42,11 @@ fn has_area(t: &Triangle) -> bool {
 
 /// Returns a balanced tree of the same triangles in the same order. It replaces a tree in which a
 /// chain of nested triangles has made long branches.
-pub(super) fn balanced(binary: &[Branch]) -> Vec<Branch> {
+pub(super) fn balanced(binary: &[Packed]) -> Vec<Packed> {
     let mut order = Vec::new();
     let mut waiting = vec![0];
     while let Some(i) = waiting.pop() {
-        match binary[i] {
+        match binary[i].branch() {
             Branch::Fork(first) => waiting.extend([first as usize + 1, first as usize]),
             Branch::Thing(index) => order.push(index),
         }
@@ -55,13 +55,14 @@ pub(super) fn balanced(binary: &[Branch]) -> Vec<Branch> {
     let mut ranges = vec![(0, order.len())];
     // the two halves of a range go to the end of the list, to be halved later
     while let Some(&(start, end)) = ranges.get(tree.len()) {
-        tree.push(if end - start == 1 {
+        let branch = if end - start == 1 {
             Branch::Thing(order[start])
         } else {
             let (middle, next) = (start.midpoint(end), ranges.len());
             ranges.extend([(start, middle), (middle, end)]);
             Branch::Fork(next as u32)
-        });
+        };
+        tree.push(Packed::from(branch));
     }
     tree
 }

@@ -9,7 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::build::balanced;
 use super::query::{Crossings, ask, ask_plain};
 use super::walk::{ROOT_NODES, STACK};
-use super::wide::{Branch, Wide, widen};
+use super::wide::{Branch, Packed, Wide, widen};
 use super::{Bvh, Hit};
 use crate::math::geometry::{Ray, Triangle};
 
@@ -395,8 +395,8 @@ fn a_chain_is_balanced() {
     let mut random = Random::new(7);
     let triangles = random.soup(1_000, 0.1);
     let link = |i: usize| [Branch::Fork(2 * i as u32 + 1), Branch::Thing(i as u32)];
-    let mut chain: Vec<Branch> = (0..999).flat_map(link).collect();
-    chain.push(Branch::Thing(999));
+    let mut chain: Vec<Packed> = (0..999).flat_map(link).map(Packed::from).collect();
+    chain.push(Packed::from(Branch::Thing(999)));
     assert!(widen(&chain, &triangles[..], ROOT_NODES).waiting > STACK);
     let Wide { rows, root_nodes, waiting } = widen(&balanced(&chain), &triangles[..], ROOT_NODES);
     assert!(waiting <= STACK);

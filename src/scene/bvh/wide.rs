@@ -26,6 +26,35 @@ impl Branch {
     }
 }
 
+/// A [`Branch`] in four bytes, as the list of all branches holds it: the highest bit is set in that
+/// of a thing.
+#[derive(Clone, Copy)]
+pub(super) struct Packed(u32);
+
+impl Packed {
+    const THING: u32 = 1 << 31;
+
+    #[inline]
+    pub fn branch(self) -> Branch {
+        match self.0 & Self::THING {
+            0 => Branch::Fork(self.0),
+            _ => Branch::Thing(self.0 & !Self::THING),
+        }
+    }
+}
+
+impl From<Branch> for Packed {
+    #[inline]
+    fn from(branch: Branch) -> Self {
+        let (Branch::Fork(index) | Branch::Thing(index)) = branch;
+        assert!(index < Self::THING, "fewer than 2^30 things");
+        match branch {
+            Branch::Fork(_) => Self(index),
+            Branch::Thing(_) => Self(index | Self::THING),
+        }
+    }
+}
+
 /// Number of places for the children of a node, and for the triangles of a leaf.
 const WIDTH: usize = 8;
 
@@ -40,7 +69,7 @@ pub(super) trait Things: Sync {
     fn extent(&self, index: u32) -> Extent;
 
     /// Adds the leaf below a branch to the rows, if it needs any, and returns how it is named.
-    fn leaf(&self, binary: &[Branch], branch: usize, rows: &mut Vec<Row>) -> Child;
+    fn leaf(&self, binary: &[Packed], branch: usize, rows: &mut Vec<Row>) -> Child;
 }
 
 impl Things for [Triangle] {
@@ -51,7 +80,7 @@ impl Things for [Triangle] {
         Extent::of_triangles([&self[index as usize]])
     }
 
-    fn leaf(&self, binary: &[Branch], branch: usize, rows: &mut Vec<Row>) -> Child {
+    fn leaf(&self, binary: &[Packed], branch: usize, rows: &mut Vec<Row>) -> Child {
         let mut leaf = [Row([f32::NAN; WIDTH]); 10];
         fill(&mut leaf, &mut 0, binary, branch, self);
         let child = Child::leaf(rows.len());
@@ -69,8 +98,8 @@ impl Things for [Extent] {
         self[index as usize]
     }
 
-    fn leaf(&self, binary: &[Branch], branch: usize, _: &mut Vec<Row>) -> Child {
-        match binary[branch] {
+    fn leaf(&self, binary: &[Packed], branch: usize, _: &mut Vec<Row>) -> Child {
+        match binary[branch].branch() {
             Branch::Thing(index) => Child::leaf(index as usize),
             Branch::Fork(_) => unreachable!("a leaf holds one box"),
         }
@@ -88,7 +117,7 @@ pub(super) struct Wide {
 }
 
 /// Makes a binary tree wide, with a root of at most `root_nodes` nodes.
-pub(super) fn widen<T: Things + ?Sized>(binary: &[Branch], things: &T, root_nodes: usize) -> Wide {
+pub(super) fn widen<T: Things + ?Sized>(binary: &[Packed], things: &T, root_nodes: usize) -> Wide {
     struct Place {
         branch: usize,
         /// The row, and the place in it, that refers to the branch; `None` for the root.
@@ -151,11 +180,11 @@ fn padded(extent: &Extent) -> Extent {
 fn fill(
     leaf: &mut Leaf,
     lane: &mut usize,
-    binary: &[Branch],
+    binary: &[Packed],
     branch: usize,
     triangles: &[Triangle],
 ) {
-    match binary[branch] {
+    match binary[branch].branch() {
         Branch::Fork(first) => {
             Branch::below(first).iter().for_each(|&b| fill(leaf, lane, binary, b, triangles));
         }
@@ -188,7 +217,7 @@ struct Part {
 
 /// The parts of a binary tree.
 struct Parts<'a, T: ?Sized> {
-    binary: &'a [Branch],
+    binary: &'a [Packed],
     things: &'a T,
     /// The part below each fork, in the order of the branches below them; that of a single thing is
     /// known from the thing.
@@ -199,7 +228,7 @@ impl<'a, T: Things + ?Sized> Parts<'a, T> {
     /// Finds the costs of all branches by dynamic programming from the leaves up: Ylitie, Karras
     /// and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG
     /// 2017. A leaf costs as much as a node, since its triangles are tested at once.
-    fn of(binary: &'a [Branch], things: &'a T) -> Self {
+    fn of(binary: &'a [Packed], things: &'a T) -> Self {
         let empty = Part { extent: Extent::EMPTY, costs: [0.0; WIDTH - 1], count: 0, leaf: true };
         let mut parts = Self { binary, things, forks: vec![empty; binary.len() / 2] };
         for &first in downward(binary).iter().rev() {
@@ -220,7 +249,7 @@ impl<'a, T: Things + ?Sized> Parts<'a, T> {
     /// Returns what is below a branch.
     #[inline]
     fn at(&self, branch: usize) -> Part {
-        match self.binary[branch] {
+        match self.binary[branch].branch() {
             Branch::Fork(first) => self.forks[first as usize / 2],
             Branch::Thing(index) => {
                 let extent = self.things.extent(index);
@@ -272,7 +301,7 @@ impl<'a, T: Things + ?Sized> Parts<'a, T> {
     /// Adds to `members` the branches, all below `branch`, that share `places` places of a node at
     /// the least cost.
     fn share(&self, branch: usize, places: usize, members: &mut ArrayVec<usize, WIDTH>) {
-        match self.binary[branch] {
+        match self.binary[branch].branch() {
             Branch::Fork(first) if !self.is_whole(first, places) => {
                 let [left, right] = Branch::below(first);
                 let (own, _) = self.at(left).shared(&self.at(right), places);
@@ -302,8 +331,8 @@ impl Part {
 }
 
 /// Returns, for all forks, the first branch below, each before those that it forks into.
-fn downward(binary: &[Branch]) -> Vec<u32> {
-    let fork = |branch: usize| match binary[branch] {
+fn downward(binary: &[Packed]) -> Vec<u32> {
+    let fork = |branch: usize| match binary[branch].branch() {
         Branch::Fork(first) => Some(first),
         Branch::Thing(_) => None,
     };

@@ -55,12 +55,12 @@ pub struct Face<'a> {
     middle: Vec3,
     triangles: Outline<'a>,
     /// How paths start from each triangle; empty for a copy that shares its triangles.
-    places: Vec<Place>,
+    places: Vec<StartTriangle>,
 }
 
 /// How paths start from one triangle.
 #[derive(Clone, Copy)]
-struct Place {
+struct StartTriangle {
     /// Unit normal of the face.
     normal: Vec3,
     /// Offset from the triangle to the points where paths start, m.
@@ -84,11 +84,11 @@ impl<'a> Face<'a> {
 
     /// Returns how paths start from a triangle.
     #[inline]
-    fn place(&self, triangle: usize) -> Place {
+    fn place(&self, triangle: usize) -> StartTriangle {
         self.places.get(triangle).copied().unwrap_or_else(|| self.make_place(triangle))
     }
 
-    fn make_place(&self, index: usize) -> Place {
+    fn make_place(&self, index: usize) -> StartTriangle {
         let (scene, captor) = (self.scene, &self.scene.captors[self.captor]);
         let triangle = self.triangles.triangle(index);
         let front = triangle.normal();
@@ -103,7 +103,7 @@ impl<'a> Face<'a> {
                 (scene.lift(self.captor) * front, margins)
             }
         };
-        Place { normal, off, margins }
+        StartTriangle { normal, off, margins }
     }
 
     /// Follows one path back from the face. It uses what the `pilot` run learned.
@@ -192,7 +192,7 @@ impl<'a> Face<'a> {
                 return;
             }
             let triangle = crossing.triangle - captor.triangles.start;
-            let Place { normal, off, .. } = self.place(triangle);
+            let StartTriangle { normal, off, .. } = self.place(triangle);
             // points are lifted as paths start, so that both weigh the lights alike: a lamp may lie
             // in the plane of the face
             let point = crossing.point + off;
@@ -298,7 +298,7 @@ impl<'a> Face<'a> {
     }
 
     fn start_at(&self, triangle: usize, weights: Vec2) -> Start {
-        let Place { normal, off, margins } = self.place(triangle);
+        let StartTriangle { normal, off, margins } = self.place(triangle);
         let triangle_there = self.triangles.triangle(triangle);
         let point = triangle_there.point_within(weights.x, weights.y, margins) + off;
         Start { triangle, point, normal }

@@ -73,7 +73,7 @@ pub struct Accuracy {
 }
 
 /// What a run has found on a face.
-struct Found {
+struct OfFace {
     /// Area, m2.
     area: f64,
     on_surface: bool,
@@ -83,7 +83,7 @@ struct Found {
     estimate: Estimate,
 }
 
-impl Found {
+impl OfFace {
     fn is_enough(&self) -> bool {
         self.running.above_zero() >= ENOUGH
     }
@@ -109,7 +109,7 @@ impl Run<'_> {
             let any = found.iter().any(|face| face.running.above_zero() > 0);
             let evenly = (!any).then(|| brightest.evenly(self.scene, band));
             for face in &found {
-                let Found { area, at, running, estimate, .. } = *face;
+                let OfFace { area, at, running, estimate, .. } = *face;
                 let batches_with_light = running.above_zero();
                 if !face.is_enough() {
                     let history = brightest.on(area, band).max(running.largest());
@@ -222,13 +222,13 @@ impl Brightest {
 }
 
 /// Returns what has been found of all that is watched, in a band or sum over bands.
-fn found(watched: &[Watched], totals: &Totals, band: usize) -> Vec<Found> {
+fn found(watched: &[Watched], totals: &Totals, band: usize) -> Vec<OfFace> {
     let of_band = watched.iter().filter(|watched| watched.band.is_none_or(|b| b == band));
     let found = |watched: &Watched| {
         let Watched { captor, face, channel, area, on_surface, .. } = *watched;
         let running = totals.running(channel)[band];
         let estimate = totals.estimates(channel).nth(band).expect("it has all bands");
-        Found { area, on_surface, at: FaceBand { captor, face, band }, running, estimate }
+        OfFace { area, on_surface, at: FaceBand { captor, face, band }, running, estimate }
     };
     of_band.map(found).collect()
 }
@@ -242,8 +242,8 @@ struct Medians {
 }
 
 impl Medians {
-    fn of(found: &[Found]) -> Self {
-        let median = |of: &dyn Fn(&Found) -> bool| {
+    fn of(found: &[OfFace]) -> Self {
+        let median = |of: &dyn Fn(&OfFace) -> bool| {
             let lit = found.iter().filter(|face| face.is_enough() && of(face));
             let mut values: Vec<f64> = lit.map(|face| face.estimate.mean / face.area).collect();
             values.sort_by(f64::total_cmp);
@@ -255,11 +255,11 @@ impl Medians {
 
     /// Returns the median over faces of the same kind or, if none of these has enough light, over
     /// all faces.
-    fn beside(&self, face: &Found) -> Option<f64> {
+    fn beside(&self, face: &OfFace) -> Option<f64> {
         self.alike[kind_of(face)].or(self.all)
     }
 }
 
-fn kind_of(face: &Found) -> usize {
+fn kind_of(face: &OfFace) -> usize {
     CHANNELS.len() * usize::from(face.on_surface) + face.at.face as usize
 }

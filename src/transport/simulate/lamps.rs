@@ -43,14 +43,14 @@ pub(super) struct Starved;
 
 /// One photon, and how much it matters where it first meets a diffuse surface.
 #[derive(Clone, Copy)]
-struct Found {
+struct Weighed {
     source: usize,
     sample: Sample,
     /// Density with which it was emitted, over the density without a guide.
     density: f64,
 }
 
-impl Found {
+impl Weighed {
     /// What the photon contributes to the mean.
     fn weighted(&self) -> f64 {
         self.sample.value / self.density
@@ -102,7 +102,7 @@ fn send<L: Lanes>(
     lamps: &Lamps,
     streams: Streams,
     photons: u64,
-) -> Vec<Found> {
+) -> Vec<Weighed> {
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
     let one = |index: u64| {
         let mut rng = streams.history(index);
@@ -113,7 +113,7 @@ fn send<L: Lanes>(
         };
         let photon = emit_at::<L>(scene, &strata, index, numbers, &mut rng);
         let value = matters(scene, importance, photon, &mut rng);
-        Found { source, sample: Sample { numbers, value }, density: density.into() }
+        Weighed { source, sample: Sample { numbers, value }, density: density.into() }
     };
     // in the order of the photons, whichever thread was first
     (0..photons as usize).into_par_iter().with_min_len(BLOCK).map(|i| one(i as u64)).collect()
@@ -144,18 +144,18 @@ fn matters<L: Lanes>(
 }
 
 /// Returns the mean and the standard error of how much photons matter.
-fn estimate(found: &[Found]) -> (f64, f64) {
+fn estimate(found: &[Weighed]) -> (f64, f64) {
     let n = found.len() as f64;
-    let mean = found.iter().map(Found::weighted).sum::<f64>() / n;
+    let mean = found.iter().map(Weighed::weighted).sum::<f64>() / n;
     (mean, (squares(found) / n - mean * mean).max(0.0).sqrt() / n.sqrt())
 }
 
-fn squares(found: &[Found]) -> f64 {
+fn squares(found: &[Weighed]) -> f64 {
     found.iter().map(|one| one.weighted().powi(2)).sum()
 }
 
 /// Makes a tree for each stratum, from photons that were emitted by the trees of `lamps`.
-fn trees(lamps: &Lamps, found: &[Found]) -> Vec<Option<EmissionTree>> {
+fn trees(lamps: &Lamps, found: &[Weighed]) -> Vec<Option<EmissionTree>> {
     let mut of_source: Vec<Vec<Sample>> = vec![Vec::new(); lamps.trees.len()];
     for one in found {
         of_source[one.source].push(Sample { value: one.weighted(), ..one.sample });
@@ -165,7 +165,7 @@ fn trees(lamps: &Lamps, found: &[Found]) -> Vec<Option<EmissionTree>> {
 
 /// Returns the parts of the guidance that pay: the trees, and shares of the photons if some lamps
 /// matter more than their power says. `None` if neither pays.
-fn worth(free: &[Found], guided: &[Found], lamps: Lamps) -> Option<Lamps> {
+fn worth(free: &[Weighed], guided: &[Weighed], lamps: Lamps) -> Option<Lamps> {
     let share = free.len() as f64 / guided.len() as f64;
     let gains = squares(free) > GAIN * share * squares(guided);
     let trees = if gains { lamps.trees } else { vec![None; lamps.trees.len()] };

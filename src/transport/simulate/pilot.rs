@@ -50,7 +50,7 @@ const VARIES: f32 = 5.0;
 const EXTREMES: f64 = 0.01;
 
 /// What is learned, round by round.
-pub(super) struct Pilot<'a, 'c> {
+pub(super) struct ImportancePilot<'a, 'c> {
     scene: &'a Scene,
     settings: Settings,
     control: &'c Control<'c>,
@@ -65,7 +65,7 @@ pub(super) struct Pilot<'a, 'c> {
     varies: bool,
 }
 
-impl<'a, 'c> Pilot<'a, 'c> {
+impl<'a, 'c> ImportancePilot<'a, 'c> {
     /// A pilot that has learned nothing yet. Error: there are no threads to be had.
     pub fn new(scene: &'a Scene, settings: &Settings, control: &'c Control<'c>) -> Result<Self> {
         Ok(Self {

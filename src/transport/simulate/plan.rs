@@ -10,7 +10,7 @@ use std::{sync::Arc, time::Instant};
 use super::{
     Choice, Control, Keep, Run,
     division::{Division, TriedComplete},
-    pilot::Pilot,
+    pilot::ImportancePilot,
     trial::OfPaths,
     tried::{Found, RAYS, affordable, of_a_trial},
 };
@@ -75,7 +75,7 @@ impl<'a> Plan<'a> {
         let guidance = match settings.guiding {
             Guiding::Off => None,
             Guiding::Aim => Guidance::aim(scene),
-            Guiding::Full => Pilot::new(scene, &settings, control)?.learn()?,
+            Guiding::Full => ImportancePilot::new(scene, &settings, control)?.learn()?,
             Guiding::Auto => decide(scene, &settings, control)?,
         };
         if settings.guiding == Guiding::Auto {
@@ -125,9 +125,9 @@ fn decide<'a>(
     let first = FIRST.max(scene.sources() as u64);
     let (mut photons, mut rays) = (affordable(scene, settings, control, first)?, 0);
     let (plain, aimed) = loop {
-        let plain = tried(scene, settings, None, photons, control)?;
+        let plain = try_guiding(scene, settings, None, photons, control)?;
         let aimed = match &aim {
-            Some(_) => tried(scene, settings, aim.clone(), photons, control)?,
+            Some(_) => try_guiding(scene, settings, aim.clone(), photons, control)?,
             None => plain.clone(),
         };
         rays += plain.found.rays + aimed.found.rays;
@@ -148,10 +148,10 @@ fn decide<'a>(
         return Ok(guidance);
     }
     let full_gains = |full: &Guidance<'a>| -> Result<bool> {
-        let full = tried(scene, settings, Some(full.clone()), photons, control)?;
+        let full = try_guiding(scene, settings, Some(full.clone()), photons, control)?;
         Ok(gains(&full.found, best))
     };
-    let mut pilot = Pilot::new(scene, settings, control)?;
+    let mut pilot = ImportancePilot::new(scene, settings, control)?;
     // one round shows whether the rest of the pilot may pay, except where light hardly gets
     pilot.round()?;
     let rough = pilot.guidance();
@@ -167,27 +167,27 @@ fn decide<'a>(
 
 /// The result of a trial of photons.
 #[derive(Clone)]
-struct Tried {
+struct TriedGuiding {
     found: Found,
     /// Whether enough histories have reached enough faces.
     seen: bool,
 }
 
 /// Runs a trial of so many photons, with this guidance.
-fn tried<'a>(
+fn try_guiding<'a>(
     scene: &'a Scene,
     settings: &Settings,
     guidance: Option<Guidance<'a>>,
     photons: u64,
     control: &Control,
-) -> Result<Tried> {
+) -> Result<TriedGuiding> {
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = Run { purpose: Purpose::Guiding, ..run.guided_by(guidance) };
     let mut totals = run.totals();
     run.rounds(&run.schedule(photons)?, (0, 0, 0), 0..1, None, &mut totals, None)?;
     let found = Found::new(scene, &totals, totals.histories, channels(scene));
-    Ok(Tried { seen: sees_enough(scene, &totals), found })
+    Ok(TriedGuiding { seen: sees_enough(scene, &totals), found })
 }
 
 /// Returns whether at least [`SEEN`] histories have reached at least half of the faces. If there
