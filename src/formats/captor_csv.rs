@@ -149,10 +149,8 @@ fn unknown(name: &str, record: &StringRecord, place: &Place) -> Error {
     let known = COLUMNS.iter().flatten().copied().chain(["id"]);
     let short: String = name.chars().take(20).collect();
     // a name of one or two letters is similar to every other short name
-    match nearest(&short, known).filter(|k| k.len() > 2 || k.eq_ignore_ascii_case(&short)) {
-        Some(known) => error.remedy(format!("did you mean `{known}`?")),
-        None => error.remedy(HEADER),
-    }
+    let near = nearest(&short, known).filter(|k| k.len() > 2 || k.eq_ignore_ascii_case(&short));
+    error.did_you_mean(near, HEADER)
 }
 
 #[cfg(test)]

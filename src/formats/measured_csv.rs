@@ -93,10 +93,7 @@ impl Header {
             let Some(column) = COLUMNS.iter().position(|known| *known == name) else {
                 let error = place.error(format!("unknown column {}", quoted(name)));
                 let long = COLUMNS.into_iter().filter(|known| known.len() > 1);
-                return Err(match nearest(name, long) {
-                    Some(known) => error.remedy(format!("did you mean `{known}`?")),
-                    None => error.remedy(HEADER),
-                });
+                return Err(error.did_you_mean(nearest(name, long), HEADER));
             };
             if let Some(first) = at[column].replace(i) {
                 return Err(twice(place, name, first, i));

@@ -260,9 +260,5 @@ pub(super) fn unknown<'a>(
     if let Some(more) = all.get_mut(NAMED) {
         *more = "...";
     }
-    let list = format!("there are {}", all.join(", "));
-    match nearest(name, known) {
-        Some(near) => error.remedy(format!("did you mean `{near}`? ({list})")),
-        None => error.remedy(list),
-    }
+    error.did_you_mean_of(nearest(name, known), &all.join(", "))
 }
