@@ -73,6 +73,22 @@ impl Error {
         self
     }
 
+    /// Adds the known name that was probably meant, or where `near` is none, another remedy.
+    pub(crate) fn did_you_mean(self, near: Option<&str>, otherwise: impl fmt::Display) -> Self {
+        match near {
+            Some(near) => self.remedy(format!("did you mean `{near}`?")),
+            None => self.remedy(otherwise),
+        }
+    }
+
+    /// Adds the known name that was probably meant, if one is `near`, and which `names` there are.
+    pub(crate) fn did_you_mean_of(self, near: Option<&str>, names: &str) -> Self {
+        match near {
+            Some(near) => self.remedy(format!("did you mean `{near}`? (there are {names})")),
+            None => self.remedy(format!("there are {names}")),
+        }
+    }
+
     /// Returns the same error at another place.
     pub fn at(self, place: impl fmt::Display) -> Self {
         Self { place: place.to_string(), ..self }

@@ -20,7 +20,7 @@ use crate::{
         light::Light,
         world::{BandSum, Scene},
     },
-    studies::check::{SceneSummary, check, decimals},
+    studies::check::{MaterialSummary, ObjectSummary, SceneSummary, check, decimals},
 };
 
 /// The most materials, objects or lights that are listed. Totals count those beyond, too.
@@ -77,8 +77,8 @@ struct Checked<'a> {
     bands: Vec<&'a str>,
     /// Unit of the powers.
     unit: String,
-    surfaces: Vec<Surfaces<'a>>,
-    objects: Vec<Object<'a>>,
+    surfaces: &'a [MaterialSummary],
+    objects: &'a [ObjectSummary],
     lights: Vec<Powers<'a>>,
     /// Spectra of lamps, by the names of these: at hand, or files.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -91,28 +91,6 @@ struct Checked<'a> {
     groups: &'a [String],
     notes: &'a [String],
     warnings: &'a [String],
-}
-
-/// The surfaces that have one material.
-#[derive(Serialize)]
-struct Surfaces<'a> {
-    material: &'a str,
-    triangles: usize,
-    /// One-sided area, m2.
-    area: f64,
-}
-
-/// All copies of an object together.
-#[derive(Serialize)]
-struct Object<'a> {
-    name: &'a str,
-    /// Lowest and highest coordinates of the object's box, m.
-    from: [f64; 3],
-    to: [f64; 3],
-    /// Height of the object's lowest and highest point above the lowest point of the scene, m.
-    height: [f64; 2],
-    /// Fraction of the object's area whose front faces up.
-    facing_up: f64,
 }
 
 /// Mean of a spectrum over each band.
@@ -176,18 +154,6 @@ impl Captors {
 impl<'a> Checked<'a> {
     fn new(loaded: &'a LoadedScene, summary: &'a SceneSummary) -> Self {
         let scene = &loaded.scene;
-        let surfaces = summary.surfaces.iter().map(|s| Surfaces {
-            material: &s.material,
-            triangles: s.triangles,
-            area: s.area,
-        });
-        let objects = summary.objects.iter().map(|object| Object {
-            name: &object.object,
-            from: object.from.to_array(),
-            to: object.to.to_array(),
-            height: object.height,
-            facing_up: object.facing_up,
-        });
         let averages = loaded.averages.iter();
         let averages = averages.map(|a| Average { at: &a.pointer, means: &a.means });
         let lights = scene.lights.iter();
@@ -200,8 +166,8 @@ impl<'a> Checked<'a> {
             size: summary.size.to_array(),
             bands: scene.bands.iter().map(|band| band.name.as_str()).collect(),
             unit: scene.quantity.unit_names().flux.to_string(),
-            surfaces: surfaces.collect(),
-            objects: objects.collect(),
+            surfaces: &summary.surfaces,
+            objects: &summary.objects,
             lights: lights.map(|light| Powers::of(scene, light)).collect(),
             spectra: loaded.lamp_spectra.iter().map(|[l, spectrum]| (&**l, &**spectrum)).collect(),
             averages: averages.collect(),

@@ -6,7 +6,7 @@ use std::path::Path;
 use csv::StringRecord;
 use glam::DVec3;
 
-use super::csv_table::{Head, Place, check_missing, records, twice};
+use super::csv_table::{Head, Place, check_missing, rows, twice};
 use crate::error::{Error, Result, nearest};
 use crate::formats::input::quoted;
 use crate::math::geometry::unit_vector;
@@ -46,29 +46,18 @@ const HEADER: &str = "the first line names the columns: x,y,z,radius,nx,ny,nz an
 /// not a finite number, a radius is not positive, a normal has length zero, or an id is empty or
 /// repeated.
 pub fn parse(bytes: &[u8], path: &Path, ignore: &[String]) -> Result<Vec<CaptorRow>> {
-    let mut header: Option<Header> = None;
-    let mut rows = Vec::new();
     let mut ids: HashMap<String, u64> = HashMap::new();
-    for record in records(bytes, path) {
-        let (place, record) = record?;
-        let Some(header) = &header else {
-            header = Some(Header::read(&record, &place, ignore)?);
-            continue;
-        };
-        let row = header.row(&record, &place)?;
+    let head = |record: &StringRecord, place: &Place| Header::read(record, place, ignore);
+    rows(bytes, path, ("captor row", HEADER), head, |header, record, place| {
+        let row = header.row(record, place)?;
         if let Some(id) = &row.id
             && let Some(first) = ids.insert(id.clone(), row.line)
         {
             let problem = format!("id {} stands in line {first} too", quoted(id));
             return Err(place.error(problem).remedy("an id must be unique"));
         }
-        rows.push(row);
-    }
-    if rows.is_empty() {
-        let found = if header.is_none() { "is empty" } else { "holds no captor row" };
-        return Err(Error::input(path.display(), found).remedy(HEADER));
-    }
-    Ok(rows)
+        Ok(row)
+    })
 }
 
 /// Positions of the columns in the rows of a file.
@@ -149,10 +138,8 @@ fn unknown(name: &str, record: &StringRecord, place: &Place) -> Error {
     let known = COLUMNS.iter().flatten().copied().chain(["id"]);
     let short: String = name.chars().take(20).collect();
     // a name of one or two letters is similar to every other short name
-    match nearest(&short, known).filter(|k| k.len() > 2 || k.eq_ignore_ascii_case(&short)) {
-        Some(known) => error.remedy(format!("did you mean `{known}`?")),
-        None => error.remedy(HEADER),
-    }
+    let near = nearest(&short, known).filter(|k| k.len() > 2 || k.eq_ignore_ascii_case(&short));
+    error.did_you_mean(near, HEADER)
 }
 
 #[cfg(test)]

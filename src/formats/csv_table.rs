@@ -162,6 +162,26 @@ pub fn separated<'a>(
     })
 }
 
+/// Reads the table at `path`: `head` its first record, `row` each other by what that gave. Error:
+/// there are no rows; the sentence says so by `what` they are, and what the `header` must be.
+pub fn rows<H, R>(
+    bytes: &[u8],
+    path: &Path,
+    (what, header): (&str, &str),
+    head: impl FnOnce(&StringRecord, &Place) -> Result<H>,
+    mut row: impl FnMut(&H, &StringRecord, &Place) -> Result<R>,
+) -> Result<Vec<R>> {
+    let none = |found: String| Err(Error::input(path.display(), found).remedy(header));
+    let mut records = records(bytes, path);
+    let Some((place, first)) = records.next().transpose()? else {
+        return none("is empty".into());
+    };
+    let head = head(&first, &place)?;
+    let read = records.map(|record| record.and_then(|(place, record)| row(&head, &record, &place)));
+    let rows: Vec<R> = read.collect::<Result<_>>()?;
+    if rows.is_empty() { none(format!("holds no {what}")) } else { Ok(rows) }
+}
+
 /// Counts lines, because the line numbers of the csv crate are wrong after CR LF and after blank
 /// lines.
 struct LineCounter<'a> {

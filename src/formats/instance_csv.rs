@@ -6,9 +6,9 @@ use std::path::Path;
 use csv::StringRecord;
 use glam::{DMat3, DVec3};
 
-use super::csv_table::{Head, Place, check_missing, records, twice};
+use super::csv_table::{Head, Place, check_missing, rows, twice};
 use crate::{
-    error::{Error, Result, nearest},
+    error::{Result, nearest},
     formats::input::quoted,
     math::geometry::Transform,
 };
@@ -27,20 +27,9 @@ const HEADER: &str = "the first line names the columns: x,y,z and, if wanted, tu
 /// The file has no row; or, at `path:LINE`: a column is unknown, missing or repeated, a value is
 /// not a finite number, a scale is not positive, or a matrix flattens what it moves.
 pub fn parse(bytes: &[u8], path: &Path, metres: f64) -> Result<Vec<Transform>> {
-    let mut header: Option<Header> = None;
-    let mut copies = Vec::new();
-    for record in records(bytes, path) {
-        let (place, record) = record?;
-        match &header {
-            None => header = Some(Header::read(&record, &place)?),
-            Some(header) => copies.push(header.copy(&record, &place, metres)?),
-        }
-    }
-    if copies.is_empty() {
-        let found = if header.is_none() { "is empty" } else { "holds no copy" };
-        return Err(Error::input(path.display(), found).remedy(HEADER));
-    }
-    Ok(copies)
+    rows(bytes, path, ("copy", HEADER), Header::read, |header, record, place| {
+        header.copy(record, place, metres)
+    })
 }
 
 /// Positions of the columns in the rows of a table.

@@ -289,6 +289,77 @@ macro_rules! tagged {
 }
 pub(crate) use tagged;
 
+/// Declares how a type is read that JSON may give in one of several forms. First comes a name for
+/// all forms together, for the error about any other; then each form, with a pattern for what is
+/// read and the value that it becomes, which may end with `?`.
+macro_rules! one_of {
+    ($type:ident: $expected:literal, $($form:ident $read:tt $(=> $value:expr)?,)*) => {
+        impl<'de> serde::Deserialize<'de> for $type {
+            fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                struct Visitor;
+                impl<'de> serde::de::Visitor<'de> for Visitor {
+                    type Value = $type;
+                    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                        f.write_str($expected)
+                    }
+                    $($crate::formats::json::one_of!(@$form $read $(=> $value)?);)*
+                }
+                from.deserialize_any(Visitor)
+            }
+        }
+    };
+    (@flag ($read:pat) => $value:expr) => {
+        fn visit_bool<E>(self, $read: bool) -> Result<Self::Value, E> {
+            Ok($value)
+        }
+    };
+    (@whole ($read:pat) => $value:expr) => {
+        fn visit_u64<E>(self, $read: u64) -> Result<Self::Value, E> {
+            Ok($value)
+        }
+    };
+    (@number ($read:pat) => $value:expr) => {
+        fn visit_f64<E>(self, $read: f64) -> Result<Self::Value, E> {
+            Ok($value)
+        }
+        fn visit_u64<E: serde::de::Error>(self, whole: u64) -> Result<Self::Value, E> {
+            self.visit_f64(whole as f64)
+        }
+        fn visit_i64<E: serde::de::Error>(self, whole: i64) -> Result<Self::Value, E> {
+            self.visit_f64(whole as f64)
+        }
+    };
+    (@word { $($word:literal => $value:expr),* $(,)? }) => {
+        fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
+            match text {
+                $($word => Ok($value),)*
+                _ => Err(E::invalid_value(serde::de::Unexpected::Str(text), &self)),
+            }
+        }
+    };
+    (@text ($read:pat) => $value:expr) => {
+        fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
+            let $read = Deserialize::deserialize(serde::de::value::StrDeserializer::new(text))?;
+            Ok($value)
+        }
+    };
+    (@list ($read:pat) => $value:expr) => {
+        fn visit_seq<A: serde::de::SeqAccess<'de>>(self, list: A) -> Result<Self::Value, A::Error> {
+            let list = serde::de::value::SeqAccessDeserializer::new(list);
+            let $read = Deserialize::deserialize(list)?;
+            Ok($value)
+        }
+    };
+    (@object ($read:pat) => $value:expr) => {
+        fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+            let map = serde::de::value::MapAccessDeserializer::new(map);
+            let $read = Deserialize::deserialize(map)?;
+            Ok($value)
+        }
+    };
+}
+pub(crate) use one_of;
+
 /// Rewrites a message of serde in the words of a user of JSON.
 fn plain_words(problem: &str) -> String {
     for (theirs, ours) in [

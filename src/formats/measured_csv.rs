@@ -5,9 +5,9 @@ use std::{collections::BTreeSet, path::Path};
 use csv::StringRecord;
 use glam::DVec3;
 
-use super::csv_table::{Head, Place, records, twice};
+use super::csv_table::{Head, Place, rows, twice};
 use crate::{
-    error::{Error, Result, nearest},
+    error::{Result, nearest},
     formats::input::quoted,
     math::stats::LARGEST,
 };
@@ -55,28 +55,16 @@ const HEADER: &str = "the first line names the columns: captor,band,value and, i
 /// not a finite number, a reading is not positive or is missing where a use is named, a face is neither front nor back, a use is
 /// neither fit nor test, or a row has the same place, face and band as a row before it.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Vec<MeasuredRow>> {
-    let mut header: Option<Header> = None;
-    let mut rows: Vec<MeasuredRow> = Vec::new();
     let mut seen = BTreeSet::new();
-    for record in records(bytes, path) {
-        let (place, record) = record?;
-        let Some(header) = &header else {
-            header = Some(Header::read(&record, &place)?);
-            continue;
-        };
-        let row = header.row(&record, &place)?;
+    rows(bytes, path, ("reading", HEADER), Header::read, |header, record, place| {
+        let row = header.row(record, place)?;
         if !seen.insert(format!("{:?} {:?} {}", row.at, row.band, row.back)) {
             return Err(place
                 .error("a second reading of the same captor, face and band")
                 .remedy("give their mean, with its standard deviation as `sd`"));
         }
-        rows.push(row);
-    }
-    if rows.is_empty() {
-        let found = if header.is_none() { "is empty" } else { "holds no reading" };
-        return Err(Error::input(path.display(), found).remedy(HEADER));
-    }
-    Ok(rows)
+        Ok(row)
+    })
 }
 
 /// Positions of the columns in the rows of a file.
@@ -93,10 +81,7 @@ impl Header {
             let Some(column) = COLUMNS.iter().position(|known| *known == name) else {
                 let error = place.error(format!("unknown column {}", quoted(name)));
                 let long = COLUMNS.into_iter().filter(|known| known.len() > 1);
-                return Err(match nearest(name, long) {
-                    Some(known) => error.remedy(format!("did you mean `{known}`?")),
-                    None => error.remedy(HEADER),
-                });
+                return Err(error.did_you_mean(nearest(name, long), HEADER));
             };
             if let Some(first) = at[column].replace(i) {
                 return Err(twice(place, name, first, i));

@@ -102,11 +102,8 @@ fn parse_table(bytes: &[u8], path: &Path, column: Column) -> Result<Curve> {
                 }
                 _ => {
                     let all = known().map(quoted).collect::<Vec<_>>().join(", ");
-                    let remedy = match nearest(name, known()) {
-                        Some(near) => format!("did you mean `{near}`? (there are {all})"),
-                        None => format!("there are {all}"),
-                    };
-                    return Err(error(line, format!("no column {}", quoted(name))).remedy(remedy));
+                    let error = error(line, format!("no column {}", quoted(name)));
+                    return Err(error.did_you_mean_of(nearest(name, known()), &all));
                 }
             }
         }

@@ -310,10 +310,7 @@ fn column_of(result: &RunResult, row: &MeasuredRow, path: &Path) -> Result<usize
         Some(name) => known().position(|band| band == name).ok_or_else(|| {
             let error = Error::input(&place, format!("no band {}", quoted(name)));
             let all: Vec<&str> = known().take(20).collect();
-            match nearest(name, known()) {
-                Some(near) => error.remedy(format!("did you mean `{near}`?")),
-                None => error.remedy(format!("there are {}", all.join(", "))),
-            }
+            error.did_you_mean(nearest(name, known()), format!("there are {}", all.join(", ")))
         }),
     }
 }
@@ -402,10 +399,8 @@ impl<'a> Readings<'a> {
                 MeasuredAt::Captor(id) => of_id.get(id.as_str()).copied().ok_or_else(|| {
                     let error = Error::input(&place, format!("no captor {}", quoted(id)));
                     let near = nearest(id, of_id.keys().copied().take(10_000));
-                    error.remedy(match near {
-                        Some(near) => format!("did you mean `{near}`?"),
-                        None => "give ids as in the results, with the name of their entry".into(),
-                    })
+                    let otherwise = "give ids as in the results, with the name of their entry";
+                    error.did_you_mean(near, otherwise)
                 })?,
                 MeasuredAt::Point(point) => {
                     captor_at(result, *point * plan.metres).ok_or_else(|| {

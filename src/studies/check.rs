@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use serde::Serialize;
 
 pub use objects::ObjectSummary;
 pub(crate) use remarks::decimals;
@@ -63,7 +64,7 @@ pub struct SceneSummary {
 }
 
 /// The surfaces of one material.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct MaterialSummary {
     /// Name of the material.
     pub material: String,

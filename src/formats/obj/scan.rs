@@ -141,10 +141,8 @@ impl Scan {
         let error = self.error(line, format!("unknown word {}", quoted(word)));
         let short: String = word.chars().take(20).flat_map(char::to_lowercase).collect();
         // a word of one or two letters is similar to every other short word
-        match nearest(&short, READ).filter(|&k| k == short || k.len() > 2) {
-            Some(known) => error.remedy(format!("did you mean `{known}`?")),
-            None => error.remedy("is it an OBJ file? comments begin with #"),
-        }
+        let near = nearest(&short, READ).filter(|&k| k == short || k.len() > 2);
+        error.did_you_mean(near, "is it an OBJ file? comments begin with #")
     }
 
     fn vertex(&mut self, line: &Line, rest: &str) -> Result<()> {

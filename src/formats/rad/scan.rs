@@ -345,16 +345,13 @@ impl<'a> Scan<'a> {
             }
             _ => {
                 let all = SURFACES.iter().chain(&MATERIALS).copied();
-                let remedy = match nearest(kind, all.clone()) {
-                    Some(near) => format!("did you mean {}?", quoted(near)),
-                    None => format!(
-                        "there are {}: take it out, or give the scene what it stands for",
-                        all.collect::<Vec<_>>().join(", ")
-                    ),
-                };
+                let otherwise = format!(
+                    "there are {}: take it out, or give the scene what it stands for",
+                    all.clone().collect::<Vec<_>>().join(", ")
+                );
                 let problem =
                     format!("{modifier} {kind} {identifier}: {} is not supported", quoted(kind));
-                let error = error(problem).remedy(remedy);
+                let error = error(problem).did_you_mean(nearest(kind, all), otherwise);
                 if self.numbers(lexer, primitive).is_err() {
                     return Err(error);
                 }

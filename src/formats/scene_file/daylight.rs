@@ -85,12 +85,8 @@ impl Loader<'_> {
             ("sun_at", file.sun_at.is_some()),
         ];
         if !file.lights.iter().any(LightSpec::is_infinite) {
-            return match keys.iter().find(|(_, given)| *given) {
-                None => Ok(None),
-                Some((key, _)) => Err(self
-                    .error(format!("/{key}"), "no light uses it")
-                    .remedy("add a light of type `sun` or `sky`, or leave it out")),
-            };
+            let remedy = "add a light of type `sun` or `sky`, or leave it out";
+            return self.refuse_given("", &keys, "no light uses it", remedy).map(|()| None);
         }
         let north = file.site.as_ref().and_then(|site| site.north).map_or(DVec3::Y, DVec3::from);
         if !(north.truncate().length() > 0.0 && north.is_finite()) {
@@ -242,14 +238,8 @@ impl Loader<'_> {
 
     /// Returns the weather that the scene file itself gives, as a single hour.
     fn given_hour(&self, given: &WeatherSpec, sky: &Sky, when: Option<Period>) -> Result<Hour> {
-        for (key, given) in [("stamp", given.stamp.is_some()), ("shift_h", given.shift_h.is_some())]
-        {
-            if given {
-                return Err(self
-                    .error(format!("/weather/{key}"), "goes with `file` only")
-                    .remedy("leave it out"));
-            }
-        }
+        let keys = [("stamp", given.stamp.is_some()), ("shift_h", given.shift_h.is_some())];
+        self.refuse_given("/weather", &keys, "goes with `file` only", "leave it out")?;
         let (Some(direct), Some(diffuse)) = (given.direct_normal, given.diffuse_horizontal) else {
             return Err(self
                 .error("/weather", "neither `file` nor `direct_normal` and `diffuse_horizontal`")

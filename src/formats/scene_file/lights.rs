@@ -321,17 +321,9 @@ impl Loader<'_> {
         let sides = if light.two_sided { 2.0 } else { 1.0 };
         let measured = self.measured(pointer, light.lamp_file())?;
         if measured.is_some() {
-            for (key, given) in
-                [("two_sided", light.two_sided), ("radiance", light.radiance.is_some())]
-            {
-                if given {
-                    return Err(self
-                        .error(format!("{pointer}/{key}"), "does not go with `photometry`")
-                        .remedy(
-                            "leave it out: the file says where the light goes, `power` how much",
-                        ));
-                }
-            }
+            let keys = [("two_sided", light.two_sided), ("radiance", light.radiance.is_some())];
+            let remedy = "leave it out: the file says where the light goes, `power` how much";
+            self.refuse_given(pointer, &keys, "does not go with `photometry`", remedy)?;
         } else {
             self.only_with(pointer, "aim", light.aim, "`photometry`")?;
             self.only_with(pointer, "zero_plane", light.zero_plane, "`photometry`")?;
@@ -399,16 +391,10 @@ impl Loader<'_> {
     fn area_copies(&mut self, pointer: &str, light: &AreaSpec) -> Result<Vec<Copy>> {
         match (&light.vertices, &light.obj) {
             (Some(vertices), None) => {
-                for (key, given) in [
-                    ("transform", light.transform.is_some()),
-                    ("instances", light.instances.is_some()),
-                ] {
-                    if given {
-                        return Err(self
-                            .error(format!("{pointer}/{key}"), "goes with `obj` only")
-                            .remedy("place the `vertices` where they belong"));
-                    }
-                }
+                let placed = ("transform", light.transform.is_some());
+                let keys = [placed, ("instances", light.instances.is_some())];
+                let remedy = "place the `vertices` where they belong";
+                self.refuse_given(pointer, &keys, "goes with `obj` only", remedy)?;
                 if !(3..=10_000).contains(&vertices.len()) {
                     let problem = format!("{} corners, must be 3 to 10000", vertices.len());
                     return Err(self

@@ -128,6 +128,20 @@ impl<'a> Loader<'a> {
         Error::input(self.place(pointer), problem)
     }
 
+    /// Refuses the first of the keys at `pointer` that is given.
+    pub(super) fn refuse_given(
+        &self,
+        pointer: &str,
+        keys: &[(&str, bool)],
+        problem: impl Display,
+        remedy: &str,
+    ) -> Result<()> {
+        match keys.iter().find(|(_, given)| *given) {
+            Some((key, _)) => Err(self.error(format!("{pointer}/{key}"), problem).remedy(remedy)),
+            None => Ok(()),
+        }
+    }
+
     pub(super) fn warn(&mut self, place: impl Display, problem: impl Display) {
         const MOST: usize = 100;
         match self.warnings.len() {
@@ -260,9 +274,5 @@ pub(super) fn unknown<'a>(
     if let Some(more) = all.get_mut(NAMED) {
         *more = "...";
     }
-    let list = format!("there are {}", all.join(", "));
-    match nearest(name, known) {
-        Some(near) => error.remedy(format!("did you mean `{near}`? ({list})")),
-        None => error.remedy(list),
-    }
+    error.did_you_mean_of(nearest(name, known), &all.join(", "))
 }

@@ -26,6 +26,13 @@ pub(super) struct LampFile<'a> {
     lm_per_umol: Option<f64>,
 }
 
+impl LampFile<'_> {
+    /// Returns the keys that say how many lumens the light has, and whether each is given.
+    fn lumen_keys(&self) -> [(&'static str, bool); 2] {
+        [("lm_per_W", self.lm_per_w.is_some()), ("lm_per_umol", self.lm_per_umol.is_some())]
+    }
+}
+
 impl PointSpec {
     pub(super) fn lamp_file(&self) -> LampFile<'_> {
         LampFile {
@@ -194,12 +201,9 @@ impl Loader<'_> {
         measured: Option<&Measured>,
     ) -> Result<Vec<f64>> {
         if !matches!(power, PowerSpec::File) {
-            let given = [("lm_per_W", lamp.lm_per_w), ("lm_per_umol", lamp.lm_per_umol)];
-            if let Some((key, _)) = given.into_iter().find(|(_, factor)| factor.is_some()) {
-                return Err(self
-                    .error(format!("{pointer}/{key}"), "goes with `\"power\": \"file\"` only")
-                    .remedy("leave it out: `power` says the flux"));
-            }
+            let problem = "goes with `\"power\": \"file\"` only";
+            let remedy = "leave it out: `power` says the flux";
+            self.refuse_given(pointer, &lamp.lumen_keys(), problem, remedy)?;
         }
         let there = format!("{pointer}/power");
         let flux = measured.map(Measured::flux);
@@ -286,12 +290,8 @@ impl Loader<'_> {
         let there = format!("{pointer}/power");
         let spectrum = "give `{ \"spectrum\": ..., \"total\": \"file\" }` with the lamp's spectrum";
         let FileFlux { value, unit, range } = flux;
-        for (key, given) in [("lm_per_W", lamp.lm_per_w), ("lm_per_umol", lamp.lm_per_umol)] {
-            if given.is_some() {
-                let problem = format!("{file} states its flux in {}, not in lumens", unit.name());
-                return Err(self.error(format!("{pointer}/{key}"), problem).remedy("leave it out"));
-            }
-        }
+        let problem = format!("{file} states its flux in {}, not in lumens", unit.name());
+        self.refuse_given(pointer, &lamp.lumen_keys(), problem, "leave it out")?;
         let own = self.parts.quantity.unit_names().flux;
         if own != unit.name() {
             let problem = format!("\"file\": {file} states {value} {}", unit.name());

@@ -254,19 +254,14 @@ impl Loader<'_> {
                 Ok(material)
             }
             MaterialSpec::Leaf(m) => {
-                for (key, given) in [
+                let of_sheets = [
                     ("reflectance", m.reflectance.is_some()),
                     ("transmittance", m.transmittance.is_some()),
                     ("prospect", m.prospect.is_some()),
                     ("back", m.back.is_some()),
-                ] {
-                    if given {
-                        let pointer = format!("{pointer}/{key}");
-                        return Err(self
-                            .error(pointer, "a solid leaf (thin: false) is a dielectric interface")
-                            .remedy("leave it out, or drop `thin`"));
-                    }
-                }
+                ];
+                let problem = "a solid leaf (thin: false) is a dielectric interface";
+                self.refuse_given(pointer, &of_sheets, problem, "leave it out, or drop `thin`")?;
                 let ior = m.ior.unwrap_or(LEAF_IOR);
                 check_ior(ior).map_err(|why| why.at(&place))?;
                 let tint = self.fraction(pointer, "tint", m.tint.as_ref(), 1.0)?;

@@ -12,7 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, de};
 
 use crate::{
-    formats::json::tagged,
+    formats::json::{one_of, tagged},
     math::{
         units::{LengthUnit, Quantity},
         weighting::{RATIOS, SUMS},
@@ -152,31 +152,18 @@ pub enum TimeSpec {
     },
 }
 
-impl<'de> Deserialize<'de> for TimeSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct Span {
-            from: String,
-            to: String,
-        }
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = TimeSpec;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a time, {\"from\", \"to\"} or \"year\"")
-            }
-            fn visit_str<E>(self, text: &str) -> Result<TimeSpec, E> {
-                Ok(TimeSpec::Text(text.into()))
-            }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<TimeSpec, A::Error> {
-                let Span { from, to } =
-                    Span::deserialize(de::value::MapAccessDeserializer::new(map))?;
-                Ok(TimeSpec::Span { from, to })
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+/// The keys of [`TimeSpec::Span`].
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Span {
+    from: String,
+    to: String,
+}
+
+one_of! {
+    TimeSpec: "a time, {\"from\", \"to\"} or \"year\"",
+    text(text) => TimeSpec::Text(text),
+    object(Span { from, to }) => TimeSpec::Span { from, to },
 }
 
 /// Irradiances of the whole solar spectrum, W/m2, or a file of them.
@@ -277,33 +264,11 @@ enum SumValue {
     List(Vec<String>),
 }
 
-impl<'de> Deserialize<'de> for SumValue {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = SumValue;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a weight")
-            }
-            fn visit_f64<E>(self, v: f64) -> Result<SumValue, E> {
-                Ok(SumValue::Number(v))
-            }
-            fn visit_u64<E>(self, v: u64) -> Result<SumValue, E> {
-                Ok(SumValue::Number(v as f64))
-            }
-            fn visit_i64<E>(self, v: i64) -> Result<SumValue, E> {
-                Ok(SumValue::Number(v as f64))
-            }
-            fn visit_str<E>(self, text: &str) -> Result<SumValue, E> {
-                Ok(SumValue::Text(text.into()))
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<SumValue, A::Error> {
-                let names = de::value::SeqAccessDeserializer::new(seq);
-                Ok(SumValue::List(Vec::deserialize(names)?))
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    SumValue: "a weight",
+    number(number) => SumValue::Number(number),
+    text(text) => SumValue::Text(text),
+    list(names) => SumValue::List(names),
 }
 
 impl SumSpec {
@@ -352,28 +317,11 @@ impl SumSpec {
     }
 }
 
-impl<'de> Deserialize<'de> for SumSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = SumSpec;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a list of bands, an object of bands and weights, or a weighting")
-            }
-            fn visit_str<E>(self, name: &str) -> Result<SumSpec, E> {
-                Ok(SumSpec::Name(name.into()))
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<SumSpec, A::Error> {
-                let names = de::value::SeqAccessDeserializer::new(seq);
-                Ok(SumSpec::Bands(Vec::deserialize(names)?))
-            }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<SumSpec, A::Error> {
-                let object = de::value::MapAccessDeserializer::new(map);
-                SumSpec::of_object(BTreeMap::deserialize(object)?)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    SumSpec: "a list of bands, an object of bands and weights, or a weighting",
+    text(name) => SumSpec::Name(name),
+    list(names) => SumSpec::Bands(names),
+    object(object) => SumSpec::of_object(object)?,
 }
 
 /// A ratio of totals over bands.
@@ -396,24 +344,10 @@ pub struct QuotientSpec {
     pub denominator: SumSpec,
 }
 
-impl<'de> Deserialize<'de> for RatioSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = RatioSpec;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the name of a ratio, or {\"numerator\", \"denominator\"}")
-            }
-            fn visit_str<E>(self, name: &str) -> Result<RatioSpec, E> {
-                Ok(RatioSpec::Name(name.into()))
-            }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<RatioSpec, A::Error> {
-                let object = de::value::MapAccessDeserializer::new(map);
-                QuotientSpec::deserialize(object).map(RatioSpec::Of)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    RatioSpec: "the name of a ratio, or {\"numerator\", \"denominator\"}",
+    text(name) => RatioSpec::Name(name),
+    object(quotient) => RatioSpec::Of(quotient),
 }
 
 /// One number for all bands, an array with one number per band, or a spectrum.
@@ -477,32 +411,10 @@ pub enum TotalSpec {
     File,
 }
 
-impl<'de> Deserialize<'de> for TotalSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl de::Visitor<'_> for Visitor {
-            type Value = TotalSpec;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number, or \"file\"")
-            }
-            fn visit_f64<E>(self, v: f64) -> Result<TotalSpec, E> {
-                Ok(TotalSpec::Given(v))
-            }
-            fn visit_u64<E>(self, v: u64) -> Result<TotalSpec, E> {
-                Ok(TotalSpec::Given(v as f64))
-            }
-            fn visit_i64<E>(self, v: i64) -> Result<TotalSpec, E> {
-                Ok(TotalSpec::Given(v as f64))
-            }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<TotalSpec, E> {
-                match text {
-                    "file" => Ok(TotalSpec::File),
-                    _ => Err(E::invalid_value(de::Unexpected::Str(text), &self)),
-                }
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    TotalSpec: "a number, or \"file\"",
+    number(total) => TotalSpec::Given(total),
+    word { "file" => TotalSpec::File },
 }
 
 /// What the flux of a lamp with a spectrum is measured in.
@@ -551,56 +463,17 @@ pub enum ColumnSpec {
     Name(String),
 }
 
-impl<'de> Deserialize<'de> for ColumnSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl de::Visitor<'_> for Visitor {
-            type Value = ColumnSpec;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the name or number of a column")
-            }
-            fn visit_u64<E>(self, number: u64) -> Result<ColumnSpec, E> {
-                Ok(ColumnSpec::Number(Count(number)))
-            }
-            fn visit_str<E>(self, name: &str) -> Result<ColumnSpec, E> {
-                Ok(ColumnSpec::Name(name.into()))
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    ColumnSpec: "the name or number of a column",
+    whole(number) => ColumnSpec::Number(Count(number)),
+    text(name) => ColumnSpec::Name(name),
 }
 
-impl<'de> Deserialize<'de> for PerBand {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = PerBand;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number, or an array with one number per band, or a spectrum")
-            }
-            fn visit_f64<E>(self, v: f64) -> Result<PerBand, E> {
-                Ok(PerBand::All(v))
-            }
-            fn visit_u64<E>(self, v: u64) -> Result<PerBand, E> {
-                Ok(PerBand::All(v as f64))
-            }
-            fn visit_i64<E>(self, v: i64) -> Result<PerBand, E> {
-                Ok(PerBand::All(v as f64))
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<PerBand, A::Error> {
-                let mut values = Vec::new();
-                while let Some(value) = seq.next_element()? {
-                    values.push(value);
-                }
-                Ok(PerBand::Each(values))
-            }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<PerBand, A::Error> {
-                let deserializer = de::value::MapAccessDeserializer::new(map);
-                SpectrumSpec::deserialize(deserializer).map(PerBand::Spectrum)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    PerBand: "a number, or an array with one number per band, or a spectrum",
+    number(all) => PerBand::All(all),
+    list(each) => PerBand::Each(each),
+    object(spectrum) => PerBand::Spectrum(spectrum),
 }
 
 /// The power of a light.
@@ -636,42 +509,12 @@ enum FileWord {
     File,
 }
 
-impl<'de> Deserialize<'de> for PowerSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = PowerSpec;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str(
-                    "a number, or an array with one number per band, or a spectrum, or \"file\"",
-                )
-            }
-            fn visit_f64<E>(self, v: f64) -> Result<PowerSpec, E> {
-                Ok(PowerSpec::Given(PerBand::All(v)))
-            }
-            fn visit_u64<E: de::Error>(self, v: u64) -> Result<PowerSpec, E> {
-                self.visit_f64(v as f64)
-            }
-            fn visit_i64<E: de::Error>(self, v: i64) -> Result<PowerSpec, E> {
-                self.visit_f64(v as f64)
-            }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<PowerSpec, E> {
-                match text {
-                    "file" => Ok(PowerSpec::File),
-                    _ => Err(E::invalid_value(de::Unexpected::Str(text), &self)),
-                }
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<PowerSpec, A::Error> {
-                let deserializer = de::value::SeqAccessDeserializer::new(seq);
-                PerBand::deserialize(deserializer).map(PowerSpec::Given)
-            }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<PowerSpec, A::Error> {
-                let deserializer = de::value::MapAccessDeserializer::new(map);
-                LampSpectrumSpec::deserialize(deserializer).map(PowerSpec::Spectrum)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    PowerSpec: "a number, or an array with one number per band, or a spectrum, or \"file\"",
+    number(all) => PowerSpec::Given(PerBand::All(all)),
+    word { "file" => PowerSpec::File },
+    list(each) => PowerSpec::Given(PerBand::Each(each)),
+    object(lamp) => PowerSpec::Spectrum(lamp),
 }
 
 /// A whole number, which may be written like 1e8.
@@ -882,30 +725,17 @@ pub enum InstancesSpec {
     },
 }
 
-impl<'de> Deserialize<'de> for InstancesSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct Table {
-            csv: String,
-        }
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = InstancesSpec;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("an array of transforms, or {\"csv\"}")
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, list: A) -> Result<InstancesSpec, A::Error> {
-                let list = de::value::SeqAccessDeserializer::new(list);
-                Ok(InstancesSpec::List(Vec::deserialize(list)?))
-            }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<InstancesSpec, A::Error> {
-                let Table { csv } = Table::deserialize(de::value::MapAccessDeserializer::new(map))?;
-                Ok(InstancesSpec::Table { csv })
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+/// The keys of [`InstancesSpec::Table`].
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InstancesTable {
+    csv: String,
+}
+
+one_of! {
+    InstancesSpec: "an array of transforms, or {\"csv\"}",
+    list(copies) => InstancesSpec::List(copies),
+    object(InstancesTable { csv }) => InstancesSpec::Table { csv },
 }
 
 /// How the materials of a file in the format of Radiance are meant.
@@ -993,27 +823,10 @@ impl Patterns {
     }
 }
 
-impl<'de> Deserialize<'de> for Patterns {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = Patterns;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a pattern of ids such as \"plant/leaf3#*\", or a list of them")
-            }
-            fn visit_str<E>(self, text: &str) -> Result<Patterns, E> {
-                Ok(Patterns::One(text.into()))
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<Patterns, A::Error> {
-                let mut patterns = Vec::new();
-                while let Some(pattern) = seq.next_element()? {
-                    patterns.push(pattern);
-                }
-                Ok(Patterns::Several(patterns))
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    Patterns: "a pattern of ids such as \"plant/leaf3#*\", or a list of them",
+    text(pattern) => Patterns::One(pattern),
+    list(patterns) => Patterns::Several(patterns),
 }
 
 /// Whether, and how finely, the surfaces of an object count light.
@@ -1039,27 +852,13 @@ impl JsonSchema for SurfaceCaptorSpec {
     }
 }
 
-impl<'de> Deserialize<'de> for SurfaceCaptorSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl de::Visitor<'_> for Visitor {
-            type Value = SurfaceCaptorSpec;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("true, false, \"triangle\" or \"instance\"")
-            }
-            fn visit_bool<E>(self, v: bool) -> Result<Self::Value, E> {
-                Ok(if v { SurfaceCaptorSpec::Groups } else { SurfaceCaptorSpec::Off })
-            }
-            fn visit_str<E: de::Error>(self, v: &str) -> Result<Self::Value, E> {
-                match v {
-                    "triangle" => Ok(SurfaceCaptorSpec::Triangles),
-                    "instance" => Ok(SurfaceCaptorSpec::Instances),
-                    _ => Err(E::invalid_value(de::Unexpected::Str(v), &self)),
-                }
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    SurfaceCaptorSpec: "true, false, \"triangle\" or \"instance\"",
+    flag(on) => if on { SurfaceCaptorSpec::Groups } else { SurfaceCaptorSpec::Off },
+    word {
+        "triangle" => SurfaceCaptorSpec::Triangles,
+        "instance" => SurfaceCaptorSpec::Instances,
+    },
 }
 
 tagged! {

@@ -460,13 +460,8 @@ impl Loader<'_> {
             ("from_nm", lamp.from_nm.is_some()),
             ("to_nm", lamp.to_nm.is_some()),
         ];
-        match given.into_iter().find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((key, _)) => {
-                let problem = format!("the file states its flux in {} itself", unit.name());
-                Err(self.error(format!("{pointer}/{key}"), problem).remedy("leave it out"))
-            }
-        }
+        let problem = format!("the file states its flux in {} itself", unit.name());
+        self.refuse_given(pointer, &given, problem, "leave it out")
     }
 
     /// Returns the integral of a lamp's table in lumens. Error: the table does not reach over the
@@ -479,13 +474,9 @@ impl Loader<'_> {
         unit: SpectralUnitSpec,
     ) -> Result<f64> {
         let [low, high] = VISIBLE;
-        for (key, given) in [("from_nm", lamp.from_nm), ("to_nm", lamp.to_nm)] {
-            if given.is_some() {
-                return Err(self
-                    .error(format!("{pointer}/{key}"), "lumens count at all wavelengths")
-                    .remedy("leave it out, or give `total` in W or umol/s"));
-            }
-        }
+        let keys = [("from_nm", lamp.from_nm.is_some()), ("to_nm", lamp.to_nm.is_some())];
+        let remedy = "leave it out, or give `total` in W or umol/s";
+        self.refuse_given(pointer, &keys, "lumens count at all wavelengths", remedy)?;
         let [first, last] = curve.range();
         let lumens = curve.reaches(low, high).then(|| {
             let seen = |nm| {

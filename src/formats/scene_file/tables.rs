@@ -29,18 +29,14 @@ impl Loader<'_> {
             }
             return self.cover(pointer, file);
         };
-        for (key, given) in [
+        let by_angle = [
             ("angles_deg", file.angles_deg.is_some()),
             ("direct", file.direct.is_some()),
             ("diffuse", file.diffuse.is_some()),
             ("reflectance", file.reflectance.is_some()),
-        ] {
-            if given {
-                return Err(self
-                    .error(format!("{pointer}/{key}"), "does not go with `file`")
-                    .remedy("give the file, or the values by angle"));
-            }
-        }
+        ];
+        let remedy = "give the file, or the values by angle";
+        self.refuse_given(pointer, &by_angle, "does not go with `file`", remedy)?;
         let path = self.sibling(name);
         let bytes = self.bytes(&format!("{pointer}/file"), &path)?;
         self.table_file(pointer, &path, &bytes, file.reciprocal == Some(true), Side::Outside)

@@ -69,10 +69,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, column: Column) -> Result<Measure
                 .remedy(format!("column 2 is the first spectrum, of {all}")),
             Column::Name(name) => {
                 let error = error(format!("no spectrum of an emitter {}", quoted(name)));
-                match nearest(name, names()) {
-                    Some(near) => error.remedy(format!("did you mean `{near}`? (there are {all})")),
-                    None => error.remedy(format!("there are {all}")),
-                }
+                error.did_you_mean_of(nearest(name, names()), &all)
             }
         });
     };

@@ -1,20 +1,12 @@
 //! The sweep file as it is written: the types that its JSON is read into and that its schema is
 //! made of.
 
-use std::fmt;
-
 use indexmap::IndexMap;
 use schemars::JsonSchema;
-use serde::{
-    Deserialize, Deserializer,
-    de::{
-        self, IntoDeserializer,
-        value::{MapAccessDeserializer, SeqAccessDeserializer},
-    },
-};
+use serde::Deserialize;
 use serde_json::Value;
 
-use crate::formats::scene_file::Count;
+use crate::formats::{json::one_of, scene_file::Count};
 
 /// A phylux sweep: one scene, run with several values of some of its numbers.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -66,23 +58,10 @@ pub struct FullFile {
     pub steps: Option<Count>,
 }
 
-impl<'de> Deserialize<'de> for VaryFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = VaryFile;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("an array of values, or an object with `values` or `from` and `to`")
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<VaryFile, A::Error> {
-                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(VaryFile::List)
-            }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<VaryFile, A::Error> {
-                FullFile::deserialize(MapAccessDeserializer::new(map)).map(VaryFile::Full)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    VaryFile: "an array of values, or an object with `values` or `from` and `to`",
+    list(values) => VaryFile::List(values),
+    object(full) => VaryFile::Full(full),
 }
 
 /// How the values of several parameters are combined.
@@ -135,21 +114,8 @@ pub enum SampleKind {
     LatinHypercube,
 }
 
-impl<'de> Deserialize<'de> for CombineFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = CombineFile;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("grid, zip, or an object with `sample` and `count`")
-            }
-            fn visit_str<E: de::Error>(self, word: &str) -> Result<CombineFile, E> {
-                Whole::deserialize(word.into_deserializer()).map(CombineFile::Whole)
-            }
-            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<CombineFile, A::Error> {
-                SampleFile::deserialize(MapAccessDeserializer::new(map)).map(CombineFile::Sample)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+one_of! {
+    CombineFile: "grid, zip, or an object with `sample` and `count`",
+    text(whole) => CombineFile::Whole(whole),
+    object(sample) => CombineFile::Sample(sample),
 }

@@ -42,10 +42,9 @@ impl RunResult {
         for (name, factor) in factors {
             if !lights.contains_key(name) {
                 let error = Error::input(&self.scene, format!("no light `{name}`"));
-                return Err(match nearest(name, lights.keys().map(String::as_str)) {
-                    Some(near) => error.remedy(format!("did you mean `{near}`?")),
-                    None => error.remedy(format!("there are {}", some(lights.keys(), LISTED))),
-                });
+                let near = nearest(name, lights.keys().map(String::as_str));
+                let otherwise = format!("there are {}", some(lights.keys(), LISTED));
+                return Err(error.did_you_mean(near, otherwise));
             }
             let values = factor.values();
             if let Some(wrong) = values.iter().find(|f| !(0.0..=MAX_FACTOR).contains(*f)) {

@@ -137,10 +137,7 @@ fn band_of(result: &RunResult, plan: &EvenPlan) -> Result<usize> {
     match &plan.band {
         Some(name) => names().position(|band| band == name).ok_or_else(|| {
             let error = Error::input("--band", format!("no band or sum {}", quoted(name)));
-            match nearest(name, names()) {
-                Some(near) => error.remedy(format!("did you mean `{near}`?")),
-                None => error.remedy(format!("there are {}", listed())),
-            }
+            error.did_you_mean(nearest(name, names()), format!("there are {}", listed()))
         }),
         None if result.bands.len() == 1 => Ok(0),
         None => result.bands.iter().position(|band| band.sum_of.is_some()).ok_or_else(|| {

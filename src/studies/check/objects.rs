@@ -4,6 +4,7 @@
 use std::{collections::HashSet, time::Duration};
 
 use glam::{DVec3, Vec3};
+use serde::{Serialize, Serializer};
 
 use super::remarks::{Remarks, length, quoted};
 use crate::{
@@ -45,18 +46,25 @@ const EXPECTED: f64 = 100.0;
 const LONGEST: Duration = Duration::from_secs(5);
 
 /// An object, with all of its copies together.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct ObjectSummary {
     /// Name of the object.
+    #[serde(rename = "name")]
     pub object: String,
     /// Lowest coordinates, m.
+    #[serde(serialize_with = "coordinates")]
     pub from: DVec3,
     /// Highest coordinates, m.
+    #[serde(serialize_with = "coordinates")]
     pub to: DVec3,
     /// Height of the lowest and the highest point above the lowest point of all surfaces, m.
     pub height: [f64; 2],
     /// Fraction of the object's area whose front looks up, in [0, 1].
     pub facing_up: f64,
+}
+
+fn coordinates<S: Serializer>(point: &DVec3, serializer: S) -> Result<S::Ok, S::Error> {
+    point.to_array().serialize(serializer)
 }
 
 /// An object's box, m from the scene's own origin, its area, and the part of the area that looks

@@ -181,10 +181,8 @@ impl<'a> Places<'a> {
     fn find(&self, place: &str, captor: &str, face: &str, band: &str) -> Result<usize> {
         let unknown = |what: &str, name: &str, known: Vec<&str>| {
             let problem = format!("no {what} {} in the scene", quoted(name));
-            Error::input(place, problem).remedy(match nearest(name, known) {
-                Some(known) => format!("did you mean `{known}`?"),
-                None => format!("name a {what} of the scene"),
-            })
+            let otherwise = format!("name a {what} of the scene");
+            Error::input(place, problem).did_you_mean(nearest(name, known), otherwise)
         };
         let captor = match self.captors.get(captor).or(self.captors.get(csv_text::text(captor))) {
             Some(Some(captor)) => *captor,

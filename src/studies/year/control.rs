@@ -89,10 +89,9 @@ impl Controlled<'_> {
                     (0..names.len()).filter(|&l| lamps.names(names[l])).collect();
                 if lights.is_empty() {
                     let error = wrong("/lights", format!("no lamp `{}`", lamps.lights));
-                    return Err(match nearest(&lamps.lights, names.iter().copied()) {
-                        Some(near) => error.remedy(format!("did you mean `{near}`?")),
-                        None => error.remedy("name a light of the scene that is no sun or sky"),
-                    });
+                    let near = nearest(&lamps.lights, names.iter().copied());
+                    let otherwise = "name a light of the scene that is no sun or sky";
+                    return Err(error.did_you_mean(near, otherwise));
                 }
                 for &light in &lights {
                     if std::mem::replace(&mut taken[light], true) {
@@ -183,10 +182,8 @@ impl Controlled<'_> {
         let Some(of) = &lamps.of else { return Ok(None) };
         let Some(id) = self.places.ids.iter().position(|id| id == of) else {
             let error = wrong("/of", format!("no captor or group `{of}`"));
-            return Err(match nearest(of, self.places.ids.iter().map(String::as_str)) {
-                Some(near) => error.remedy(format!("did you mean `{near}`?")),
-                None => error.remedy("name a captor or group of the scene"),
-            });
+            let near = nearest(of, self.places.ids.iter().map(String::as_str));
+            return Err(error.did_you_mean(near, "name a captor or group of the scene"));
         };
         let band = match &lamps.band {
             Some(band) => {

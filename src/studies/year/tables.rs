@@ -134,17 +134,6 @@ impl YearTables {
     }
 }
 
-impl Year {
-    /// Writes the tables into an existing folder.
-    pub fn write_tables(&self, folder: &Path, csv: bool) -> Result<()> {
-        let mut tables = YearTables::create(folder, csv, PlotStyle::default(), OutputFile::create)?;
-        if !self.places.ratios.is_empty() {
-            tables = tables.with_ratios(OutputFile::create)?;
-        }
-        write(self, tables, &FilesRead::default(), &|_, _| {})
-    }
-}
-
 /// Writes all tables and the chart. None of them may replace a file that was `read`.
 /// `progress` is told how many rows are written, and of how many.
 pub fn write(
