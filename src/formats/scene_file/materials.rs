@@ -77,13 +77,10 @@ impl Loader<'_> {
             return Ok((self.materials.use_entry(entry)?, None));
         }
         let Some(entry) = mtl.entry(name)? else {
-            let mut error = Error::input(place, format!("no material `{name}`"));
-            if let Some(missing) = mtl.missing().first() {
-                error = Error::input(
-                    place,
-                    format!("no material `{name}` ({}: {})", missing.file, missing.why),
-                );
-            }
+            let missing = mtl.missing().iter().map(|mtl| format!("{}: {}", mtl.file, mtl.why));
+            let missing = missing.collect::<Vec<_>>().join("; ");
+            let because = if missing.is_empty() { missing } else { format!(" ({missing})") };
+            let error = Error::input(place, format!("no material `{name}`{because}"));
             let scene = self.materials.by_name.keys().map(String::as_str);
             let known: Vec<&str> = scene.chain(mtl.names()).collect();
             return Err(unknown(error, name, known.iter().copied()));
