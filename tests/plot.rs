@@ -153,11 +153,13 @@ fn a_profile_joins_means_of_heights() {
             "surfaces, absorbed",
         ],
     );
-    // pale dots are captors, and the larger marks are means: 2 heights of sensors, 3
-    // of leaves, and one for each name in the legend
+    // pale dots are captors, and the larger marks are means: circles at 2 heights of sensors, squares
+    // at 3 of leaves, and one of each in the legend
     let circles = place(&svg, "<circle", &["cx", "cy", "r"]);
     let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == MARK).collect();
-    assert_eq!((circles.len() - marks.len(), marks.len()), (18, 7));
+    assert_eq!((circles.len() - marks.len(), marks.len()), (18, 3));
+    let squares = place(&svg, "<rect", &["width", "height"]);
+    assert_eq!(squares.iter().filter(|s| s[0] == s[1] && s[0] < 2.0 * MARK).count(), 4, "{svg}");
     // the marks of the sensors come first; they are at 200 and at 50 on an axis that begins at 0
     let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == DOT).collect();
     let (at_100, at_300) = (dots[0][0], dots[2][0]);

@@ -28,7 +28,8 @@ def room():
 
 
 def main(photons=2e6):
-    """Returns the factors on the powers and their standard errors; draws them beside the true ones."""
+    """Returns the factors on the powers and their standard errors; draws them beside the true ones, and the readings
+    against the simulation."""
     import matplotlib.pyplot as plt
 
     s = room()
@@ -40,12 +41,22 @@ def main(photons=2e6):
     found = s.calibrate(readings, result=r, model="lamps")
     factors, errors = ([of[lamp][0] for lamp in TRUE] for of in (found.factors, found.factors_se))
 
+    # what the instrument should read by the simulation, with the powers of the data sheet and with those found
+    sheet, fitted = (run.irradiance[:, 0, 0] for run in (r, r.mix(dict(zip(TRUE, factors, strict=True)))))
     with px.plots.style(3.5):
-        fig, ax = plt.subplots(layout="constrained")
-        ax.errorbar(list(TRUE), factors, 1.98 * np.array(errors), fmt="o", capsize=3, label="found, 95 %")
-        ax.plot(list(TRUE), list(TRUE.values()), "_", markersize=16, color="C1", label="true")
-        ax.set(ylabel="power / power of the data sheet", ylim=(0.6, 1.4), xlim=(-0.5, len(TRUE) - 0.5))
-        ax.legend(loc="lower right")
+        fig, (left, right) = plt.subplots(1, 2, figsize=(3.5, 2.4), layout="constrained")
+        places = np.arange(len(TRUE))
+        left.errorbar(places, factors, 1.98 * np.array(errors), fmt="o", label="found, 95 %")
+        left.plot(places, list(TRUE.values()), "_", markersize=12, markeredgewidth=1.5, color="C1", label="true")
+        left.set(xlabel="lamp", ylabel="power / data sheet", ylim=(0.5, 1.3), xlim=(-0.5, len(TRUE) - 0.5), xticks=places,
+                 xticklabels=[lamp.removeprefix("lamp ") for lamp in TRUE])
+        left.legend(loc="lower right")
+        ends = [0.8 * min(sheet.min(), readings.value.min()), 1.05 * max(sheet.max(), readings.value.max())]
+        right.plot(ends, ends, color="0.6", linewidth=0.8)
+        right.plot(sheet, readings.value, "o", markersize=3, markerfacecolor="none", color="0.55", label="data sheet")
+        right.plot(fitted, readings.value, "o", markersize=3, color="C0", label="found")
+        right.set(xlabel="simulated, µmol/m²/s", ylabel="read, µmol/m²/s", xlim=ends, ylim=ends)
+        right.legend(loc="lower right", handletextpad=0.1)
         fig.savefig("calibration.png")
     return np.array(factors), np.array(errors)
 

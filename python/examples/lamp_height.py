@@ -28,7 +28,7 @@ def bench(height):
 
 
 def main(photons=1e6):
-    """Returns mean PPFD and the least over the mean, by height; draws PPFD into lamp_height.png."""
+    """Returns mean PPFD and the least over the mean, by height; draws the mean and the least PPFD into lamp_height.png."""
     import matplotlib.pyplot as plt
 
     found = px.sweep(bench, {"height": HEIGHTS}, photons=photons, k=0, seed=1, guiding="aim")
@@ -36,9 +36,10 @@ def main(photons=1e6):
     mean, even = ppfd.mean(axis=1), ppfd.min(axis=1) / ppfd.mean(axis=1)
     with px.plots.style(3.5):
         fig, ax = plt.subplots(layout="constrained")
-        ax.fill_between(HEIGHTS, ppfd.min(axis=1), ppfd.max(axis=1), alpha=0.25, linewidth=0, label="all sensors")
+        ax.fill_between(HEIGHTS, ppfd.min(axis=1), ppfd.max(axis=1), alpha=0.2, linewidth=0, label="all sensors")
         ax.plot(HEIGHTS, mean, "o-", label="mean")
-        ax.set(xlabel="height of the lamps, m", ylabel="PPFD, µmol/m²/s", xlim=(0, None), ylim=(0, None))
+        ax.plot(HEIGHTS, ppfd.min(axis=1), "s-", color="C1", label="least")
+        ax.set(xlabel="lamp height, m", ylabel="PPFD, µmol/m²/s", xlim=(0, 1.3), ylim=(0, None))
         ax.legend()
         fig.savefig("lamp_height.png")
     return mean, even

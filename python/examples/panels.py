@@ -11,6 +11,8 @@ import phylux as px
 
 HOURS, TILTS = np.arange(5, 20, 1.0), (0, 30, 60)
 X = np.linspace(0.25, 5.75, 12)
+# where the name of each tilt stands: beside which place, how far aside in points, and on which side
+NAMES = {0: (6, (0, -8), "center"), 30: (5, (-6, -4), "right"), 60: (5, (6, 4), "left")}
 
 
 def field(tilt, hour):
@@ -50,10 +52,17 @@ def main(photons=1e6):
             free = sum(overall for _, overall in fields)
             shares[tilt] = found.sum(axis=0) / free
             errors = np.sqrt((errors**2).sum(axis=0))
-            ax.errorbar(X, 0.0036 * found.sum(axis=0), 0.0036 * errors, fmt="o-", capsize=2, label=f"{tilt} degrees")
-        ax.axhline(0.0036 * free, linestyle="--", color="C6", label="open field")
-        ax.set(xlabel="from row to row (panels at 3 m), m", ylabel="DLI, mol/m²/d", xlim=(0, 6), ylim=(0, 90))
-        ax.legend(loc="upper center", ncols=2)
+            light = 0.0036 * found.sum(axis=0)
+            line = ax.errorbar(X, light, 0.0036 * errors, fmt="o-")
+            # names where the lines are apart
+            place, aside, across = NAMES[tilt]
+            ax.annotate(f"{tilt}°", (X[place], light[place]), aside, textcoords="offset points", ha=across, va="center",
+                        color=line[0].get_color())
+        ax.axhline(0.0036 * free, linestyle="--", color="C6")
+        ax.annotate("open field", (6, 0.0036 * free), (0, 2), textcoords="offset points", ha="right", va="bottom", color="C6")
+        ax.plot([1.9, 4.1], [72, 72], color="0.3", linewidth=3, solid_capstyle="butt")
+        ax.annotate("panels", (3, 72), (0, 3), textcoords="offset points", ha="center", va="bottom", color="0.3")
+        ax.set(xlabel="across the rows, m", ylabel="DLI, mol/m²/d", xlim=(0, 6), ylim=(0, 80), xticks=range(7))
         fig.savefig("panels.png")
     return shares
 

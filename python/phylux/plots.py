@@ -6,6 +6,7 @@ New axes have the style of ``phylux plot``: the width of a page, or that of a co
 from __future__ import annotations
 
 import functools
+import json
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -25,7 +26,8 @@ _COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#
 _STYLE = {
     "font.family": "sans-serif", "font.sans-serif": ["Arial", "Helvetica", "Arimo", "Liberation Sans", "DejaVu Sans"],
     "font.size": 8, "axes.labelsize": 8, "axes.titlesize": 9, "axes.titlelocation": "left", "xtick.labelsize": 8,
-    "ytick.labelsize": 8, "legend.fontsize": 8, "legend.frameon": False, "axes.spines.top": False,
+    "ytick.labelsize": 8, "legend.fontsize": 8, "legend.frameon": True, "legend.framealpha": 1.0,
+    "legend.facecolor": "white", "legend.edgecolor": "none", "legend.borderpad": 0.3, "axes.spines.top": False,
     "axes.spines.right": False, "axes.linewidth": 0.75, "axes.grid": True, "axes.grid.axis": "y", "axes.grid.which": "major",
     "axes.axisbelow": True, "grid.color": "#e6e6e6", "grid.linewidth": 0.75, "lines.linewidth": 1.1, "lines.markersize": 4,
     "savefig.dpi": 300, "figure.dpi": 110, "svg.fonttype": "none", "pdf.fonttype": 42,
@@ -79,7 +81,8 @@ def captor_map(
     **options: Any,
 ) -> Any:
     """Draws the irradiance of captors over the plane in which they lie: colours with contours, linear between the captors
-    over Delaunay triangles. Where such a map is not possible, the captors are drawn as dots at their places.
+    over Delaunay triangles. Around a grid they go on to the ends of its cells. Where such a map is not possible, the captors
+    are drawn as dots at their places, with their values where they are few.
 
     Args:
         band: a band or sum; if not given, the first sum, or the first band.
@@ -88,7 +91,8 @@ def captor_map(
             if there are no sensors.
         axes: the coordinates to the right and upwards, such as ``"xz"``; if not given, those of the plane.
         contours: whether colours and contours fill the space between the captors; if not given, they do where the
-            captors are sensors in one plane and no option is one of dots (``s``, ``marker``).
+            captors are four sensors or more in one plane, not all in a line, and no option is one of dots (``s``,
+            ``marker``).
         ax: the axes to draw into; if not given, new ones.
         options: options of matplotlib's ``tricontourf``, or of ``scatter`` for dots.
     """
@@ -105,24 +109,103 @@ def captor_map(
         flat = extent[left] <= 1e-3 * max(extent.max(), 1e-9)
         sensors = not result.is_surface[rows].any()
         dots = {"s", "marker"} & options.keys()
-        contours = bool(flat and sensors and not dots and _spans(x[known], y[known]))
+        contours = bool(flat and sensors and not dots and known.sum() > 3 and _spans(x[known], y[known]))
     elif contours and not _spans(x[known], y[known]):
         raise wrong("contours", "fewer than three captors that are not in a line", "leave it out: dots show them")
     ax = _axes(ax)
+    bar: dict[str, Any] = {}
     if contours:
-        triangles = (x[known], y[known])
-        drawn = ax.tricontourf(*triangles, values[known], **{"levels": 64, **options})
-        drawn.set_edgecolor("face")
-        lines = ax.tricontour(*triangles, values[known], levels=8, colors="black", linewidths=0.6)
-        ax.clabel(lines, fontsize="small")
+        drawn, numbers = _contours(ax, x[known], y[known], values[known], options)
+        bar = {} if "levels" in options else {"ticks": numbers}
         ax.plot(x, y, "k.", markersize=2)
         ax.set_title(f"{'xyz'[left]} = {center[:, left].mean():.4g} m")
     else:
-        drawn = ax.scatter(x, y, c=values, **options)
-    ax.figure.colorbar(drawn, ax=ax, label=_label(result, column), **({"ticks": lines.levels} if contours else {}))
+        few = len(rows) <= _NUMBERED
+        drawn = ax.scatter(x, y, c=values, **{**({"s": 30, "vmin": min(0.0, np.nanmin(values))} if few else {}), **options})
+        if few:
+            for place in zip(x, y, values, strict=True):
+                ax.annotate(f"{place[2]:.3g}", place[:2], (0, 6), textcoords="offset points", ha="center", va="bottom")
+            # room for the numbers, also where all captors are in a line
+            room = 0.15 * max(np.ptp(x), np.ptp(y), 1e-9) or 0.5
+            ax.set(xlim=(x.min() - room, x.max() + room), ylim=(y.min() - room, y.max() + 1.5 * room))
+            bar = {"shrink": 0.6, "aspect": 12}
     ax.set(xlabel=f"{axes[0]}, m", ylabel=f"{axes[1]}, m", aspect="equal")
+    # the bar is about as high as a map that is wider than its place
+    (low, high), (bottom, top), (wide, tall) = ax.get_xlim(), ax.get_ylim(), ax.figure.get_size_inches()
+    flat = 0.62 * wide * (top - bottom) / max(high - low, 1e-9) / (0.8 * tall)
+    bar = {"shrink": float(np.clip(flat, 0.5, 1)), **bar} if len(ax.figure.axes) == 1 else bar
+    ax.figure.colorbar(drawn, ax=ax, label=_label(result, column), **bar)
     ax.grid(visible=False)
     return ax
+
+
+# so many captors have their numbers beside their dots
+_NUMBERED = 12
+
+
+def _contours(ax: Any, x: Any, y: Any, values: Any, options: dict[str, Any]) -> tuple[Any, Any]:
+    """Fills the plane with colours from 0, and draws contours with a number on each where there is room; returns the colours
+    and the numbers of their bar."""
+    from matplotlib.ticker import MaxNLocator
+
+    x, y, values = _to_cells(x, y, values)
+    top = MaxNLocator(8).tick_values(min(0.0, values.min()), max(values.max(), 1e-30))
+    usual = {"levels": np.linspace(top[0], top[-1], 65)}
+    drawn = ax.tricontourf(x, y, values, **{**usual, **options})
+    drawn.set_edgecolor("face")
+    low, high = drawn.get_clim()
+    levels = [level for level in MaxNLocator(6).tick_values(values.min(), values.max()) if values.min() < level < values.max()]
+    if not levels:
+        return drawn, top
+    # white on dark colours
+    inks = ["white" if level < 0.5 * (low + high) else "black" for level in levels]
+    lines = ax.tricontour(x, y, values, levels=levels, colors=inks, linewidths=0.6)
+    # about how large a number is, in metres
+    inch = max(np.ptp(x) / (0.6 * ax.figure.get_figwidth()), np.ptp(y) / (0.7 * ax.figure.get_figheight()))
+    size = np.array([0.4 * inch, 0.18 * inch])
+    ends = np.array([[x.min(), y.min()], [x.max(), y.max()]]) + np.outer([0.5, -0.5], size)
+    taken: list[Any] = []
+    for path in lines.get_paths():
+        places = path.vertices
+        inside = ((places > ends[0]) & (places < ends[1])).all(axis=1)
+        free = [place for place in places[inside] if all((np.abs(place - other) > size).any() for other in taken)]
+        if free:
+            taken.append(free[len(free) // 2])
+    if taken:
+        ax.clabel(lines, fontsize=7, manual=[tuple(place) for place in taken], inline_spacing=2)
+    return drawn, top
+
+
+def _to_cells(x: Any, y: Any, values: Any) -> tuple[Any, Any, Any]:
+    """Adds points at the ends of the cells of a grid, where values go on as they do between the last two points, but not
+    below 0; leaves points that are no grid as they are."""
+    points = np.column_stack([x, y])
+    half = []
+    for axis in range(2):
+        steps = np.diff(np.sort(points[:, axis]))
+        steps = np.sort(steps[steps > 1e-6 * max(np.ptp(points[:, axis]), 1e-30)])
+        half.append(steps[len(steps) // 2] / 2 if len(steps) else 0.0)
+    low, high = points.min(axis=0), points.max(axis=0)
+    out = np.where(points - low < half, -1.0, np.where(high - points < half, 1.0, 0.0)) * half
+    corners = (out != 0).all(axis=1)
+    if corners.sum() != 4:
+        return x, y, values
+    more: list[Any] = []
+    for i in np.flatnonzero((out != 0).any(axis=1)):
+        rise = [0.0, 0.0]
+        for axis in range(2):
+            inward = (points[i, axis] - points[:, axis]) * np.sign(out[i, axis])
+            beside = np.abs(points[:, 1 - axis] - points[i, 1 - axis]) < 1e-3 * half[1 - axis]
+            before = np.flatnonzero(beside & (inward > 1e-3 * half[axis]))
+            if len(before):
+                last = before[np.argmin(inward[before])]
+                rise[axis] = (values[i] - values[last]) * abs(out[i, axis]) / inward[last]
+        for step in ((1, 0), (0, 1), (1, 1)):
+            if all(out[i][np.array(step) == 1] != 0):
+                more.append([*(points[i] + step * out[i]), values[i] + np.dot(step, rise)])
+    added = np.array(more)
+    floor = 0.0 if values.min() >= 0 else -np.inf
+    return (np.append(x, added[:, 0]), np.append(y, added[:, 1]), np.append(values, np.maximum(added[:, 2], floor)))
 
 
 def _plane(result: Result) -> list[int]:
@@ -158,7 +241,8 @@ def profile(
     **options: Any,
 ) -> Any:
     """Draws values per area over height: the mean of the captors at each height, weighted by area, with error bars of
-    one standard error. The errors are added in squares, as if captors were independent.
+    one standard error. The errors are added in squares, as if captors were independent. Sensors and surfaces have a line
+    each.
 
     Args:
         quantity: ``"irradiance"``, or ``"absorbed"`` (absorbed power per area).
@@ -179,7 +263,24 @@ def profile(
     known = np.isfinite(values)
     if not known.any():
         raise wrong("captors", f"none of them has a value of {quantity}", "name others, or another quantity or face")
-    values, errors, height, area = values[known], np.nan_to_num(errors[known]), height[known], area[known]
+    kinds = {"sensors": ~result.is_surface[rows] & known, "surfaces": result.is_surface[rows] & known}
+    kinds = {name: own for name, own in kinds.items() if own.any()}
+    for name, own in kinds.items():
+        means, heights, spread = _slices(values[own], np.nan_to_num(errors[own]), height[own], area[own])
+        usual = {"fmt": "o-", "capsize": 3, "label": name if len(kinds) > 1 else result.bands[column]}
+        ax.errorbar(means, heights, xerr=spread, **{**usual, **options})
+    if len(kinds) > 1:
+        ax.legend()
+    label = _label(result, column)
+    if quantity == "absorbed":
+        label = _with_unit(f"absorbed per area, {result.bands[column]}", _unit(result, column)["irradiance"])
+    ax.set(xlabel=label, ylabel="height z, m")
+    _from_zero(ax, "x")
+    return ax
+
+
+def _slices(values: Any, errors: Any, height: Any, area: Any) -> tuple[Any, Any, Any]:
+    """Returns the means over the area of captors at each height or in 12 slices, their heights and their errors."""
     slices = np.round(height, 3)
     if len(np.unique(slices)) > 12:
         edges = np.linspace(height.min(), height.max(), 13)
@@ -189,14 +290,7 @@ def profile(
     means = np.array([values[part].sum() for part in parts]) / whole
     spread = np.array([np.sqrt((errors[part] ** 2).sum()) for part in parts]) / whole
     heights = np.array([(area[part] * height[part]).sum() for part in parts]) / whole
-    usual = {"fmt": "o-", "capsize": 3, "label": result.bands[column]}
-    ax.errorbar(means, heights, xerr=spread, **{**usual, **options})
-    label = _label(result, column)
-    if quantity == "absorbed":
-        label = _with_unit(f"absorbed per area, {result.bands[column]}", _unit(result, column)["irradiance"])
-    ax.set(xlabel=label, ylabel="height z, m")
-    ax.set_xlim(left=0)
-    return ax
+    return means, heights, spread
 
 
 @_styled
@@ -211,7 +305,7 @@ def rank(
     **options: Any,
 ) -> Any:
     """Draws the values of captors, such as the leaves of a plant, in their order, with error bars of one standard error. A
-    line joins captors that are asked for.
+    line joins captors that are asked for; if none are, each object has a colour.
 
     Args:
         quantity: ``"irradiance"``, ``"flux"`` or ``"absorbed"``.
@@ -223,10 +317,18 @@ def rank(
     values, errors = _numbers(result, quantity, face)
     usual = {"fmt": "." if captors is None else "o-", "capsize": 0 if len(rows) > 40 else 3, "label": result.bands[column]}
     ranks = np.arange(1, len(rows) + 1)
-    ax.errorbar(ranks, values[rows, column], errors[rows, column], **{**usual, **options})
+    objects = np.array([result.ids[row].partition("/")[0] for row in rows])
+    names = list(dict.fromkeys(objects)) if captors is None else []
+    for name in names if 1 < len(names) <= 12 else [None]:
+        own = np.full(len(rows), True) if name is None else objects == name
+        of = np.array(rows)[own]
+        named = usual if name is None else {**usual, "label": name}
+        ax.errorbar(ranks[own], values[of, column], errors[of, column], **{**named, **options})
+    if 1 < len(names) <= 12:
+        _legend_above(ax)
     label = "number of the captor" if captors is None else "rank"
     ax.set(xlabel=label, ylabel=_label(result, column, quantity))
-    ax.set_ylim(bottom=0)
+    _from_zero(ax, "y")
     _whole_numbers(ax)
     return ax
 
@@ -251,7 +353,8 @@ def plants(
         options: options of matplotlib's ``errorbar``.
 
     A plant is an instance of an object (``tomato-1/leaf3#10`` belongs to the plant ``tomato-1#10``). A rank is the number
-    at the end of the name of the group in the OBJ file (3).
+    at the end of the name of the group in the OBJ file (3). The ground, which is what lies flat below all else, and has
+    neither instances nor ranks, is left out unless ``captors`` are given.
     """
     if by not in ("plant", "rank"):
         raise wrong("by", f"no `{by}`", "there are plant and rank")
@@ -259,7 +362,10 @@ def plants(
     rows, column = _rows(result, captors), _band(result, band)
     values, errors = result.absorbed[:, column], np.nan_to_num(result.absorbed_se[:, column])
     objects: dict[str, dict[str, dict[int | None, list[float]]]] = {}
+    ground = set() if captors is not None else _ground(result)
     for row in rows:
+        if row in ground:
+            continue
         parts = _ORGAN.fullmatch(result.ids[row])
         if parts is None or not np.isfinite(values[row]):
             continue
@@ -291,11 +397,28 @@ def plants(
             spread = np.array([np.sqrt(own[:, 1].sum()) / len(own) for own in of_rank])
         ax.errorbar(places, means, spread, **{**usual, **options})
     ax.set(xlabel=by, ylabel=_label(result, column, "absorbed"))
-    ax.set_ylim(bottom=0)
+    _from_zero(ax, "y")
     _whole_numbers(ax)
     if len(objects) > 1:
         ax.legend()
     return ax
+
+
+def _ground(result: Result) -> set[int]:
+    """Returns the surfaces of objects that lie flat below all other surfaces, without instances and without ranks."""
+    objects: dict[str, list[int]] = {}
+    for row in np.flatnonzero(result.is_surface):
+        objects.setdefault(result.ids[row].partition("/")[0], []).append(int(row))
+    found: set[int] = set()
+    for name, rows in objects.items():
+        height = result.center[rows, 2]
+        others = [row for other, own in objects.items() if other != name for row in own]
+        parts = [_ORGAN.fullmatch(result.ids[row]) for row in rows]
+        bare = all(part is not None and not part["rank"] and part["instance"] is None for part in parts)
+        flat = (np.abs(result.normal[rows, 2]) > 0.999).all() and np.ptp(height) <= 1e-3 * max(np.ptp(result.center, axis=0))
+        if bare and flat and others and height.max() < result.center[others, 2].min():
+            found.update(rows)
+    return found
 
 
 # OBJECT/PART#INSTANCE, followed by a number for a single triangle; the rank is the number at the end of PART
@@ -316,29 +439,50 @@ def spectrum(
     Args:
         captors: ids, or the beginning of ids; if not given, all, or up to 7 groups if there are more captors.
         face, ax: as for `captor_map`.
-        options: options of matplotlib's ``errorbar``.
+        options: options of matplotlib's ``errorbar``; those of lines hold for the steps too.
 
-    Bands with wavelengths are drawn at their middles, in nm, others in their order. Sums are left out. Of more than 12 lines
-    there is no legend.
+    Bands with wavelengths are steps of irradiance per nanometre from their first to their last wavelength, with a gap where
+    there is no band; others stand in their order. Sums are left out. Of more than 12 lines there is no legend.
     """
     ax = _axes(ax)
     bands = [(i, band) for i, band in enumerate(result.head["bands"]) if "sum_of" not in band]
+    ends = [(band.get("from_nm", np.nan), band.get("to_nm", np.nan)) for _, band in bands]
+    known = not np.isnan(ends).any()
+    if known:
+        order = sorted(range(len(bands)), key=lambda i: ends[i])
+        bands, ends = [bands[i] for i in order], [ends[i] for i in order]
     columns = [i for i, _ in bands]
-    middles = [(band.get("from_nm", np.nan) + band.get("to_nm", np.nan)) / 2 for _, band in bands]
-    known = not np.isnan(middles).any()
-    places = middles if known else columns
     shown, rows, note = _shown(result, captors, 7)
-    for row in rows:
+    cycle = _pyplot().rcParams["axes.prop_cycle"].by_key().get("color", _COLOURS)
+    for number, row in enumerate(rows):
         values, errors = shown.irradiance[row, _face(face), columns], shown.irradiance_se[row, _face(face), columns]
         usual = {"fmt": "o-", "capsize": 3, "label": shown.ids[row]}
-        ax.errorbar(places, values, errors, **{**usual, **options})
-    if len(rows) <= 12:
-        ax.legend()
-    ax.set_title(note)
+        if not known:
+            ax.errorbar(range(len(columns)), values, errors, **{**usual, **options})
+            continue
+        width = np.diff(ends, axis=1)[:, 0]
+        values, errors = values / width, errors / width
+        chosen = {"color": cycle[number % len(cycle)], **usual, "fmt": "none", "capsize": 2, **options}
+        like = {"linestyle": "ls", "linewidth": "lw", "color": "c", "alpha": "alpha", "zorder": "zorder"}
+        steps = {name: options[key] for name, short in like.items() for key in (name, short) if key in options}
+        # a run of bands, each of which begins where the one before ends, is one line
+        starts = [i for i in range(len(ends)) if i == 0 or ends[i][0] != ends[i - 1][1]]
+        for start, end in zip(starts, [*starts[1:], len(ends)], strict=True):
+            edges = [ends[start][0], *(to for _, to in ends[start:end])]
+            label = chosen["label"] if start == 0 else None
+            ax.stairs(values[start:end], edges, baseline=None, label=label, **{"color": chosen["color"], "linewidth": 1.1, **steps})
+        ax.errorbar(np.mean(ends, axis=1), values, errors, **{**chosen, "label": None})
+    if len(rows) == 1:
+        ax.set_title(shown.ids[rows[0]])
+    elif len(rows) <= 12:
+        _legend_above(ax)
+    if note:
+        ax.text(1, 1, note, transform=ax.transAxes, ha="right", va="top")
     if not known:
-        ax.set_xticks(columns, [result.bands[i] for i in columns])
-    ax.set_ylim(bottom=0)
-    ax.set(xlabel="wavelength, nm" if known else "band", ylabel=_with_unit("irradiance", result.unit["irradiance"]))
+        ax.set_xticks(range(len(columns)), [result.bands[i] for i in columns])
+    _from_zero(ax, "y")
+    unit = result.unit["irradiance"] + ("/nm" if known else "")
+    ax.set(xlabel="wavelength, nm" if known else "band", ylabel=_with_unit("irradiance", unit))
     return ax
 
 
@@ -372,7 +516,7 @@ def bars(
     ax.set_ylim(len(rows) - 0.4, -0.6)
     ax.set_title(note)
     ax.set(xlabel=_label(result, column, quantity))
-    ax.set_xlim(left=0)
+    _from_zero(ax, "x")
     ax.grid(visible=False)
     return ax
 
@@ -407,8 +551,8 @@ def canopy(result: Result, *, band: str | None = None, ax: Any = None, **options
 
 def _shown(result: Result, captors: str | Sequence[str] | None, most: int) -> tuple[Values, list[int], str]:
     """Returns values, which of them are drawn, and a title: of the captors that are asked for; of all of them if there are at
-    most so many; else of groups, each set of captors once, copies (`plant#0`) only where no group has all of them; else of the
-    first captors."""
+    most so many; else of groups, each set of captors once, copies (`plant#0`) only where no group has all of them, and no
+    parts of larger groups; else of the first captors."""
     if captors is not None or len(result.ids) <= most:
         return result.values, _rows(result, captors), ""
     groups = result.group_values
@@ -418,8 +562,41 @@ def _shown(result: Result, captors: str | Sequence[str] | None, most: int) -> tu
             continue
         first.setdefault(groups.flux[row].tobytes() + groups.area[row].tobytes(), row)
     shown, of = (groups, "groups") if first else (result.values, "captors")
-    rows = list(first.values()) if first else list(range(len(result.ids)))
+    rows = _apart(result, list(first.values())) if first else list(range(len(result.ids)))
     return shown, rows[:most], "" if len(rows) <= most else f"the first {most} of {len(rows)} {of}"
+
+
+def _apart(result: Result, groups: list[int]) -> list[int]:
+    """Leaves out groups all of whose captors belong to a larger one, but for one of all captors. Very large results, whose
+    table of captors would take long to read, keep all."""
+    if not 1 < len(groups) <= 200 or len(result.ids) > 50_000:
+        return groups
+    names = result.group_values.ids
+    members: dict[str, set[int]] = {names[row]: set() for row in groups}
+    for row, captor in enumerate(json.loads(result.to_json())["captors"]):
+        for name in captor.get("groups", []):
+            if name in members:
+                members[name].add(row)
+    larger = [own for own in members.values() if len(own) < len(result.ids)]
+    return [row for row in groups if not members[names[row]] or not any(members[names[row]] < other for other in larger)]
+
+
+def _from_zero(ax: Any, axis: str) -> None:
+    """Lets an axis of amounts begin at 0 and end beyond all that is drawn."""
+    ends = ax.dataLim.intervalx if axis == "x" else ax.dataLim.intervaly
+    if np.isfinite(ends[1]) and ends[1] > 0:
+        getattr(ax, f"set_{axis}lim")(0, 1.05 * ends[1])
+
+
+def _legend_above(ax: Any) -> None:
+    """Puts a legend above the axes, where it covers nothing."""
+    names = [str(name) for name in ax.get_legend_handles_labels()[1]]
+    if len(names) < 2:
+        return
+    # in characters of 8 points
+    room = 15 * ax.figure.get_figwidth() * ax.get_position().width
+    columns = max(1, min(len(names), int(room // (3 + max(map(len, names))))))
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, borderaxespad=0.2, columnspacing=1, handlelength=1.3)
 
 
 def _whole_numbers(ax: Any) -> None:

@@ -219,11 +219,11 @@ def test_a_map_has_contours_and_says_ppfd():
     ax = rows.plot("map")
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title(loc="left")) == ("x, m", "y, m", "z = 0.5 m")
     assert ax.figure.axes[-1].get_ylabel() == "PPFD, PAR, µmol/m²/s"
-    # colours and lines, where every line lies between the sensors
+    # colours and lines, where every line lies in the cells whose middles the sensors are
     colours, lines = ax.collections[:2]
     assert len(colours.get_paths()) > 20 and any(len(path) for path in lines.get_paths())
     for path in lines.get_paths():
-        assert (path.vertices >= -1e-9).all() and (path.vertices <= [2 + 1e-9, 1 + 1e-9]).all()
+        assert (path.vertices >= -0.5 - 1e-9).all() and (path.vertices <= [2.5 + 1e-9, 1.5 + 1e-9]).all()
     assert rows.plot("map", band="far").figure.axes[-1].get_ylabel() == "irradiance, far, µmol/m²/s"
     # an option of dots selects dots instead of contours
     assert [len(rows.plot("map", **{option: value}).collections) for option, value in (("s", 9), ("marker", "s"))] == [1, 1]
@@ -253,6 +253,44 @@ def test_plants_absorb_what_their_leaves_do():
     np.testing.assert_allclose(ranks.containers[0].lines[0].get_ydata(), expected)
     with pytest.raises(px.InputError, match="no `leaf`"):
         found.plot("plants", by="leaf")
+
+
+def test_plots_leave_out_what_would_mislead():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    leaf = np.array([[[0, 0, 0.3], [0.1, 0, 0.3], [0, 0.1, 0.3]]], float)
+    ground = [[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]]
+    scene = px.Scene("parts", bands={"blue": (400, 500), "red": (600, 700)})
+    scene.material("leaf", type="lambert", reflectance=0.2)
+    scene.add("plant", {f"leaf{i}": leaf + [0.1 * i, 0, 0] for i in range(8)}, material="leaf", captor=True)
+    scene.add("soil", ground, material="leaf", captor=True)
+    scene.captor("line", discs=px.grid([0, 0.5, 1], [0], 0.5, radius=0.1))
+    scene.group("some leaves", "plant/leaf1*", "plant/leaf2*")
+    scene.light("lamp", type="point", position=[0, 0, 2], power=100)
+    found = scene.run(photons=20_000, seed=1)
+    # parts of a larger group are not drawn; there is a gap between bands that do not meet
+    spectrum = found.plot("spectrum")
+    assert "some leaves" not in [line.get_text() for line in spectrum.get_legend().get_texts()]
+    assert [list(patch.get_data().edges) for patch in spectrum.patches[:2]] == [[400, 500], [600, 700]]
+    # the ground is no plant, unless it is asked for
+    assert [line.get_label() for line in found.plot("plants").containers] == ["plant"]
+    assert [line.get_label() for line in found.plot("plants", captors="soil").containers] == ["soil"]
+    # three sensors in a line are dots with their values
+    dots = found.plot("map", captors="line")
+    assert len(dots.collections) == 1 and len(dots.texts) == 3
+
+
+def test_a_map_of_a_grid_reaches_to_the_ends_of_its_cells():
+    pytest.importorskip("matplotlib")
+    from phylux.plots import _to_cells
+
+    x, y = (of.ravel().astype(float) for of in np.meshgrid([0, 1, 2, 3], [0, 1, 2]))
+    places = _to_cells(x, y, 100 * x)
+    assert [place.min() for place in places[:2]] == [-0.5, -0.5]
+    assert [place.max() for place in places[:2]] == [3.5, 2.5]
+    np.testing.assert_allclose(places[2], np.maximum(100 * places[0], 0))
+    star = [np.array(of, float) for of in ([0, 1, 2, 1, 1], [1, 0, 1, 2, 1], [1, 2, 3, 4, 5])]
+    assert len(_to_cells(*star)[0]) == 5
 
 
 def test_a_profile_has_the_means_over_area(result):
@@ -405,13 +443,21 @@ def test_plots_of_many_captors_show_groups_and_one_plane():
     spectrum = found.plot("spectrum")
     assert [line.get_text() for line in spectrum.get_legend().get_texts()] == ["plant", "grid", "above"]
     row = found.group_values.ids.index("plant")
-    np.testing.assert_allclose(spectrum.containers[0].lines[0].get_ydata(), found.group_values.irradiance[row, 0])
+    # steps per nanometre between the wavelengths of the bands
+    values, edges, _ = spectrum.patches[0].get_data()
+    np.testing.assert_allclose(values, found.group_values.irradiance[row, 0] / [300, 100])
+    np.testing.assert_allclose(edges, [400, 700, 800])
+    assert spectrum.get_ylabel() == "irradiance, W/m²/nm"
     bars = found.plot("bars")
     assert [label.get_text() for label in bars.get_yticklabels()] == ["plant", "grid", "above"]
     # the nine sensors at z = 0, not the four above them, nor leaves
     grid = found.plot("map")
     assert grid.get_title(loc="left") == "z = 0 m"
     assert sum(len(line.get_xdata()) for line in grid.lines) == 9
+    # sensors and surfaces have a profile each
+    assert [line.get_label() for line in found.plot("profile").containers] == ["sensors", "surfaces"]
+    # each object has a colour of its own
+    assert [line.get_label() for line in found.plot("rank").containers] == ["plant", "grid", "above"]
     # only captors that are asked for are joined by a line
     assert found.plot("rank").containers[0].lines[0].get_linestyle() == "None"
     assert found.plot("rank", captors="grid").containers[0].lines[0].get_linestyle() == "-"

@@ -9,11 +9,15 @@ mod series;
 
 use std::ops::Range;
 
-use plotters::element::Text;
+use plotters::{
+    element::{Rectangle, Text},
+    prelude::Color,
+    style::WHITE,
+};
 
 use axes::{Axis, BELOW, Frame};
 pub use paper::Width;
-use paper::{Area, Failure, LARGE, Place, SMALL, drawn, font, length, px};
+use paper::{Area, Failure, LARGE, Place, drawn, font, length, length_of, px};
 use series::NAME;
 pub use series::{Series, Stroke};
 
@@ -45,9 +49,12 @@ pub struct Chart {
     pub x_names: Vec<(f64, String)>,
     /// Ends of the x axis where both axes are linear, if they are not those of what is drawn.
     pub x_ends: Option<[f64; 2]>,
+    /// Whether numbers of the x axis are whole, also where places are not.
+    pub x_counts: bool,
     /// The series, in the order in which they are drawn, but areas below all others.
     pub series: Vec<Series>,
-    /// Horizontal lines: their meaning and their y.
+    /// Horizontal lines: their meaning and their y. One that is more than a decade away from all
+    /// else on a logarithmic axis is not drawn; the legend has its value.
     pub levels: Vec<(String, f64)>,
 }
 
@@ -58,6 +65,8 @@ struct Layout {
     frame: Frame,
     /// Places of the entries of the legend, in the order of the series that have names.
     entries: Vec<Place>,
+    /// Corners of the ground of a legend that is inside the axes.
+    ground: Option<[Place; 2]>,
 }
 
 impl Chart {
@@ -82,18 +91,54 @@ impl Chart {
             let note = format!("{}: nothing to draw", self.title);
             return Ok(area.draw(&Text::new(note, (px(40), px(40)), font(LARGE)))?);
         };
-        let Layout { series: all, frame, entries } = layout;
-        let mut order: Vec<&Series> = all.iter().collect();
-        order.sort_by_key(|series| series.stroke != Stroke::Band);
-        let named = all.iter().filter(|series| series.name.is_some());
+        let Layout { series: all, frame, entries, ground } = layout;
+        let below = self.lines_below(&all, &frame);
+        let mut order: Vec<(&Series, i32)> = all.iter().zip(below.iter().copied()).collect();
+        order.sort_by_key(|(series, _)| series.stroke != Stroke::Band);
+        let named = all.iter().zip(&below).filter(|(series, _)| series.name.is_some());
 
         // a long title begins left of the axis
-        let end = width as i32 - px(6) - length(&self.title) * LARGE / SMALL;
+        let end = width as i32 - px(6) - length_of(&self.title, LARGE);
         let from = frame.left.min(end).max(px(8));
         area.draw(&Text::new(self.title.as_str(), (from, px(10)), font(LARGE)))?;
         frame.draw(area, true)?;
-        order.iter().try_for_each(|series| series.draw(area, &frame, |p| self.shows(p)))?;
-        named.zip(entries).try_for_each(|(series, place)| series.draw_entry(area, place))
+        if let Some(corners) = ground {
+            area.draw(&Rectangle::new(corners, WHITE.filled()))?;
+        }
+        let draw =
+            |(series, below): &(&Series, i32)| series.draw(area, &frame, *below, |p| self.shows(p));
+        order.iter().try_for_each(draw)?;
+        let entry = |((series, below), place): ((&Series, &i32), Place)| {
+            series.draw_entry(area, place, *below)
+        };
+        named.zip(entries).try_for_each(entry)
+    }
+
+    /// Returns for each series how many of those that are drawn after it lie on a part of its line,
+    /// so that it is wider and remains in view.
+    fn lines_below(&self, all: &[Series], frame: &Frame) -> Vec<i32> {
+        let places = |series: &Series| -> Vec<Vec<Place>> {
+            let joined = matches!(series.stroke, Stroke::Line | Stroke::Hollow | Stroke::Plain);
+            let runs = series.runs(|p| self.shows(p)).into_iter().filter(|_| joined);
+            runs.map(|run| run.iter().map(|&point| frame.place(point)).collect()).collect()
+        };
+        let lines: Vec<Vec<Vec<Place>>> = all.iter().map(places).collect();
+        let near = |a: &Place, b: &Place| (a.0 - b.0).abs() < px(2) && (a.1 - b.1).abs() < px(2);
+        let same = |one: &[Vec<Place>], other: &[Vec<Place>]| {
+            let parts = one.iter().flat_map(|run| run.windows(2));
+            let has = |part: &&[Place]| {
+                let mut parts = other.iter().flat_map(|run| run.windows(2));
+                parts.any(|own| near(&own[0], &part[0]) && near(&own[1], &part[1]))
+            };
+            // lines that only meet are told apart beside the part that they share
+            parts.clone().count().min(2) == parts.filter(has).take(2).count()
+        };
+        let count = |i: usize| {
+            let after =
+                (i + 1..all.len()).filter(|&j| !lines[i].is_empty() && !lines[j].is_empty());
+            after.filter(|&j| all[j].colour != all[i].colour && same(&lines[i], &lines[j])).count()
+        };
+        (0..all.len()).map(|i| count(i).min(4) as i32).collect()
     }
 
     /// Lays the chart out on an area of this size; `None` if there is nothing that axes can show.
@@ -105,56 +150,80 @@ impl Chart {
             let right = width - x.room_beyond(width - left);
             Frame { left, top, right, bottom, x: x.clone(), y: y.clone() }
         };
+        let y_ends = y.ends();
         let mut series = self.series.clone();
-        series.extend(self.levels.iter().map(|(name, y)| Series {
-            name: Some(name.clone()),
-            colour: Series::GREY,
-            stroke: Stroke::Level,
-            points: frame(TOP).ends_across().map(|x| (x, *y)).to_vec(),
+        series.extend(self.levels.iter().map(|(name, y)| match y_ends.contains(y) {
+            true => Series {
+                name: Some(name.clone()),
+                colour: Series::GREY,
+                stroke: Stroke::Level,
+                points: frame(TOP).ends_across().map(|x| (x, *y)).to_vec(),
+            },
+            false => Series {
+                name: Some(format!("{name}: {}", two_digits(*y))),
+                colour: Series::GREY,
+                stroke: if y < y_ends.start() { Stroke::Below } else { Stroke::Above },
+                points: Vec::new(),
+            },
         }));
         let named: Vec<&Series> = series.iter().filter(|series| series.name.is_some()).collect();
 
         // the legend stands where nothing is drawn, or else between the title and the axes
         let inside = frame(TOP);
         let taken = series.iter().flat_map(|series| series.covered(&inside, |p| self.shows(p)));
-        let (frame, entries) = match room_inside(&inside, &named, &taken.collect::<Vec<_>>()) {
-            Some((x, y)) => {
-                let entry = |i: usize| (x, y + ROW * i as i32);
-                (inside, (0..named.len()).map(entry).collect())
-            }
-            None => {
-                let entries = rows_above(&inside, &named);
-                (frame(entries.last().map_or(TOP, |(_, y)| y + px(12))), entries)
-            }
-        };
-        Some(Layout { series, frame, entries })
+        let (frame, entries, ground) =
+            match room_inside(&inside, &named, &taken.collect::<Vec<_>>()) {
+                Some((x, y)) => {
+                    let entry = |i: usize| (x, y + ROW * i as i32);
+                    let end = |i: i32| y - ROW / 2 + ROW * i;
+                    let right = (x + legend_width(&named)).min(inside.right);
+                    let ground = [(x - px(4), end(0)), (right, end(named.len() as i32))];
+                    let entries: Vec<Place> = (0..named.len()).map(entry).collect();
+                    (inside, entries, (!named.is_empty()).then_some(ground))
+                }
+                None => {
+                    let entries = rows_above(&inside, &named);
+                    (frame(entries.last().map_or(TOP, |(_, y)| y + px(12))), entries, None)
+                }
+            };
+        Some(Layout { series, frame, entries, ground })
     }
 
     /// Returns the two axes; `None` if there is nothing that they can show.
     fn axes(&self) -> Option<[Axis; 2]> {
         let runs = || self.series.iter().flat_map(|series| series.runs(|p| self.shows(p)));
-        let levels = self.levels.iter().map(|(_, y)| *y).filter(|y| *y > 0.0 && y.is_finite());
         let x = span(runs().flatten().map(|p| p.0))?;
-        let y = span(runs().flatten().map(|p| p.1).chain(levels))?;
-        // amounts begin at 0, so that lengths compare as the amounts do
-        let shares = if self.amounts_across { (1.0, 0.5) } else { (0.15, 1.0) };
-        let x = match (self.linear_x, self.linear_y) {
-            (_, true) => {
-                let ends = self.x_ends.map_or_else(|| spacious(x, shares.0), |[a, b]| a..b);
-                Axis::linear(&self.x, ends)
+        let y = span(runs().flatten().map(|p| p.1))?;
+        // a level that is far away would leave much of the chart empty
+        let near = if self.linear_y { 0.0..f64::INFINITY } else { 0.1 * y.start..10.0 * y.end };
+        let levels = self.levels.iter().map(|(_, y)| *y).filter(|y| *y > 0.0 && near.contains(y));
+        let y = span(levels.chain([y.start, y.end]))?;
+        // places that are all whole are counts of plants, leaves, days or bounces
+        let counts = self.x_counts
+            || self.linear_x
+                && runs().flatten().all(|p| p.0.fract() == 0.0)
+                && self.x_names.is_empty();
+        let counted = |axis: Axis| if counts { axis.of_counts() } else { axis };
+        let named = |axis: Axis| match self.x_names.is_empty() {
+            true => counted(axis),
+            false => axis.with_names(self.x_names.clone()),
+        };
+        // amounts begin at 0, so that lengths compare as the amounts do, and end at a number
+        let x = match (self.linear_x, self.linear_y, self.x_ends) {
+            (_, true, Some([a, b])) => named(Axis::linear(&self.x, a..b)),
+            (_, true, None) if self.amounts_across => {
+                named(Axis::linear(&self.x, from_zero(x, 1.0))).ended_at_numbers()
             }
-            (true, false) => Axis::linear(&self.x, x.start..x.end * 1.02 + 1e-9),
-            (false, false) => Axis::logarithmic(&self.x, roomy(x)),
+            (_, true, None) => named(Axis::linear(&self.x, spacious(x, 0.15))),
+            (true, false, _) => named(Axis::linear(&self.x, x.start..x.end * 1.02 + 1e-9)),
+            (false, false, _) => named(Axis::logarithmic(&self.x, roomy(x))),
         };
         let y = match self.linear_y {
-            true => Axis::linear(&self.y, spacious(y, shares.1)),
+            true => {
+                let share = if self.amounts_across { 0.5 } else { 1.0 };
+                Axis::linear(&self.y, from_zero(y, share)).ended_at_numbers()
+            }
             false => Axis::logarithmic(&self.y, roomy(y)),
-        };
-        // places that are all whole are counts of plants, leaves, days or bounces
-        let x = match (self.x_names.is_empty(), runs().flatten().all(|p| p.0.fract() == 0.0)) {
-            (false, _) => x.with_names(self.x_names.clone()),
-            (true, true) if self.linear_x => x.of_counts(),
-            (true, _) => x,
         };
         Some([x, y])
     }
@@ -169,9 +238,7 @@ impl Chart {
 /// Returns the place of the first entry of a legend in a corner of a frame, or in the middle of a
 /// side of it, that is free of what is drawn, if there is one.
 fn room_inside(frame: &Frame, named: &[&Series], drawn: &[Place]) -> Option<Place> {
-    let names = named.iter().filter_map(|series| series.name.as_deref());
-    let longest = names.map(length).max().unwrap_or(0);
-    let (width, height) = (NAME + longest + px(4), ROW * named.len() as i32);
+    let (width, height) = (legend_width(named), ROW * named.len() as i32);
     let ([left, right], [top, bottom]) = (
         [frame.left + px(14), frame.right - width - px(4)],
         [frame.top + px(4), frame.bottom - height - px(8)],
@@ -198,11 +265,19 @@ fn room_inside(frame: &Frame, named: &[&Series], drawn: &[Place]) -> Option<Plac
     places.into_iter().find(is_free).filter(|_| fits).map(|(x, y)| (x, y + ROW / 2))
 }
 
+/// Returns the width of a legend whose entries are one below the other.
+fn legend_width(named: &[&Series]) -> i32 {
+    let names = named.iter().filter_map(|series| series.name.as_deref());
+    let longest = names.map(length).max().unwrap_or(0);
+    // letters of other fonts are a little wider
+    NAME + longest * 27 / 25 + px(4)
+}
+
 /// Returns the places of the entries of a legend above a frame, in rows.
 fn rows_above(frame: &Frame, named: &[&Series]) -> Vec<Place> {
     let (mut x, mut y) = (frame.left, TOP);
     let place = |series: &&Series| {
-        let own = NAME + length(series.name.as_deref().unwrap_or_default());
+        let own = NAME + length(series.name.as_deref().unwrap_or_default()) * 27 / 25;
         if x > frame.left && x + own > frame.right {
             (x, y) = (frame.left, y + ROW);
         }
@@ -224,6 +299,26 @@ fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
 /// Widens a range on a logarithmic axis to leave some room around it.
 fn roomy(range: Range<f64>) -> Range<f64> {
     range.start / 1.4..range.end * 1.6
+}
+
+/// Widens a range on a linear axis whose ends will be numbers, if it has no width; it begins at 0
+/// if its start is at least 0 and below `share` times its end.
+fn from_zero(range: Range<f64>, share: f64) -> Range<f64> {
+    let Range { start, end } = range;
+    match (start >= 0.0 && start < share * end, end > start) {
+        (true, _) => 0.0..end,
+        (false, true) => start..end,
+        (false, false) => spacious(range, share),
+    }
+}
+
+/// Writes a number above 0 with two digits.
+fn two_digits(value: f64) -> String {
+    let decimals = 1.0 - value.log10().floor();
+    match (0.0..7.0).contains(&decimals) {
+        true => format!("{value:.*}", decimals as usize),
+        false => format!("{value:.1e}"),
+    }
 }
 
 /// Widens a range on a linear axis to leave some room around it; it begins at 0 if its start is at
@@ -326,8 +421,8 @@ mod tests {
         }
     }
 
-    /// The legend shows lines and marks as they are drawn: beyond the last colour, marks are
-    /// squares.
+    /// The legend shows lines and marks as they are drawn; each of the first series has a mark of
+    /// its own, and the first that has the colour of another has another mark.
     #[test]
     fn legends_have_marks() {
         let two = |stroke, colour| {
@@ -335,22 +430,25 @@ mod tests {
             let pair = vec![series("a", 0, stroke, &points), series("b", colour, stroke, &points)];
             chart(pair).svg(Width::Page).expect("a picture")
         };
-        assert_eq!(two(Stroke::Marks, 1).matches("<circle").count(), 6);
-        let squares = two(Stroke::Line, 7);
-        assert_eq!(squares.matches("<circle").count(), 3);
-        assert_eq!(
-            squares.matches("<rect").count(),
-            two(Stroke::Line, 1).matches("<rect").count() + 3
-        );
+        let circles = |svg: &str| svg.matches("<circle").count();
+        assert_eq!(circles(&two(Stroke::Marks, 0)), 6);
+        let others = [1, 2, 3, 4, 7].map(|colour| {
+            let svg = two(Stroke::Line, colour);
+            assert_eq!(circles(&svg), 3, "{colour}");
+            ["<rect", "<polygon"].map(|mark| svg.matches(mark).count())
+        });
+        let [squares, triangles, ..] = others;
+        assert_eq!((squares[0] - triangles[0], triangles[1] - squares[1]), (3, 3));
+        assert!(others[1..].iter().all(|other| *other == triangles), "{others:?}");
         let line = "stroke-width=\"6\"";
         assert!(!two(Stroke::Marks, 1).contains(line) && two(Stroke::Line, 1).contains(line));
     }
 
-    /// A legend never lies on an area or a column, and has no paper that would cut lines of the
-    /// grid.
+    /// A legend never lies on an area or a column, and where it is inside the axes no line of the
+    /// grid runs through its words.
     #[test]
     fn legends_lie_on_nothing() {
-        let full = [(0.0, 0.0), (10.0, 0.0), (10.0, 9.0), (0.0, 9.0)];
+        let full = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
         let mut all = chart(vec![series("all", 0, Stroke::Band, &full)]);
         (all.linear_x, all.linear_y) = (true, true);
         let svg = all.svg(Width::Page).expect("a picture");
@@ -359,13 +457,59 @@ mod tests {
         assert!(y("all") < f64::from(TOP + px(2)), "above the axes: {found:?}");
         let rectangles = |svg: &str| svg.matches("<rect").count();
         all.series[0].name = None;
-        assert_eq!(rectangles(&svg), rectangles(&all.svg(Width::Page).expect("a picture")));
+        let bare = rectangles(&all.svg(Width::Page).expect("a picture"));
+        assert_eq!(rectangles(&svg), bare);
         // half of it is free
         all.series =
             vec![series("low", 0, Stroke::Band, &full.map(|(x, y)| (x, y * (10.0 - x) / 10.0)))];
-        let found = texts(&all.svg(Width::Page).expect("a picture"));
+        let svg = all.svg(Width::Page).expect("a picture");
+        let found = texts(&svg);
         let y = |wanted: &str| found.iter().find(|(text, _)| text == wanted).expect(wanted).1[1];
         assert!(y("low") > f64::from(TOP + px(2)), "in a corner: {found:?}");
+        assert_eq!(rectangles(&svg), bare + 1, "the legend has a ground");
+    }
+
+    /// An axis of amounts has numbers up to its end, at least five of them, and no point beyond the
+    /// last.
+    #[test]
+    fn axes_end_at_numbers() {
+        for most in [0.83, 1.0, 5.1, 9.9, 26.0, 73.0, 1012.0] {
+            let mut line = chart(vec![series("a", 0, Stroke::Line, &[(0.5, 0.0), (2.5, most)])]);
+            (line.linear_x, line.linear_y) = (true, true);
+            for width in [Width::Column, Width::Page] {
+                let svg = line.svg(width).expect("a picture");
+                let numbers = texts(&svg)
+                    .into_iter()
+                    .filter_map(|(text, [x, y])| Some((x, text.parse::<f64>().ok()?, y)));
+                let numbers: Vec<(f64, f64, f64)> = numbers.collect();
+                let beside = numbers.iter().map(|n| n.0).fold(f64::MAX, f64::min);
+                let upright: Vec<f64> =
+                    numbers.iter().filter(|n| n.0 == beside).map(|n| n.1).collect();
+                let last = upright.iter().copied().fold(0.0, f64::max);
+                assert!((5..=12).contains(&upright.len()), "{most}: {upright:?}");
+                assert!(last >= most && last < 1.25 * most + 1e-9, "{most}: {upright:?}");
+            }
+        }
+    }
+
+    /// A level far below all points does not stretch the axis; the legend has its value. Lines that
+    /// coincide differ in width.
+    #[test]
+    fn far_levels_and_lines_that_coincide() {
+        let points = [(1.0, 0.2), (10.0, 0.1)];
+        let lines =
+            vec![series("a", 0, Stroke::Line, &points), series("b", 1, Stroke::Line, &points)];
+        let mut two = chart(lines);
+        two.levels = vec![("noise".into(), 0.05)];
+        let near = two.svg(Width::Page).expect("a picture");
+        assert!(near.contains("\nnoise\n"), "{near}");
+        two.levels[0].1 = 1.234e-3;
+        let far = two.svg(Width::Page).expect("a picture");
+        assert!(far.contains("noise: 0.0012") && !far.contains("\n0.01\n"), "{far}");
+        let wide = |svg: &str| svg.matches("stroke-width=\"10\"").count();
+        assert_eq!(wide(&far), 2, "the first line and its entry");
+        two.series[1].points[1].1 = 0.15;
+        assert_eq!(wide(&two.svg(Width::Page).expect("a picture")), 0);
     }
 
     /// A legend that needs more rows than there is room for makes a chart higher, so that its axes

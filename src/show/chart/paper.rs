@@ -95,9 +95,28 @@ pub(in crate::show) fn small(across: HPos, down: VPos) -> TextStyle<'static> {
     font(SMALL).pos(Pos::new(across, down))
 }
 
+/// Widths of the characters from the space to `~` in Arial and Helvetica, hundredths of the size.
+const WIDTHS: [u8; 95] = [
+    28, 28, 36, 56, 56, 89, 67, 19, 33, 33, 39, 58, 28, 33, 28, 28, // to /
+    56, 56, 56, 56, 56, 56, 56, 56, 56, 56, 28, 28, 58, 58, 58, 56, // to ?
+    102, 67, 67, 72, 72, 67, 61, 78, 72, 28, 50, 67, 56, 83, 72, 78, // to O
+    67, 78, 72, 67, 61, 72, 67, 94, 67, 67, 61, 28, 28, 28, 47, 56, // to _
+    33, 56, 56, 50, 56, 56, 28, 56, 56, 22, 22, 50, 22, 83, 56, 56, // to o
+    56, 56, 33, 50, 28, 56, 50, 72, 50, 50, 50, 33, 26, 33, 58, // to ~
+];
+
+/// Returns about how long a text of letters of this size is.
+pub(in crate::show) fn length_of(text: &str, size: i32) -> i32 {
+    let width = |c: char| {
+        let place = (c as usize).wrapping_sub(' ' as usize);
+        WIDTHS.get(place).map_or(58, |width| i32::from(*width))
+    };
+    text.chars().map(width).sum::<i32>() * size / 100
+}
+
 /// Returns about how long a text of small letters is.
 pub(in crate::show) fn length(text: &str) -> i32 {
-    text.chars().count() as i32 * SMALL * 53 / 100
+    length_of(text, SMALL)
 }
 
 /// Returns the line of axes and their ticks.
@@ -130,8 +149,7 @@ impl Number {
 
     /// Returns about how long the number is; digits are wider than letters are on average.
     pub fn length(&self) -> i32 {
-        let of = |text: &str, size: i32| text.chars().count() as i32 * size * 57 / 100;
-        of(&self.text, SMALL) + of(&self.raised(), TINY)
+        length(&self.text) + length_of(&self.raised(), TINY)
     }
 
     /// Draws the number with its middle at a place.

@@ -19,6 +19,8 @@ const LINE: u32 = px(1) as u32 * 3 / 2;
 /// Radii of marks, and of pale dots.
 const MARK: i32 = px(5) / 2;
 const DOT: i32 = px(3) / 2;
+/// The number of kinds of marks, which has no factor in common with that of colours.
+const MARKS: usize = 5;
 /// Lengths of dashes and of the gaps between them, of series and of horizontal lines.
 const DASHES: (i32, i32) = (px(5), px(4));
 const DOTTED: (i32, i32) = (px(2), px(3));
@@ -43,7 +45,8 @@ const COLOURS: [RGBColor; 7] = [
 pub struct Series {
     /// The name in the legend; a series without a name is not in it.
     pub name: Option<String>,
-    /// Index of the colour. Beyond the last colour they begin anew, with squares as marks.
+    /// Index of the colour and of the mark. Both begin anew after the last; as there are 7 colours
+    /// and 5 marks, 35 series differ.
     pub colour: usize,
     /// The style in which it is drawn.
     pub stroke: Stroke,
@@ -69,6 +72,10 @@ pub enum Stroke {
     Level,
     /// Small pale dots.
     Dots,
+    /// An arrow in the legend, for what is below or above the axes.
+    Below,
+    /// The same upwards.
+    Above,
     /// A bar between the two points of each pair.
     Bars,
     /// A pale area with these corners, the lower ones and then the upper ones back.
@@ -79,6 +86,11 @@ pub enum Stroke {
         width: f64,
         /// Whether the colour is pale.
         pale: bool,
+    },
+    /// A pale box at each pair of points, wherever the columns are.
+    Boxes {
+        /// The width in units of the x axis.
+        width: f64,
     },
 }
 
@@ -95,7 +107,7 @@ impl Series {
 
     fn colour(&self) -> RGBColor {
         match self.stroke {
-            Stroke::Level => LEVEL,
+            Stroke::Level | Stroke::Below | Stroke::Above => LEVEL,
             _ => COLOURS[self.colour % COLOURS.len()],
         }
     }
@@ -103,7 +115,7 @@ impl Series {
     /// Returns the points that can be shown: runs between those that cannot, or pairs.
     pub(super) fn runs(&self, shown: impl Fn(&(f64, f64)) -> bool) -> Vec<&[(f64, f64)]> {
         match self.stroke {
-            Stroke::Bars | Stroke::Columns { .. } => {
+            Stroke::Bars | Stroke::Columns { .. } | Stroke::Boxes { .. } => {
                 self.points.chunks_exact(2).filter(|pair| pair.iter().all(&shown)).collect()
             }
             _ => {
@@ -123,7 +135,10 @@ impl Series {
                     (true, false, false)
                 }
                 Stroke::Marks | Stroke::Dots => (false, true, false),
-                Stroke::Band | Stroke::Columns { .. } => (false, false, true),
+                Stroke::Below | Stroke::Above => (false, false, false),
+                Stroke::Band | Stroke::Columns { .. } | Stroke::Boxes { .. } => {
+                    (false, false, true)
+                }
             };
             if lines && places.len() > 1 {
                 shapes.push(Shape::Path(places.clone()));
@@ -133,7 +148,7 @@ impl Series {
                 shapes.extend(places.iter().copied().map(Shape::Mark));
             }
             match self.stroke {
-                Stroke::Columns { width, .. } => {
+                Stroke::Columns { width, .. } | Stroke::Boxes { width } => {
                     let at = |i: usize, aside: f64| {
                         frame.place((run[i].0 + aside * 0.5 * width, run[i].1))
                     };
@@ -151,19 +166,21 @@ impl Series {
         shapes
     }
 
-    /// Draws the points that can be shown.
+    /// Draws the points that can be shown, wider if so many lines are drawn on this one.
     pub(super) fn draw(
         &self,
         area: &Area,
         frame: &Frame,
+        below: i32,
         shown: impl Fn(&(f64, f64)) -> bool,
     ) -> Result<(), Failure> {
-        self.shapes(frame, shown).iter().try_for_each(|shape| self.draw_shape(area, shape))
+        self.shapes(frame, shown).iter().try_for_each(|shape| self.draw_shape(area, shape, below))
     }
 
-    fn draw_shape(&self, area: &Area, shape: &Shape) -> Result<(), Failure> {
+    fn draw_shape(&self, area: &Area, shape: &Shape, below: i32) -> Result<(), Failure> {
         let colour = self.colour();
-        let stroke = ShapeStyle::from(&colour).stroke_width(LINE);
+        let stroke = ShapeStyle::from(&colour).stroke_width(LINE + LINE * below as u32 * 2 / 3);
+        let size = MARK + MARK * below / 3;
         let dashed = |points: &[Place], (dash, gap): (i32, i32), stroke: ShapeStyle| {
             area.draw(&DashedPathElement::new(points.to_vec(), dash, gap, stroke))
         };
@@ -179,13 +196,17 @@ impl Series {
                 area.draw(&Circle::new(*at, DOT, colour.mix(0.35).filled()))?;
             }
             (Shape::Mark(at), Stroke::Hollow) => {
-                self.draw_mark(area, *at, WHITE.filled())?;
-                self.draw_mark(area, *at, stroke)?;
+                self.draw_mark(area, *at, size, colour.filled())?;
+                self.draw_mark(area, *at, size - LINE as i32 * 3 / 5, WHITE.filled())?;
             }
-            (Shape::Mark(at), _) => self.draw_mark(area, *at, colour.filled())?,
+            (Shape::Mark(at), _) => self.draw_mark(area, *at, size, colour.filled())?,
             (Shape::Area(corners), Stroke::Columns { pale, .. }) => {
                 // opaque: no line of the grid shows through
                 let paint = on_paper(colour, if pale { 0.4 } else { 0.85 });
+                area.draw(&Rectangle::new([corners[0], corners[2]], paint.filled()))?;
+            }
+            (Shape::Area(corners), Stroke::Boxes { .. }) => {
+                let paint = on_paper(colour, 0.28);
                 area.draw(&Rectangle::new([corners[0], corners[2]], paint.filled()))?;
             }
             (Shape::Area(corners), _) => {
@@ -195,20 +216,35 @@ impl Series {
         Ok(())
     }
 
-    fn draw_mark(&self, area: &Area, (x, y): Place, style: ShapeStyle) -> Result<(), Failure> {
-        match self.colour / COLOURS.len() {
-            0 => area.draw(&Circle::new((x, y), MARK, style))?,
-            _ => {
-                let corners = [(x - MARK, y - MARK), (x + MARK, y + MARK)];
-                area.draw(&Rectangle::new(corners, style))?;
+    /// Draws a mark: circle, square, triangle, diamond, triangle on its tip, in turn.
+    fn draw_mark(
+        &self,
+        area: &Area,
+        (x, y): Place,
+        size: i32,
+        style: ShapeStyle,
+    ) -> Result<(), Failure> {
+        let at = |corners: &[(i32, i32)]| -> Vec<Place> {
+            let place =
+                |(across, down): &(i32, i32)| (x + across * size / 10, y + down * size / 10);
+            corners.iter().map(place).collect()
+        };
+        let corners = match self.colour % MARKS {
+            0 => return Ok(area.draw(&Circle::new((x, y), size, style))?),
+            1 => {
+                let ends = at(&[(-9, -9), (9, 9)]);
+                return Ok(area.draw(&Rectangle::new([ends[0], ends[1]], style))?);
             }
-        }
-        Ok(())
+            2 => at(&[(-12, 8), (12, 8), (0, -13)]),
+            3 => at(&[(-13, 0), (0, 13), (13, 0), (0, -13)]),
+            _ => at(&[(-12, -8), (12, -8), (0, 13)]),
+        };
+        Ok(area.draw(&Polygon::new(corners, style))?)
     }
 
     /// Draws the entry of a legend at the middle of its left end: what the series looks like, and
     /// its name.
-    pub(super) fn draw_entry(&self, area: &Area, (x, y): Place) -> Result<(), Failure> {
+    pub(super) fn draw_entry(&self, area: &Area, (x, y): Place, below: i32) -> Result<(), Failure> {
         let (end, middle) = (x + SWATCH, x + SWATCH / 2);
         let flat = Shape::Path(vec![(x, y), (end, y)]);
         let mark = Shape::Mark((middle, y));
@@ -218,14 +254,27 @@ impl Series {
             Stroke::Plain | Stroke::Level | Stroke::Dashed => vec![flat],
             Stroke::Marks | Stroke::Dots => vec![mark],
             Stroke::Bars => vec![Shape::Path(vec![(middle, y - high), (middle, y + high)])],
-            Stroke::Band | Stroke::Columns { .. } => vec![Shape::Area(vec![
-                (x, y - high),
-                (end, y - high),
-                (end, y + high),
-                (x, y + high),
-            ])],
+            Stroke::Below | Stroke::Above => {
+                let down = if self.stroke == Stroke::Below { high } else { -high };
+                vec![
+                    Shape::Path(vec![(middle, y - down), (middle, y + down)]),
+                    Shape::Path(vec![
+                        (middle - px(3), y + down / 4),
+                        (middle, y + down),
+                        (middle + px(3), y + down / 4),
+                    ]),
+                ]
+            }
+            Stroke::Band | Stroke::Columns { .. } | Stroke::Boxes { .. } => {
+                vec![Shape::Area(vec![
+                    (x, y - high),
+                    (end, y - high),
+                    (end, y + high),
+                    (x, y + high),
+                ])]
+            }
         };
-        shapes.iter().try_for_each(|shape| self.draw_shape(area, shape))?;
+        shapes.iter().try_for_each(|shape| self.draw_shape(area, shape, below))?;
         let name = self.name.clone().unwrap_or_default();
         Ok(area.draw(&Text::new(name, (x + NAME, y), small(HPos::Left, VPos::Center)))?)
     }

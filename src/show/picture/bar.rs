@@ -28,7 +28,8 @@ impl Picture {
     /// Returns the picture with a colour bar to its right. Error: it would be too large.
     pub fn with_bar(&self, legend: &Legend) -> Result<Self> {
         let height = self.height.max(LEAST_HEIGHT) as f64;
-        let em = (height / 38.0).clamp(13.0, 32.0).round();
+        // letters are as large on a page whatever the shape of the picture, but leave room for a bar
+        let em = (self.width as f64 / 52.0).clamp(13.0, 40.0).min(height / 15.0).round();
         let line = (1.3 * em).round();
         let ticks = legend.scale.ticks(((height / (3.0 * line)) as usize).clamp(2, 10));
         let ticks: Vec<(f64, String)> = ticks.into_iter().map(|tick| (tick, label(tick))).collect();

@@ -51,21 +51,16 @@ impl Scale {
         Self { low: if low < high { low } else { 0.1 * high }, high, log }
     }
 
-    /// Chooses a scale around numbers, between round ends. It begins at 0, unless all numbers are
-    /// above a third of the greatest. 0 to 1 if no number is above 0.
-    pub fn around(values: impl Iterator<Item = f64>) -> Self {
-        let finite = values.filter(|value| value.is_finite());
-        let (least, most) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
-            (least.min(v), most.max(v))
-        });
-        if most <= 0.0 || most == f64::NEG_INFINITY {
+    /// Chooses a scale for numbers from 0, so that colours compare as amounts do, to a round number.
+    /// 0 to 1 if no number is above 0.
+    pub fn from_zero(values: impl Iterator<Item = f64>) -> Self {
+        let most = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+        if most <= 0.0 {
             return Self { low: 0.0, high: 1.0, log: false };
         }
-        let low = if least > most / 3.0 { least } else { 0.0 };
-        // about eight steps, each at least a thousandth of the greatest number
-        let step = round_up(((most - low) / 8.0).max(1e-3 * most));
-        let (low, high) = ((low / step).floor() * step, (most / step).ceil() * step);
-        Self { low, high: high.max(low + step), log: false }
+        // about eight steps
+        let step = round_up(most / 8.0);
+        Self { low: 0.0, high: (most / step - 1e-9).ceil() * step, log: false }
     }
 
     /// Returns the place of a number on the bar: 0 at the lower end and below, 1 at the upper end
@@ -176,16 +171,16 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_around_numbers_is_round_and_holds_all() {
-        let around = |values: &[f64]| {
-            let Scale { low, high, .. } = Scale::around(values.iter().copied());
+    fn a_scale_from_zero_is_round_and_holds_all() {
+        let of = |values: &[f64]| {
+            let Scale { low, high, .. } = Scale::from_zero(values.iter().copied());
             (low, high)
         };
-        assert_eq!(around(&[12.0, 41.0]), (0.0, 50.0));
-        assert_eq!(around(&[812.0, 1004.0]), (800.0, 1025.0));
-        assert_eq!(around(&[5.0, 5.0]), (5.0, 5.005));
+        assert_eq!(of(&[12.0, 41.0]), (0.0, 50.0));
+        assert_eq!(of(&[812.0, 1004.0]), (0.0, 1200.0));
+        assert_eq!(of(&[5.0, 5.0]), (0.0, 5.0));
         for none in [&[][..], &[0.0], &[-1.0], &[f64::NAN, f64::INFINITY]] {
-            assert_eq!(around(none), (0.0, 1.0), "{none:?}");
+            assert_eq!(of(none), (0.0, 1.0), "{none:?}");
         }
     }
 

@@ -3,7 +3,10 @@
 use plotters::{
     element::{Rectangle, Text},
     prelude::Color,
-    style::RGBColor,
+    style::{
+        RGBColor,
+        text_anchor::{HPos, VPos},
+    },
 };
 
 use super::{
@@ -13,7 +16,7 @@ use super::{
 use crate::show::{
     chart::{
         axes::{Axis, BELOW, Frame},
-        paper::{Area, Failure, LARGE, Width, drawn, font, px},
+        paper::{Area, Failure, LARGE, Width, drawn, font, px, small},
     },
     picture::Scale,
 };
@@ -62,7 +65,17 @@ impl Carpets {
             for (carpet, part) in self.carpets.iter().zip(&parts) {
                 self.draw(carpet, part)?;
             }
-            draw_bar(&bar, &self.scale, &self.legend, down.min(HIGHEST))
+            let high = down.min(HIGHEST);
+            draw_bar(&bar, &self.scale, &self.legend, high)?;
+            let dark =
+                |carpet: &Carpet| carpet.cells.iter().any(|cell| cell.2.is_nan() || cell.2 <= 0.0);
+            if self.carpets.iter().any(dark) {
+                let (x, y) = (px(4), high - px(28));
+                bar.draw(&Rectangle::new([(x, y), (px(18), y + px(11))], NIGHT.filled()))?;
+                let beside = small(HPos::Left, VPos::Center);
+                bar.draw(&Text::new("no light", (px(25), y + px(6)), beside))?;
+            }
+            Ok(())
         })
     }
 
@@ -71,14 +84,13 @@ impl Carpets {
         area.draw(&Text::new(carpet.title.as_str(), (left, px(8)), font(LARGE)))?;
         let (width, height) = area.dim_in_pixel();
         let days = self.days.len() as f64;
-        let names = self.names().into_iter().map(|(day, name)| (day as f64 + 0.5, name));
         let hours = [0, 6, 12, 18, 24].map(|hour| (f64::from(hour), hour.to_string()));
         let frame = Frame {
             left,
             top: above,
             right: width as i32 - right,
             bottom: height as i32 - below,
-            x: Axis::linear("day", 0.0..days).with_names(names.collect()),
+            x: self.named(Axis::linear("day", 0.0..days)),
             y: Axis::linear("hour of the day", 0.0..24.0).with_names(hours.to_vec()),
         };
         let paint = |level: f64| {
@@ -121,25 +133,32 @@ impl Carpets {
         frame.draw(area, false)
     }
 
-    /// Returns the days that have a name at the axis, and these names: middles of months, or up to
-    /// seven days where there are fewer than two months.
-    fn names(&self) -> Vec<(usize, String)> {
+    /// Returns the axis of days with ticks where months begin and their names between these, or
+    /// with up to seven days where there are fewer than two months.
+    fn named(&self, axis: Axis) -> Axis {
         let mut months: Vec<(&str, usize, usize)> = Vec::new();
         for (d, day) in self.days.iter().enumerate() {
             let month = day.get(..7).unwrap_or(day);
             match months.last_mut().filter(|(last, ..)| *last == month) {
-                Some((.., end)) => *end = d,
-                None => months.push((month, d, d)),
+                Some((.., end)) => *end = d + 1,
+                None => months.push((month, d, d + 1)),
             }
         }
         if self.days.len() > 62 {
-            months.retain(|(_, first, last)| last - first > 9);
-            let middle =
-                |(name, first, last): &(&str, usize, usize)| ((first + last) / 2, month_name(name));
-            return months.iter().map(middle).collect();
+            let starts = months
+                .iter()
+                .filter(|(_, first, _)| self.days[*first].get(8..).is_none_or(|day| day == "01"));
+            let ticks = starts.map(|(_, first, _)| *first as f64).collect();
+            months.retain(|(_, first, end)| end - first > 10);
+            let middle = |(name, first, end): &(&str, usize, usize)| {
+                (0.5 * (first + end) as f64, month_name(name))
+            };
+            return axis.with_names_between(ticks, months.iter().map(middle).collect());
         }
         let every = self.days.len().div_ceil(7).max(1);
         let days = self.days.iter().enumerate().step_by(every);
-        days.map(|(d, day)| (d, day.get(5..).unwrap_or(day).to_string())).collect()
+        let name =
+            |(d, day): (usize, &String)| (d as f64 + 0.5, day.get(5..).unwrap_or(day).to_string());
+        axis.with_names(days.map(name).collect())
     }
 }

@@ -105,7 +105,7 @@ pub(super) fn draw_bar(
         area.draw(&Text::new(short, (px(4), px(10) + px(14) * i as i32), font(SMALL)))?;
     }
     let (top, bottom) = (px(60), height - ROOM.3);
-    let most = ((bottom - top) / px(28)).clamp(2, 8) as usize;
+    let most = ((bottom - top) / px(17)).clamp(2, 10) as usize;
     for y in (top..bottom).step_by(px(1) as usize) {
         let place = 1.0 - f64::from(y - top) / f64::from(bottom - top - 1);
         let value = scale.low + place * (scale.high - scale.low);
@@ -178,43 +178,72 @@ impl HeatMap {
                 area.draw(&PathElement::new(outline, colour.stroke_width(2)))?;
             }
         }
-        let line = ShapeStyle::from(&BLACK.mix(0.55)).stroke_width(px(1) as u32);
-        let mut numbers: Vec<Place> = Vec::new();
-        for level in scale.ticks(8) {
-            let segments: Vec<[(f64, f64); 2]> =
-                triangles.iter().filter_map(|triangle| contour(triangle, level)).collect();
-            let middle = |[from, to]: &[(f64, f64); 2]| {
-                place(&((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0))
+        let levels = self.levels(scale);
+        let lines: Vec<Vec<[(f64, f64); 2]>> = levels
+            .iter()
+            .map(|level| triangles.iter().filter_map(|t| contour(t, *level)).collect())
+            .collect();
+        // numbers stand in the middles of lines, apart from each other, and rather beside points
+        let mut numbers: Vec<(Place, Place, String, RGBColor)> = Vec::new();
+        for (&level, segments) in levels.iter().zip(&lines) {
+            let text = label(level);
+            let half = (length(&text) / 2 + px(2), px(6));
+            let near = |a: &Place, b: &Place, aside: Place| {
+                (a.0 - b.0).abs() < aside.0 && (a.1 - b.1).abs() < aside.1
             };
-            let fits = |&(x, y): &Place| {
-                let inside = x > left + px(18)
-                    && x < left + sides[0] - px(18)
-                    && y > above + px(9)
-                    && y < above + sides[1] - px(9);
-                let free = |n: &Place| (n.0 - x).abs() > px(34) || (n.1 - y).abs() > px(14);
-                inside && numbers.iter().all(free)
+            let fits = |at: &Place| {
+                let inside = at.0 - half.0 > left
+                    && at.0 + half.0 < left + sides[0]
+                    && at.1 - half.1 > above
+                    && at.1 + half.1 < above + sides[1];
+                let apart = |(other, size, ..): &(Place, Place, String, RGBColor)| {
+                    !near(at, other, (half.0 + size.0 + px(4), half.1 + size.1 + px(2)))
+                };
+                inside && numbers.iter().all(apart)
+            };
+            let bare = |at: &&Place| !self.points.iter().any(|p| near(at, &place(p), half));
+            let middle = |[from, to]: &[(f64, f64); 2]| {
+                place(&(0.5 * (from.0 + to.0), 0.5 * (from.1 + to.1)))
             };
             // from the middle of the line to its ends
             let order = (segments.len() / 2..segments.len()).chain(0..segments.len() / 2);
-            let number = order.map(|i| middle(&segments[i])).find(fits);
-            for ends in &segments {
-                area.draw(&PathElement::new(ends.iter().map(place).collect::<Vec<_>>(), line))?;
+            let places: Vec<Place> = order.map(|i| middle(&segments[i])).filter(fits).collect();
+            if let Some(&at) = places.iter().find(bare).or(places.first()) {
+                numbers.push((at, half, text, ink(scale, level)));
             }
-            if let Some((x, y)) = number {
-                let text = label(level);
-                let half = length(&text) / 2 + px(1);
-                let paper = [(x - half, y - px(6)), (x + half, y + px(6))];
-                area.draw(&Rectangle::new(paper, WHITE.mix(0.6).filled()))?;
-                area.draw(&Text::new(text, (x, y), small(HPos::Center, VPos::Center)))?;
-                numbers.push((x, y));
+        }
+        for (&level, segments) in levels.iter().zip(&lines) {
+            let style = ShapeStyle::from(&ink(scale, level).mix(0.7)).stroke_width(px(1) as u32);
+            // lines break at numbers
+            let mut parts: Vec<[Place; 2]> =
+                segments.iter().map(|ends| ends.map(|p| place(&p))).collect();
+            for (at, half, ..) in &numbers {
+                parts = parts.into_iter().flat_map(|part| outside(part, *at, *half)).collect();
             }
+            for part in parts {
+                area.draw(&PathElement::new(part.to_vec(), style))?;
+            }
+        }
+        for (at, _, text, ink) in numbers {
+            let style = small(HPos::Center, VPos::Center).color(&ink);
+            area.draw(&Text::new(text, at, style))?;
         }
         let dot = |point| Circle::new(place(point), px(3) / 2, BLACK.mix(0.7).filled());
         Ok(self.points.iter().map(dot).try_for_each(|dot| area.draw(&dot))?)
     }
 
+    /// Returns the values at which there are contours: round numbers between those of the points.
+    fn levels(&self, scale: &Scale) -> Vec<f64> {
+        let ends = self.values.iter().filter(|value| value.is_finite());
+        let none = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = ends.fold(none, |(low, high), v| (low.min(*v), high.max(*v)));
+        let (low, high) = (low.max(scale.low), high.min(scale.high));
+        let levels = if low < high { Scale { low, high, log: false }.ticks(6) } else { Vec::new() };
+        levels.into_iter().filter(|level| *level > low && *level < high).collect()
+    }
+
     /// Returns the triangles and, around a grid, those to the ends of the cells whose middles the
-    /// points are: they have the values of the nearest points.
+    /// points are: values go on as they do between the last two points, but not below 0.
     fn spread(&self) -> Vec<[Corner; 3]> {
         let ends = ends(&self.points);
         let half = [step(self.points.iter().map(|p| p.0)), step(self.points.iter().map(|p| p.1))]
@@ -225,22 +254,68 @@ impl HeatMap {
             (_, to) if to < half[axis] => Some(half[axis]),
             _ => None,
         };
+        let floor = if self.values.iter().any(|value| *value < 0.0) { f64::MIN } else { 0.0 };
+        // what is added over half a cell, by the nearest point on the other side along this axis
+        let rise = |axis: usize, (x, y): (f64, f64), value: f64, out: f64| {
+            let [own, other] = if axis == 0 { [x, y] } else { [y, x] };
+            let along = |p: &(f64, f64)| if axis == 0 { [p.0, p.1] } else { [p.1, p.0] };
+            let before = self.points.iter().zip(&self.values).filter_map(|(p, before)| {
+                let [at, beside] = along(p);
+                let inward = (own - at) * out.signum();
+                let same = (beside - other).abs() < 1e-3 * half[1 - axis];
+                (same && inward > 1e-3 * half[axis]).then_some((inward, *before))
+            });
+            let nearest = before.min_by(|a, b| a.0.total_cmp(&b.0));
+            nearest.map_or(0.0, |(inward, before)| (value - before) * out.abs() / inward)
+        };
         let mut all = self.clone();
         let mut corners = 0;
         for (&(x, y), &value) in self.points.iter().zip(&self.values) {
             let (across, up) = (out(0, x), out(1, y));
             corners += usize::from(across.is_some() && up.is_some());
-            let beside = across.map(|across| (x + across, y));
-            let above = up.map(|up| (x, y + up));
-            let both = across.zip(up).map(|(across, up)| (x + across, y + up));
-            for place in [beside, above, both].into_iter().flatten() {
-                all.points.push(place);
-                all.values.push(value);
+            let [more_across, more_up] = [(0, across), (1, up)]
+                .map(|(axis, out)| out.map_or(0.0, |out| rise(axis, (x, y), value, out)));
+            let beside = across.map(|across| (x + across, y, more_across));
+            let above = up.map(|up| (x, y + up, more_up));
+            let both = across.zip(up);
+            let both = both.map(|(across, up)| (x + across, y + up, more_across + more_up));
+            for (x, y, more) in [beside, above, both].into_iter().flatten() {
+                all.points.push((x, y));
+                all.values.push((value + more).max(floor));
             }
         }
         // points that are no grid have no cells
         if corners == 4 { all.triangles() } else { self.triangles() }
     }
+}
+
+/// Returns the colour of lines and numbers on the colour of a value.
+fn ink(scale: &Scale, value: f64) -> RGBColor {
+    if scale.place(value) < 0.5 { WHITE } else { BLACK }
+}
+
+/// Returns the parts of a line outside of a rectangle about a place.
+fn outside([from, to]: [Place; 2], at: Place, half: Place) -> Vec<[Place; 2]> {
+    // where the line enters and leaves the rectangle, as shares of its length
+    let (mut enter, mut leave) = (0.0f64, 1.0f64);
+    for [a, b, at, half] in [[from.0, to.0, at.0, half.0], [from.1, to.1, at.1, half.1]] {
+        let [start, along, half] = [a - at, b - a, half].map(f64::from);
+        let (a, b) = match (along == 0.0, start.abs() < half) {
+            (true, true) => continue,
+            (true, false) => return vec![[from, to]],
+            (false, _) => ((-half - start) / along, (half - start) / along),
+        };
+        (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+    }
+    if enter >= leave {
+        return vec![[from, to]];
+    }
+    let along = |share: f64| {
+        let at = |from: i32, to: i32| from + (share * f64::from(to - from)).round() as i32;
+        (at(from.0, to.0), at(from.1, to.1))
+    };
+    let parts = [[from, along(enter)], [along(leave), to]];
+    parts.into_iter().filter(|[a, b]| a != b).collect()
 }
 
 /// Returns the median distance between neighbours along an axis; 0 if all have the same place.
@@ -349,8 +424,8 @@ mod tests {
         assert!(ends.iter().all(|(x, y)| (x + 2.0 * y - 1.2).abs() < 1e-12), "{ends:?}");
     }
 
-    /// Around a grid of cells of 1 m the map reaches to the ends of the cells, and values stay; around
-    /// points that are no grid it ends at the points.
+    /// Around a grid of cells of 1 m the map reaches to the ends of the cells, where values go on as
+    /// they do between the points, but not below 0; around points that are no grid it ends at these.
     #[test]
     fn a_grid_is_filled_to_the_ends_of_its_cells() {
         let map = |points: Vec<(f64, f64)>| {
@@ -361,11 +436,23 @@ mod tests {
         let found = map(grid).spread();
         let corners: Vec<(f64, f64)> = found.as_flattened().iter().map(|c| (c.0, c.1)).collect();
         assert_eq!(ends(&corners), [(-0.5, 3.5), (-0.5, 2.5)]);
-        assert!(found.as_flattened().iter().all(|c| c.2 == 100.0 * c.0.clamp(0.0, 3.0)));
+        assert!(found.as_flattened().iter().all(|c| (c.2 - (100.0 * c.0).max(0.0)).abs() < 1e-9));
         let star = vec![(0.0, 1.0), (1.0, 0.0), (2.0, 1.0), (1.0, 2.0), (1.0, 1.0)];
         let corners: Vec<(f64, f64)> =
             map(star).spread().as_flattened().iter().map(|c| (c.0, c.1)).collect();
         assert_eq!(ends(&corners), [(0.0, 2.0), (0.0, 2.0)]);
+    }
+
+    /// A line breaks where the number of a contour stands on it, and goes on beyond.
+    #[test]
+    fn lines_break_at_numbers() {
+        let (at, half) = ((0, 0), (10, 5));
+        let of = |from, to| outside([from, to], at, half);
+        assert_eq!(of((-30, 0), (30, 0)), [[(-30, 0), (-10, 0)], [(10, 0), (30, 0)]]);
+        assert_eq!(of((0, 0), (0, 30)), [[(0, 5), (0, 30)]]);
+        assert_eq!(of((-30, 6), (30, 6)), [[(-30, 6), (30, 6)]]);
+        assert_eq!(of((-30, 20), (-9, -40)), [[(-30, 20), (-9, -40)]]);
+        assert_eq!(of((-4, 1), (4, 1)), Vec::<[Place; 2]>::new());
     }
 
     /// Points on a line have no triangles.

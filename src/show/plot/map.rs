@@ -60,7 +60,7 @@ pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
     let values = || maps.iter().flat_map(|map| map.values.iter().copied());
     let scale = match range {
         Some((low, high)) => Scale::new(low, high, false)?,
-        None => Scale::around(values()),
+        None => Scale::from_zero(values()),
     };
     let legend = [chosen.irradiance_name(), chosen.band_name(), chosen.per_area()];
     let maps = HeatMaps { maps, scale, legend: legend.map(String::from).to_vec() };

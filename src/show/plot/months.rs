@@ -43,17 +43,17 @@ impl DailyLight {
     pub fn chart(&self) -> Chart {
         let mut chart = Chart { linear_x: true, linear_y: true, ..Chart::default() };
         chart.title = format!("daily light integral, {}", self.band);
-        chart.y = format!("{}, {}", self.band, self.unit);
+        chart.y = format!("DLI, {}", self.unit);
         let by_month = self.months.len() > 1;
         for (colour, of) in self.of.iter().enumerate() {
             match by_month {
                 true => self.columns(of, colour, &mut chart.series),
-                false => lines(of, colour, &mut chart.series),
+                false => lines(of, colour, self.of.len() > 1, &mut chart.series),
             }
         }
         match by_month {
             true => {
-                chart.x = "month, with the range of its days".into();
+                chart.x = "month, with the range of its days (pale)".into();
                 let names = self.months.iter().zip(1..);
                 chart.x_names = names.map(|(m, i)| (f64::from(i), month_name(m))).collect();
                 chart.x_ends = Some([0.4, self.months.len() as f64 + 0.6]);
@@ -63,13 +63,16 @@ impl DailyLight {
                 chart.x = first.map_or(String::new(), |day| format!("day, the first is {day}"));
             }
         }
+        if let [of] = &self.of[..] {
+            chart.title += &format!(", {}", of.id);
+        }
         if self.of.iter().any(|of| !of.daylight.is_empty()) {
             let mut meaning = |name: &str, stroke| {
                 let (name, colour) = (Some(name.into()), Series::GREY);
                 chart.series.push(Series { name, colour, stroke, points: Vec::new() });
             };
             match (by_month, &self.of[..]) {
-                (true, [of]) => chart.title += &format!(", {}", of.id),
+                (true, [_]) => {}
                 (true, _) => {
                     meaning("daylight", Stroke::Columns { width: 1.0, pale: false });
                     meaning("lamps", Stroke::Columns { width: 1.0, pale: true });
@@ -103,9 +106,12 @@ impl DailyLight {
             ranges.extend([end(f64::min), end(f64::max)].into_iter().flatten().map(|y| (x, y)));
             first = last;
         }
-        let column = |pale| Stroke::Columns { width: 0.94 * width, pale };
+        // ranges are seen on both sides of the columns, and above them
+        add(series, None, Series::GREY, Stroke::Boxes { width: 0.94 * width }, ranges);
+        let column = |pale| Stroke::Columns { width: 0.64 * width, pale };
         let (daylight, lamps) = ("daylight".to_string(), "lamps".to_string());
         match (of.daylight.is_empty(), self.of.len()) {
+            (true, 1) => add(series, None, colour, column(false), lower),
             (true, _) => add(series, Some(&of.id), colour, column(false), lower),
             (false, 1) => {
                 add(series, Some(&daylight), colour, column(false), lower);
@@ -116,14 +122,12 @@ impl DailyLight {
                 add(series, None, colour, column(true), upper);
             }
         }
-        // grey is seen on columns and beside them
-        add(series, None, Series::GREY, Stroke::Bars, ranges);
     }
 }
 
-fn lines(of: &OfId, colour: usize, series: &mut Vec<Series>) {
+fn lines(of: &OfId, colour: usize, named: bool, series: &mut Vec<Series>) {
     let line = |values: &[f64]| values.iter().zip(1..).map(|(y, x)| (f64::from(x), *y)).collect();
-    add(series, Some(&of.id), colour, Stroke::Line, line(&of.days));
+    add(series, named.then_some(&of.id), colour, Stroke::Line, line(&of.days));
     add(series, None, colour, Stroke::Dashed, line(&of.daylight));
 }
 

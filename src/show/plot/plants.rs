@@ -103,12 +103,15 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
         }
     }
     let [unit, _] = chosen.result.units(chosen.band);
-    let chart = |title: String, x: &str, y: String, series| Chart {
+    let chart = |title: String, x: &str, y: String, series: Vec<Series>| Chart {
         title,
         x: x.into(),
         y,
         linear_x: true,
         linear_y: true,
+        // the first and the last stand clear of the ends
+        x_ends: ends_across(&series),
+        x_counts: true,
         series,
         ..Chart::default()
     };
@@ -143,6 +146,16 @@ fn style(objects: &Objects, index: usize, object: &str) -> (Option<String>, usiz
     }
 }
 
+/// Returns half a step more to both sides than whole places have.
+fn ends_across(series: &[Series]) -> Option<[f64; 2]> {
+    let places = series.iter().flat_map(|series| series.points.iter().map(|p| p.0.round()));
+    let ends = places.fold(None, |ends: Option<[f64; 2]>, x| {
+        let [low, high] = ends.unwrap_or([x, x]);
+        Some([low.min(x), high.max(x)])
+    });
+    ends.map(|[low, high]| [low - 0.5, high + 0.5])
+}
+
 /// Makes the series of plants side by side, in the order of the file.
 fn by_plant(objects: &Objects) -> Vec<Series> {
     let mut series = Vec::new();
@@ -164,6 +177,9 @@ fn by_plant(objects: &Objects) -> Vec<Series> {
 /// Makes the series of means over the plants of an object for each rank; single plants are dots.
 fn by_rank(objects: &Objects) -> Vec<Series> {
     let mut series = Vec::new();
+    let has_ranks = |plants: &&IndexMap<_, Plant>| plants.values().any(|p| !p.ranks.is_empty());
+    let count = objects.values().filter(has_ranks).count();
+    let mut before = 0;
     for (i, (object, plants)) in objects.iter().enumerate() {
         let mut ranks: IndexMap<u32, Vec<Power>> = IndexMap::new();
         for (rank, power) in plants.values().flat_map(|plant| &plant.ranks) {
@@ -173,17 +189,24 @@ fn by_rank(objects: &Objects) -> Vec<Series> {
             continue;
         }
         ranks.sort_unstable_keys();
+        // objects stand beside each other where their values may be the same
+        let aside = match count {
+            1 => 0.0,
+            _ => 0.1 * (2.0 * f64::from(before) / (count as f64 - 1.0) - 1.0),
+        };
+        before += 1;
+        let place = |rank: &u32| f64::from(*rank) + aside;
         let (name, colour) = style(objects, i, object);
         let dots = ranks
             .iter()
-            .flat_map(|(rank, all)| all.iter().map(|power| (f64::from(*rank), power.value)));
+            .flat_map(|(rank, all)| all.iter().map(move |power| (place(rank), power.value)));
         let means: Vec<(f64, f64, f64)> = ranks
             .iter()
             .map(|(rank, all)| {
                 let count = all.len() as f64;
                 let sum = |of: fn(&Power) -> f64| all.iter().map(of).sum::<f64>();
                 let error = sum(|power| power.variance).sqrt() / count;
-                (f64::from(*rank), sum(|power| power.value) / count, error)
+                (place(rank), sum(|power| power.value) / count, error)
             })
             .collect();
         let bars = means.iter().flat_map(|m| error_bar(m.0, m.1, Some(m.2), false));

@@ -1,11 +1,14 @@
 //! The plot of irradiance per nanometre.
 
+use std::collections::HashMap;
+
 use super::{
     chosen::{Chosen, error_bar, nothing},
     drawing::{Drawn, Plot},
 };
 use crate::{
     error::Result,
+    math::pattern::apart,
     results::result::{BandResult, FaceResult, GroupResult},
     show::chart::{Chart, Series, Stroke},
 };
@@ -28,8 +31,8 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
         ));
     }
     bands.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    // instances of an object are alike, and groups of the same captors are the same: they are drawn
-    // only if they are asked for
+    // instances of an object are alike, groups of the same captors are the same, and those of a
+    // larger group are shown by it: they are drawn only if they are asked for
     let mut groups: Vec<&GroupResult> = Vec::new();
     for group in result.groups.iter().filter(|group| chosen.takes(&group.id)) {
         let is_same =
@@ -37,6 +40,17 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
         if chosen.pattern.is_some() || !group.id.contains('#') && !groups.iter().any(is_same) {
             groups.push(group);
         }
+    }
+    if chosen.pattern.is_none() {
+        let mut members: HashMap<&str, Vec<usize>> = HashMap::new();
+        for (i, captor) in result.captors.iter().enumerate() {
+            for group in captor.groups.iter().flatten() {
+                members.entry(group).or_default().push(i);
+            }
+        }
+        let own =
+            |group: &&GroupResult| members.get(group.id.as_str()).map_or(&[][..], Vec::as_slice);
+        groups = apart(groups, |group| group.id.as_str(), own, result.captors.len());
     }
     let groups: Vec<(&str, &FaceResult)> =
         groups.into_iter().map(|group| (group.id.as_str(), &group.front)).collect();

@@ -234,7 +234,7 @@ fn carpet(
     let values = carpets.iter().flat_map(|c| c.cells.iter().map(|cell| cell.2));
     let scale = match request.range {
         Some((low, high)) => Scale::new(low, high, false)?,
-        None => Scale::around(values),
+        None => Scale::from_zero(values),
     };
     let unit = facts.irradiance(chosen.name).to_string();
     let legend = vec![format!("{}{}", chosen.name, chosen.face), unit];
@@ -282,14 +282,38 @@ fn day(
         linear_y: true,
         ..Chart::default()
     };
+    let lit = |&t: &usize, id: usize| value(t, id)[0] > 0.0;
+    // hours that are dark for all are one line, on which no marks lie
+    let dark = |t: &usize| !chosen.ids.iter().any(|&id| lit(t, id));
+    let ends = own.iter().map(|t| {
+        let y = if dark(t) { 0.0 } else { f64::NAN };
+        [(clocks[*t].1, y), (clocks[*t].1 + 2.0 * middle, y)]
+    });
+    let night: Vec<(f64, f64)> = ends.flatten().collect();
+    if night.iter().any(|(_, y)| *y == 0.0) {
+        let (name, colour) = (None, Series::GREY);
+        chart.series.push(Series { name, colour, stroke: Stroke::Plain, points: night });
+    }
     for (colour, &id) in chosen.ids.iter().enumerate() {
         let at = |&t: &usize| (clocks[t].1 + middle, value(t, id));
-        let points = own.iter().map(at).map(|(x, [y, _])| (x, y)).collect();
+        let points = own.iter().map(|t| (at(t), lit(t, id)));
+        let points = points.map(|((x, [y, _]), lit)| (x, if lit { y } else { f64::NAN })).collect();
+        // the line goes on to the hours without light beside them
+        let near = |i: usize| own[i.saturating_sub(1)..own.len().min(i + 2)].iter();
+        let joined = own.iter().enumerate().map(|(i, t)| {
+            let (x, [y, _]) = at(t);
+            (x, if near(i).any(|t| lit(t, id)) { y } else { f64::NAN })
+        });
+        let joined = joined.collect();
         let ends = own.iter().map(at).filter(|(_, [_, error])| *error > 0.0);
         let bars = ends.flat_map(|(x, [y, error])| [(x, y - error), (x, y + error)]).collect();
-        let name = Some(hours.ids[id].clone());
+        let name = (chosen.ids.len() > 1).then(|| hours.ids[id].clone());
+        chart.series.push(Series { name: None, colour, stroke: Stroke::Plain, points: joined });
         chart.series.push(Series { name, colour, stroke: Stroke::Line, points });
         chart.series.push(Series { name: None, colour, stroke: Stroke::Bars, points: bars });
+    }
+    if let [id] = chosen.ids[..] {
+        chart.title += &format!(", {}", hours.ids[id]);
     }
     Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: chosen.notes.clone() })
 }

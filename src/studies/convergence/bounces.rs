@@ -41,6 +41,13 @@ pub struct Within {
     pub share: f64,
     /// Relative root mean square of the missing light, over captors, faces and bands.
     pub error: f64,
+    /// Standard error of the share that is missing, as if arrivals were independent; `None` in
+    /// studies of before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share_se: Option<f64>,
+    /// What noise alone contributes to `error`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
 }
 
 impl Bounces {
@@ -58,7 +65,7 @@ impl Bounces {
 fn count<L: Lanes>(scene: &Scene, photons: u64, control: &Control) -> Result<Bounces> {
     let bands = scene.bands.len();
     let width = scene.channels() * bands;
-    let mut sums = vec![vec![0.0; width]; LIMITS.len()];
+    let mut sums = vec![vec![Sum::default(); width]; LIMITS.len()];
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
     let streams = Streams::new(Settings::default().seed, Purpose::Bounces, 0);
     for index in 0..photons {
@@ -74,7 +81,9 @@ fn count<L: Lanes>(scene: &Scene, photons: u64, control: &Control) -> Result<Bou
                 let power = counted.power.values();
                 let row = &mut sums[LIMITS.partition_point(|limit| *limit < bounces)];
                 for b in 0..bands {
-                    row[first + b] += f64::from(power[b]) * photon.weights[b];
+                    let arrived = f64::from(power[b]) * photon.weights[b];
+                    row[first + b].light += arrived;
+                    row[first + b].squares += arrived * arrived;
                 }
             }
             bounces += u32::from(matches!(event, Event::Arrival { .. }));
@@ -83,20 +92,40 @@ fn count<L: Lanes>(scene: &Scene, photons: u64, control: &Control) -> Result<Bou
     Ok(Bounces { photons, rows: cumulated(&sums) })
 }
 
+/// Light that arrived, and the sum of the squares of what arrived at once.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    light: f64,
+    squares: f64,
+}
+
 /// Turns the sums of each number of bounces into sums within that number.
-fn cumulated(sums: &[Vec<f64>]) -> Vec<Within> {
+fn cumulated(sums: &[Vec<Sum>]) -> Vec<Within> {
     let width = sums[0].len();
-    let whole: Vec<f64> = (0..width).map(|i| sums.iter().map(|row| row[i]).sum()).collect();
+    let total = |of: fn(&Sum) -> f64| -> Vec<f64> {
+        (0..width).map(|i| sums.iter().map(|row| of(&row[i])).sum()).collect()
+    };
+    let (whole, mut beyond) = (total(|sum| sum.light), total(|sum| sum.squares));
     let lit = whole.iter().filter(|sum| **sum > 0.0).count().max(1) as f64;
     let all: f64 = whole.iter().sum();
     let mut so_far = vec![0.0; width];
     let mut rows = Vec::new();
     for (row, bounces) in sums.iter().zip(LIMITS) {
-        so_far.iter_mut().zip(row).for_each(|(sum, new)| *sum += new);
+        so_far.iter_mut().zip(row).for_each(|(sum, new)| *sum += new.light);
+        beyond.iter_mut().zip(row).for_each(|(sum, new)| *sum = (*sum - new.squares).max(0.0));
         let missing = so_far.iter().zip(&whole).filter(|(_, whole)| **whole > 0.0);
         let squares: f64 = missing.map(|(sum, whole)| (1.0 - sum / whole).powi(2)).sum();
+        let noise = beyond.iter().zip(&whole).filter(|(_, whole)| **whole > 0.0);
+        let noise: f64 = noise.map(|(squares, whole)| squares / whole.powi(2)).sum();
         let share = if all > 0.0 { so_far.iter().sum::<f64>() / all } else { 1.0 };
-        rows.push(Within { bounces, share, error: (squares / lit).sqrt() });
+        let share_se = if all > 0.0 { beyond.iter().sum::<f64>().sqrt() / all } else { 0.0 };
+        rows.push(Within {
+            bounces,
+            share,
+            error: (squares / lit).sqrt(),
+            share_se: Some(share_se),
+            noise: Some((noise / lit).sqrt()),
+        });
         if share >= 1.0 - 1e-9 {
             break;
         }

@@ -2,11 +2,15 @@
 
 use std::fmt::Write;
 
-use super::{ConvergenceStudy, Rung};
+use super::{ConvergenceStudy, Rung, bounces::Within};
 use crate::show::chart::{Chart, Series, Stroke};
 
 /// The relative error for which the words give the cost.
 const GOAL: f64 = 0.01;
+/// Runs of less CPU time, s, have a figure of merit that is that of starting.
+const STARTED: f64 = 0.2;
+/// The greatest error of light beyond a number of bounces, relative to it, that is drawn.
+const KNOWN: f64 = 0.5;
 /// The share of light for which the words give the number of bounces.
 const NEARLY_ALL: f64 = 0.999;
 
@@ -120,22 +124,49 @@ impl ConvergenceStudy {
 
     fn merit_chart(&self) -> Chart {
         let named = |name: &str| Some(name.to_string());
+        let mut series = self.series(Stroke::Line, named, |rung| (rung.cpu_seconds, rung.merit));
+        let started = |(seconds, _): &(f64, f64)| *seconds >= STARTED;
+        if series.iter().any(|series| series.points.iter().filter(|p| started(p)).count() > 1) {
+            for series in &mut series {
+                // a run that took less time than one of fewer photons was not alone on its processor
+                let mut longest = 0.0;
+                series.points.retain(|point| {
+                    let goes_on = started(point) && point.0 > longest;
+                    longest = point.0.max(longest);
+                    goes_on
+                });
+            }
+            series.retain(|series| !series.points.is_empty());
+        }
         Chart {
             title: format!("{}: figure of merit", self.scene),
             x: "CPU time, s".into(),
             y: "1 / (relative variance × time), 1/s".into(),
-            series: self.series(Stroke::Line, named, |rung| (rung.cpu_seconds, rung.merit)),
+            series,
             ..Chart::default()
         }
     }
 
     fn bounce_chart(&self) -> Chart {
         let rows = &self.bounces.rows;
-        let series = |name: &str, colour: usize, y: &dyn Fn(usize) -> f64| Series {
-            name: Some(name.into()),
-            colour,
-            stroke: Stroke::Line,
-            points: (0..rows.len()).map(|i| (f64::from(rows[i].bounces), y(i))).collect(),
+        // studies of before do not have errors: of so many photons at most so many arrived, and a
+        // root mean square that is far above the mean comes from few values
+        let arrived = |row: &Within| self.bounces.photons as f64 * (1.0 - row.share);
+        let share = |row: &Within| {
+            let missing = 1.0 - row.share;
+            let error = row.share_se.unwrap_or(missing / arrived(row).sqrt());
+            (missing, error)
+        };
+        let values = (self.compared as f64).sqrt();
+        let spread = |row: &Within| {
+            let few = row.error / ((1.0 - row.share) * values);
+            (row.error, row.noise.unwrap_or(row.error * few))
+        };
+        let series = |name: &str, colour: usize, y: &dyn Fn(&Within) -> (f64, f64)| {
+            let known = rows.iter().map(|row| (row, y(row)));
+            let known = known.filter(|(_, (value, error))| *error <= KNOWN * value);
+            let points = known.map(|(row, (value, _))| (f64::from(row.bounces), value)).collect();
+            Series { name: Some(name.into()), colour, stroke: Stroke::Line, points }
         };
         Chart {
             title: format!("{}: light beyond a number of bounces", self.scene),
@@ -143,8 +174,8 @@ impl ConvergenceStudy {
             y: "what is missing, relative".into(),
             linear_x: true,
             series: vec![
-                series("RMS over captors", 0, &|i| rows[i].error),
-                series("share of all light", 1, &|i| 1.0 - rows[i].share),
+                series("RMS over captors", 0, &spread),
+                series("share of all light", 1, &share),
             ],
             ..Chart::default()
         }
