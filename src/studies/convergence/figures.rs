@@ -164,7 +164,8 @@ impl ConvergenceStudy {
         };
         let series = |name: &str, colour: usize, y: &dyn Fn(&Within) -> (f64, f64)| {
             let known = rows.iter().map(|row| (row, y(row)));
-            let known = known.filter(|(_, (value, error))| *error <= KNOWN * value);
+            // what comes after it is known less
+            let known = known.take_while(|(_, (value, error))| *error <= KNOWN * value);
             let points = known.map(|(row, (value, _))| (f64::from(row.bounces), value)).collect();
             Series { name: Some(name.into()), colour, stroke: Stroke::Line, points }
         };
