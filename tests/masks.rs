@@ -175,8 +175,8 @@ fn masks_of_captors_and_lights_are_said() {
     assert!(warnings(|_, _| true).is_empty());
 }
 
-/// A file of materials that is missing may name masks: that is said, once a file, where faces have texture
-/// coordinates and the object does not leave masks out.
+/// A file of materials that is missing may name masks: that is said, once a file, where faces have
+/// texture coordinates and the object does not leave masks out.
 #[test]
 fn a_missing_file_of_materials_may_name_masks() {
     let words = "card.mtl: there is no such file; if it names masks (`map_d`), they cut no faces";

@@ -65,9 +65,9 @@ pub struct LayerBins {
 }
 
 impl LayerBins {
-    /// Makes layers of the height `dz`, m, for triangles with corners in the user's coordinates, each
-    /// with the number of copies of it at the same heights; `center` is the height of the point that rays are relative to. Error: more than 10,000
-    /// layers.
+    /// Makes layers of the height `dz`, m, for triangles with corners in the user's coordinates,
+    /// each with the number of copies of it at the same heights; `center` is the height of the
+    /// point that rays are relative to. Error: more than 10,000 layers.
     pub fn new(
         dz: f64,
         center: f64,

@@ -66,6 +66,17 @@ impl SunRays {
     pub fn count(self) -> u64 {
         self.sets * self.points
     }
+
+    /// Returns how many of the points of a set, the first ones, look for faint images of the sun: half
+    /// of them, which are spread evenly, too.
+    fn looks(self) -> u64 {
+        self.points.div_ceil(2)
+    }
+
+    /// Returns how many points each of these counts for.
+    fn looks_count_for(self) -> f32 {
+        self.points as f32 / self.looks() as f32
+    }
 }
 
 /// Returns the light that the suns of each of some lights at infinity bring to a captor, straight,
@@ -237,11 +248,12 @@ fn of_captor<L: Lanes>(
             };
             let mut sunlit = 0.0;
             for point in 0..rays.points {
+                let faint = if point < rays.looks() { rays.looks_count_for() } else { 0.0 };
                 let rng = streams.history(set * rays.points + point);
                 let mut rng = rng.with_sobol(sequence, point, NUMBERS);
                 let Some(beam) = faces[0].sunbeam::<L>(light, &mut rng) else { continue };
                 for face in &faces {
-                    let Some(sunlight) = face.direct(&beam, &mut rng) else { continue };
+                    let Some(sunlight) = face.direct(&beam, faint, &mut rng) else { continue };
                     add(face.channel, &sunlight.irradiance);
                     sunlit += f64::from(u8::from(sunlight.is_straight));
                     if kind == CaptorKind::Surface {

@@ -49,13 +49,8 @@ impl Arrived<'_> {
     /// vector. It starts off the surface by the error of the point.
     #[inline(always)]
     pub fn leave(&self, lobe: LobeKind, direction: Vec3) -> Ray {
-        self.surface.leave(self.hit.point, self.side(lobe), direction)
-    }
-
-    /// Returns the unit normal of the side on which light goes on by a lobe.
-    #[inline(always)]
-    pub fn side(&self, lobe: LobeKind) -> Vec3 {
         let normal = self.interaction.normal;
-        if lobe.crosses() { -normal } else { normal }
+        let side = if lobe.crosses() { -normal } else { normal };
+        self.surface.leave(self.hit.point, side, direction)
     }
 }

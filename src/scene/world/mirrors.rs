@@ -25,11 +25,8 @@ const MOST: usize = 64;
 /// and above the rounding error in the normal of a small pane.
 const PARALLEL: f32 = 1e-4;
 
-/// The sun in a pane is looked for with this many times the probability that it mirrors light, but
-/// with at least the second: such light is so weak that few looks tell it as well as many tell the
-/// light that comes straight.
-const WORTH: f32 = 2.0;
-const LEAST_WORTH: f32 = 0.1;
+/// Images in what mirrors less than this fraction of the light at 45 degrees are faint.
+const FAINT: f32 = 0.5;
 
 /// A plane with flat panes or mirrors of one material.
 #[derive(Clone, Copy, Debug)]
@@ -118,14 +115,6 @@ impl Image {
     fn of(&self, sun: Vec3) -> Vec3 {
         mirrored(sun, self.normal)
     }
-
-    /// Returns about how much of the light along a direction is mirrored: up to 45 degrees nearly as
-    /// much as there, and then more (Schlick, An inexpensive BRDF model for physically-based rendering,
-    /// 1994).
-    fn rough_share(&self, direction: Vec3) -> f32 {
-        let grazing = 1.0 - direction.dot(self.normal).abs().min(1.0);
-        self.mirrored + (1.0 - self.mirrored) * grazing.powi(5)
-    }
 }
 
 /// Returns a direction as a mirror with this unit normal sends it.
@@ -134,8 +123,8 @@ fn mirrored(direction: Vec3, normal: Vec3) -> Vec3 {
 }
 
 impl FlatMirrors {
-    /// Finds the images in the largest flat panes and mirrors; `margin` is the distance by which the boxes are enlarged, m. `None` if no
-    /// light has a sun or no surface shows it.
+    /// Finds the images in the largest flat panes and mirrors; `margin` is the distance by which
+    /// the boxes are enlarged, m. `None` if no light has a sun or no surface shows it.
     pub(super) fn find(
         lights: &[Light],
         triangles: &[Triangle],
@@ -205,10 +194,9 @@ impl FlatMirrors {
         })
     }
 
-    /// Returns the probability, above 0, with which it is worth looking for an image that is seen in
-    /// this direction, a unit vector: a few times the fraction of light that it mirrors.
-    pub(crate) fn worth(&self, image: usize, direction: Vec3) -> f32 {
-        (WORTH * self.images[image].rough_share(direction)).clamp(LEAST_WORTH, 1.0)
+    /// Returns whether an image is faint beside the sun itself, as in a pane.
+    pub(crate) fn is_faint(&self, image: usize) -> bool {
+        self.images[image].mirrored < FAINT
     }
 
     /// Returns whether a ray may meet one of the surfaces that show an image.

@@ -217,8 +217,14 @@ impl<'a> Face<'a> {
     /// Estimates from one beam what suns bring to the face straight, through thin panes, or by way
     /// of one flat pane or mirror. This is the light of which [`Finding`](super::Finding) says that
     /// it is neither scattered nor hidden. The beam may have been drawn for the other face of the
-    /// captor. `None` where no light arrives.
-    pub fn direct<L: Lanes>(&self, beam: &Sunbeam<L>, rng: &mut Stream) -> Option<Sunlight<L>> {
+    /// captor. Light of faint images counts `faint` times; they are not looked for if that is 0.
+    /// `None` where no light arrives.
+    pub fn direct<L: Lanes>(
+        &self,
+        beam: &Sunbeam<L>,
+        faint: f32,
+        rng: &mut Stream,
+    ) -> Option<Sunlight<L>> {
         let (scene, sun) = (self.scene, beam.sun);
         let at = self.start_at(beam.triangle, beam.weights);
         let straight = self.straight(&at, sun);
@@ -250,15 +256,15 @@ impl<'a> Face<'a> {
         }
         if let Some(mirrors) = scene.flat_mirrors() {
             for (image, toward) in mirrors.seen(origin, Some(normal), sun) {
-                let direction = toward.normalize();
-                let chance = mirrors.worth(image, direction);
-                if chance < 1.0 && rng.uniform() >= chance {
+                let weight = if mirrors.is_faint(image) { faint } else { 1.0 };
+                if weight == 0.0 {
                     continue;
                 }
+                let direction = toward.normalize();
                 let ray = Ray { origin, direction };
                 let (arriving, _) = by_way_of(scene, mirrors, image, ray, sun, shines);
                 if !arriving.is_zero() {
-                    add(arriving.scaled(1.0 / chance), direction, false, rng);
+                    add(arriving.scaled(weight), direction, false, rng);
                 }
             }
         }

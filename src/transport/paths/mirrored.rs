@@ -37,8 +37,8 @@ pub(super) fn by_way_of<L: Lanes>(
         }
         rays += 1;
         let Some(at) = scene.arrive(&ray) else { break };
-        let ways = at.material.smooth_ways::<L>(&at.interaction, Transport::Importance);
-        let [mirrored, onward] = ways;
+        let [mirrored, onward] =
+            at.material.smooth_ways::<L>(&at.interaction, Transport::Importance);
         if mirrors.image_of(at.hit.triangle) == Some(image)
             && let Some(mirrored) = mirrored
         {

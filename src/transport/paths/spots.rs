@@ -203,9 +203,9 @@ pub(super) fn origin(scene: &Scene, light: usize, ray: &Ray, point: Vec3) -> Opt
 }
 
 /// Follows a ray straight, also through panes and covers, to the first surface that does not let
-/// light straight through. Returns its arrival there, and the fraction of the light that comes there, per
-/// band. `None` if the ray leaves the scene. `cross` receives each face of a captor on the way,
-/// with the fraction of the light that comes to it.
+/// light straight through. Returns its arrival there, and the fraction of the light that comes
+/// there, per band. `None` if the ray leaves the scene. `cross` receives each face of a captor on
+/// the way, with the fraction of the light that comes to it.
 pub(super) fn straight<L: Lanes>(
     scene: &Scene,
     mut ray: Ray,
