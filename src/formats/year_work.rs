@@ -25,7 +25,7 @@ use crate::{
 
 /// The version of the files, of random numbers and of sums. It is raised by one when any of them
 /// changes.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// What stands for the shard in a checkpoint.
 const CHECKPOINT: &str = "checkpoint";
