@@ -205,9 +205,9 @@ fn in_folder(
         places.extend(file.place().map(Path::to_path_buf));
         Ok(file)
     });
-    // at an immediate end the files in the folder are removed first, and then the folder if it is
-    // empty
-    let gone = |_: &Result<YearTables>| Some(Temporary::IfEmpty(folder.to_path_buf()));
+    // at an immediate end the files in the folder are removed first, and then the folder if it was
+    // made here and is empty
+    let gone = |_: &Result<YearTables>| made.then(|| Temporary::IfEmpty(folder.to_path_buf()));
     let tables = interrupt.make(|| Ok(tables), gone)?;
     let done = tables.and_then(|tables| work(tables, &mut places));
     if made && done.is_err() {

@@ -89,8 +89,8 @@ pub struct WorkSettings {
     pub seed: u64,
     /// What guides photons.
     pub guiding: Guiding,
-    /// Number of points of each captor from which the sun is looked for, if it was given.
-    pub sun_rays: Option<u64>,
+    /// Number of points of each captor from which the sun is looked for.
+    pub sun_rays: u64,
 }
 
 /// The options of the tables of a year.
@@ -403,7 +403,7 @@ mod tests {
 
     fn head(photons: u64) -> WorkHead {
         let settings =
-            WorkSettings { patches: 145, photons, seed: 1, guiding: Guiding::Off, sun_rays: None };
+            WorkSettings { patches: 145, photons, seed: 1, guiding: Guiding::Off, sun_rays: 16 };
         WorkHead::new(Path::new("s.json"), None, "ab".into(), settings, TableSettings::default())
     }
 

@@ -259,7 +259,8 @@ impl Year {
     pub fn needs(scenes: &YearScenes, options: &YearOptions, settings: &Settings) -> Result<Needs> {
         let places = Places::new(&scenes.scenes[0].loaded.scene);
         let hours = options.hours.chosen(&places)?.iter().filter(|chosen| **chosen).count();
-        Ok(Needs::of(scenes, &places, hours, machine::threads(settings.threads)))
+        let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+        Ok(Needs::of(scenes, &places, hours, photons, machine::threads(settings.threads)))
     }
 
     /// Returns the light of an hour on the captors and groups whose hours were asked for. Its

@@ -34,7 +34,10 @@ pub struct SunRays {
 
 impl SunRays {
     /// The least and the most points.
-    pub const RANGE: std::ops::RangeInclusive<u64> = 4..=65_536;
+    pub const RANGE: std::ops::RangeInclusive<u64> = 2..=65_536;
+    /// The least where the light of single hours is asked for: their errors rest on these points
+    /// alone, while sums have those of all their hours.
+    const LEAST_BY_HOUR: u64 = 4;
     /// Number of points unless there are very many captors, or few.
     const USUAL: u64 = 16;
     /// The most points where there are few, and the number of points of all captors and suns that is
@@ -46,19 +49,25 @@ impl SunRays {
     const CAPTORS: u64 = 5_000;
     const MOST: u64 = 1_000_000_000;
 
-    /// Takes about that many points: a multiple of 8, or of 4 if it is below 16.
+    /// Takes about that many points: a multiple of 8; of 4 if it is below 16, and 2 below 4.
     pub fn new(points: u64) -> Self {
         let points = points.clamp(*Self::RANGE.start(), *Self::RANGE.end());
-        let sets = if points < Self::USUAL { 4 } else { 8 };
+        let sets = match points {
+            ..4 => 2,
+            4..Self::USUAL => 4,
+            _ => 8,
+        };
         Self { sets, points: points / sets }
     }
 
-    /// Takes as many points as so many captors and suns allow.
-    pub fn usual(captors: usize, suns: usize) -> Self {
+    /// Takes as many points as so many captors and suns allow. `by_hour` says whether the light of
+    /// single hours on captors is asked for, or only that of days and groups.
+    pub fn usual(captors: usize, suns: usize, by_hour: bool) -> Self {
         let pairs = (captors as u64).saturating_mul(suns as u64).max(1);
+        let least = if by_hour { Self::LEAST_BY_HOUR } else { *Self::RANGE.start() };
         Self::new(match captors as u64 <= Self::CAPTORS {
             true => (Self::CHEAP / pairs).clamp(Self::USUAL, Self::PLENTY),
-            false => Self::USUAL.min(Self::MOST / pairs),
+            false => (Self::MOST / pairs).clamp(least, Self::USUAL),
         })
     }
 
@@ -290,12 +299,15 @@ mod tests {
 
     #[test]
     fn few_captors_have_more_rays_and_very_many_fewer() {
-        let count = |captors, suns| SunRays::usual(captors, suns).count();
+        let count = |captors, suns| SunRays::usual(captors, suns, true).count();
         assert_eq!([count(1, 1), count(15, 480), count(3, 4_170)], [256; 3]);
         assert_eq!(count(15, 4_170), 56);
         assert_eq!([count(400, 4_170), count(5_000, 4_170), count(10_000, 4_170)], [16; 3]);
         assert_eq!(count(25_000, 4_170), 8);
         assert_eq!([count(100_000, 4_170), count(usize::MAX, usize::MAX)], [4; 2]);
-        assert_eq!([0, 5, 12, 16, 20, 64].map(|n| SunRays::new(n).count()), [4, 4, 12, 16, 16, 64]);
+        let of_days = |captors| SunRays::usual(captors, 4_170, false).count();
+        assert_eq!([5_000, 25_000, 100_000, usize::MAX].map(of_days), [16, 8, 2, 2]);
+        let asked = [0, 3, 5, 12, 16, 20, 64].map(|n| SunRays::new(n).count());
+        assert_eq!(asked, [2, 2, 4, 12, 16, 16, 64]);
     }
 }

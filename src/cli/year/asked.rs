@@ -49,7 +49,7 @@ impl Asked {
             seed: Some(head.settings.seed),
             guiding: Some(head.settings.guiding),
             hours: hours.unwrap_or_default(),
-            sun_rays: head.settings.sun_rays,
+            sun_rays: Some(head.settings.sun_rays),
             tables: head.tables.clone(),
             plots,
             threads: None,
@@ -93,7 +93,7 @@ impl Asked {
             photons: ready.settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS),
             seed: ready.settings.seed,
             guiding: ready.settings.guiding,
-            sun_rays: self.sun_rays,
+            sun_rays: ready.scenes.sun_rays(self.sun_rays, &self.hours)?,
         };
         let (inputs, tables) = (ready.scenes.digest()?, self.tables.clone());
         Ok(WorkHead::new(&self.scene, self.control.as_deref(), inputs, settings, tables))

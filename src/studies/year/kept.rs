@@ -36,7 +36,10 @@ impl Kept<'_> {
 
     /// Keeps what was found of a unit. Error: the file cannot be written.
     pub(super) fn put(&self, unit: Unit, counts: &[u32], values: &[[f32; 2]]) -> Result<()> {
-        self.now.map_or(Ok(()), |file| file.put(unit, &encode(counts, values)))
+        let Some(file) = self.now else { return Ok(()) };
+        let mut bytes: Vec<u8> = counts.iter().flat_map(|count| count.to_le_bytes()).collect();
+        encode(values, &mut bytes);
+        file.put(unit, &bytes)
     }
 }
 
@@ -49,9 +52,8 @@ pub(super) struct Row {
 /// Number of values that a bit stands for.
 const TOGETHER: usize = 4;
 
-/// Writes counts and values; of each few values that are all zero there is only a bit.
-fn encode(counts: &[u32], values: &[[f32; 2]]) -> Vec<u8> {
-    let mut bytes: Vec<u8> = counts.iter().flat_map(|count| count.to_le_bytes()).collect();
+/// Adds the bytes of values; of each few values that are all zero there is only a bit.
+pub(super) fn encode(values: &[[f32; 2]], bytes: &mut Vec<u8>) {
     let is_there = |some: &[[f32; 2]]| some.iter().flatten().any(|value| value.to_bits() != 0);
     for eight in values.chunks(8 * TOGETHER) {
         let bits = eight.chunks(TOGETHER).zip(0..);
@@ -60,26 +62,29 @@ fn encode(counts: &[u32], values: &[[f32; 2]]) -> Vec<u8> {
     for some in values.chunks(TOGETHER).filter(|some| is_there(some)) {
         bytes.extend(some.iter().flatten().flat_map(|value| value.to_le_bytes()));
     }
-    bytes
+}
+
+/// Returns so many values by their bytes; `None` if these are no such values.
+pub(super) fn decode(bytes: &[u8], values: usize) -> Option<Vec<[f32; 2]>> {
+    let (bits, bytes) = bytes.split_at_checked(values.div_ceil(8 * TOGETHER))?;
+    let (numbers, rest) = bytes.as_chunks();
+    let mut numbers = numbers.iter().map(|bytes| f32::from_le_bytes(*bytes));
+    let mut found = vec![[0.0; 2]; values];
+    for (i, some) in found.chunks_mut(TOGETHER).enumerate() {
+        if bits[i / 8] >> (i % 8) & 1 == 1 {
+            for value in some.iter_mut().flatten() {
+                *value = numbers.next()?;
+            }
+        }
+    }
+    (numbers.next().is_none() && rest.is_empty()).then_some(found)
 }
 
 impl Row {
     fn decode(bytes: &[u8], counts: usize, values: usize) -> Option<Self> {
         let (own, bytes) = bytes.split_at_checked(4 * counts)?;
-        let own = own.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect();
-        let (bits, bytes) = bytes.split_at_checked(values.div_ceil(8 * TOGETHER))?;
-        let (numbers, rest) = bytes.as_chunks();
-        let mut numbers = numbers.iter().map(|bytes| f32::from_le_bytes(*bytes));
-        let mut found = vec![[0.0; 2]; values];
-        for (i, some) in found.chunks_mut(TOGETHER).enumerate() {
-            if bits[i / 8] >> (i % 8) & 1 == 1 {
-                for value in some.iter_mut().flatten() {
-                    *value = numbers.next()?;
-                }
-            }
-        }
-        let fits = numbers.next().is_none() && rest.is_empty();
-        fits.then_some(Self { counts: own, values: found })
+        let counts = own.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect();
+        Some(Self { counts, values: decode(bytes, values)? })
     }
 }
 
@@ -95,7 +100,8 @@ mod tests {
             counts in prop::collection::vec(any::<u32>(), 0..5),
             values in prop::collection::vec(prop_oneof![Just([0f32; 2]), any::<[f32; 2]>()], 0..90),
         ) {
-            let bytes = encode(&counts, &values);
+            let mut bytes: Vec<u8> = counts.iter().flat_map(|count| count.to_le_bytes()).collect();
+            encode(&values, &mut bytes);
             let row = Row::decode(&bytes, counts.len(), values.len()).unwrap();
             prop_assert_eq!(&row.counts, &counts);
             let bits = |values: &[[f32; 2]]| -> Vec<u32> {

@@ -17,7 +17,6 @@ const PAIR: usize = size_of::<[f32; 2]>();
 /// Pairs of a value and its standard error, row by row: in memory or, where they take more than
 /// that, in a file without a name, which the system removes however the program ends.
 pub struct Matrix {
-    rows: usize,
     width: usize,
     store: Mutex<Store>,
 }
@@ -40,17 +39,12 @@ impl Matrix {
                 Store::File(file.map_err(failed)?)
             }
         };
-        Ok(Self { rows, width, store: Mutex::new(store) })
+        Ok(Self { width, store: Mutex::new(store) })
     }
 
     /// Returns the number of bytes of a matrix.
     pub fn bytes(rows: usize, width: usize) -> u64 {
         (rows as u64).saturating_mul(width as u64).saturating_mul(PAIR as u64)
-    }
-
-    /// Returns the number of rows.
-    pub fn rows(&self) -> usize {
-        self.rows
     }
 
     /// Returns whether a matrix of that many bytes is kept in a file.

@@ -2,10 +2,17 @@
 
 use std::path::Path;
 
-use super::{matrix::Matrix, places::Places, product::BLOCK, states::YearScenes};
+use super::{
+    matrix::Matrix,
+    places::{BLOCK, Places},
+    responses::IN_MEMORY,
+    states::YearScenes,
+    trace::energies,
+};
 use crate::{
     error::{Error, Result},
     math::machine,
+    scene::light::Strata,
 };
 
 /// Bytes of a value with its error in sums, and in tables.
@@ -22,8 +29,14 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// Counts the bytes for the `hours` of so many ids, on so many threads.
-    pub(super) fn of(scenes: &YearScenes, places: &Places, hours: usize, threads: usize) -> Self {
+    /// Counts the bytes for the `hours` of so many ids and for so many photons, on so many threads.
+    pub(super) fn of(
+        scenes: &YearScenes,
+        places: &Places,
+        hours: usize,
+        photons: u64,
+        threads: usize,
+    ) -> Self {
         let [ids, row] = [places.ids.len(), places.row()].map(|n| n as u64);
         let (mut memory, mut disk) = (0, 0);
         let mut matrix = |rows: u64, width: u64| {
@@ -32,10 +45,15 @@ impl Needs {
             *store += bytes;
         };
         let (mut lights, mut suns, mut slots, mut channels) = (0, 0, 0, 0);
-        for scene in &scenes.scenes {
-            let own = scene.loaded.scene.lights.len() as u64;
-            matrix(own, ids * places.light() as u64);
-            lights += own;
+        let mut rows = 0;
+        // a photon that arrives on a face brings light to it and to its surface, in all columns
+        let of_photon = places.channels.min(2) as u64 * places.columns as u64 * PAIR;
+        for (scene, share) in scenes.scenes.iter().zip(energies(scenes)) {
+            let all = &scene.loaded.scene.lights;
+            let shares = Strata::photons_of_lights(all, (share * photons as f64) as u64, 1);
+            let full = ids * places.light() as u64 * PAIR;
+            rows += shares.iter().map(|photons| full.min(photons * of_photon)).sum::<u64>();
+            lights += all.len() as u64;
             channels = scene.loaded.scene.channels() as u64;
             if let Some(hourly) = &scene.loaded.hourly {
                 slots = hourly.slots.len() as u64;
@@ -47,6 +65,9 @@ impl Needs {
         // days, months and the period
         let periods = slots / 24 + slots / 700 + 2;
         matrix(periods, ids * row);
+        *(if rows > IN_MEMORY { &mut disk } else { &mut memory }) += rows;
+        // where each block begins in the row of a light
+        memory += lights * (ids / BLOCK as u64 + 2) * 8;
         let groups = ids - places.captors as u64;
         let of_block = BLOCK as u64 * row * (PAIR * (suns + slots + periods) + SUM * 2 * lights);
         memory += 2 * threads as u64 * of_block;

@@ -8,8 +8,8 @@ use std::{
 
 use super::{
     kept::{Kept, Row},
-    matrix::Matrix,
     places::Places,
+    responses::LightRows,
     states::StateScene,
 };
 use crate::{
@@ -40,8 +40,8 @@ pub(super) struct Part<'a> {
     pub scene: &'a Scene,
     /// The lights that are daylight.
     pub hourly: &'a [HourlyLight],
-    /// For each light a row: what it brings at its power in the scene, at each id, channel and band.
-    pub responses: Matrix,
+    /// What each light brings at its power in the scene, at each id, channel and band.
+    pub responses: LightRows,
     /// For each slot, the lights that shine and their strengths, as multiples of their power in the
     /// scene.
     pub weights: Vec<Vec<(usize, f64)>>,
@@ -71,8 +71,7 @@ pub(super) struct Part<'a> {
 
 impl<'a> Part<'a> {
     /// Prepares the scene of a combination of states, by its index, without tracing anything.
-    /// `folder` takes what does not fit into memory. Errors: it was not loaded by the hour; the
-    /// folder cannot be written.
+    /// `folder` takes what does not fit into memory. Error: it was not loaded by the hour.
     pub fn new(
         index: usize,
         StateScene { loaded, shares, .. }: &'a StateScene,
@@ -102,7 +101,7 @@ impl<'a> Part<'a> {
             index,
             scene,
             hourly: &hourly.lights,
-            responses: Matrix::new(scene.lights.len(), places.ids.len() * places.light(), folder)?,
+            responses: LightRows::new(scene.lights.len(), places.widths(), folder),
             weights,
             suns,
             lights,
@@ -195,7 +194,7 @@ impl<'a> Part<'a> {
                 self.of_lamps[light] = counts.iter().map(few).collect();
             }
         }
-        self.responses.write(light, 0, &row.values)
+        self.responses.put(light, &row.values)
     }
 
     /// Returns the light that comes straight from the sun to a captor in the hours of each sun, as
@@ -242,10 +241,9 @@ impl<'a> Part<'a> {
 
     /// Returns what a light brings to the front of an id in a band.
     pub fn front(&self, places: &Places, light: usize, id: usize, band: usize) -> Result<f64> {
-        let mut value = [[0.0; 2]];
+        let (block, id) = places.block_of(id);
         let place = id * places.light() + Channel::Front as usize * places.columns + band;
-        self.responses.read(light, place, &mut value)?;
-        Ok(f64::from(value[0][0]))
+        Ok(f64::from(self.responses.get(light, block)?[place][0]))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The captors and groups whose light is found, and how their values stand in rows.
 
-use std::collections::HashSet;
+use std::{collections::HashSet, ops::Range};
 
 use glam::DVec3;
 
@@ -15,6 +15,9 @@ use crate::{
 
 /// The number of columns from which a ratio is found.
 pub(super) const RATIO: usize = 3;
+
+/// Number of captors or groups whose light is found at a time.
+pub(super) const BLOCK: usize = 16;
 
 /// What an id stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,6 +158,27 @@ impl Places {
             groups.iter().for_each(|&group| members[group].push(captor));
         }
         members
+    }
+
+    /// Returns the blocks of ids whose light is found at a time. None has both captors and groups.
+    pub(super) fn blocks(&self) -> Vec<Range<usize>> {
+        let of = |from: usize, to: usize| {
+            (from..to).step_by(BLOCK).map(move |start| start..(start + BLOCK).min(to))
+        };
+        of(0, self.captors).chain(of(self.captors, self.ids.len())).collect()
+    }
+
+    /// Returns the numbers of values of the blocks, without the sunlit share.
+    pub(super) fn widths(&self) -> Vec<usize> {
+        self.blocks().iter().map(|ids| ids.len() * self.light()).collect()
+    }
+
+    /// Returns the block that an id is in, and its place there.
+    pub(super) fn block_of(&self, id: usize) -> (usize, usize) {
+        match id.checked_sub(self.captors) {
+            None => (id / BLOCK, id % BLOCK),
+            Some(group) => (self.captors.div_ceil(BLOCK) + group / BLOCK, group % BLOCK),
+        }
     }
 
     /// Returns the number of values of an id without the sunlit share.

@@ -17,7 +17,7 @@ use super::{
     part::Part,
     places::{Of, Places},
     responses::Responses,
-    strengths::{Strengths, add_product},
+    strengths::{Strengths, Table, add},
     value::Value,
 };
 use crate::{
@@ -30,8 +30,6 @@ use crate::{
     },
 };
 
-/// Number of captors or groups of a block.
-pub(super) const BLOCK: usize = 16;
 /// Number of hours that are multiplied at once.
 const SLOTS: usize = 256;
 /// What is to be found.
@@ -155,9 +153,8 @@ impl<'a> Product<'a> {
             let weight: f64 = period.slots.iter().map(|(_, weight)| weight).sum();
             let mut power = vec![0.0; scene.bands.len()];
             for (part, strengths) in self.parts.iter().zip(&self.strengths) {
-                let lights = &part.scene.lights;
-                for (light, strength) in lights.iter().zip(&strengths.periods[p * lights.len()..]) {
-                    add(&mut power, strength / weight, &light.power);
+                for (light, strength) in strengths.periods.of(p) {
+                    add(&mut power, strength / weight, &part.scene.lights[light].power);
                 }
             }
             scene.with_sums(&power)
@@ -185,15 +182,16 @@ impl<'a> Product<'a> {
         let of_groups =
             |part: &Part| vec![vec![Value::default(); part.lights.len() * places.row()]; groups];
         let mut of_groups: Vec<Vec<Vec<Value>>> = parts.iter().map(of_groups).collect();
-        let blocks = |from: usize, to: usize| {
-            let starts = (from..to).step_by(BLOCK);
-            starts.map(|start| start..(start + BLOCK).min(to)).collect::<Vec<_>>()
-        };
+        let blocks: Vec<(usize, Range<usize>)> = places.blocks().into_iter().enumerate().collect();
+        let of_captors = blocks.partition_point(|(_, ids)| ids.start < places.captors);
+        let (of_captors, others) = blocks.split_at(of_captors);
         let wave = 2 * rayon::current_num_threads();
-        for blocks in blocks(0, places.captors).chunks(wave) {
+        for blocks in of_captors.chunks(wave) {
             let done: Vec<Block> = blocks
                 .par_iter()
-                .map(|ids| self.block(ids.clone(), self.direct_of_captors(ids.clone())))
+                .map(|(block, ids)| {
+                    self.block(*block, ids.clone(), self.direct_of_captors(ids.clone())?)
+                })
                 .collect::<Result<_>>()?;
             for block in done {
                 for ((part, groups), direct) in parts.iter().zip(&mut of_groups).zip(&block.direct)
@@ -203,13 +201,13 @@ impl<'a> Product<'a> {
                 self.put(&block, &mut found)?;
             }
         }
-        for ids in blocks(places.captors, places.ids.len()) {
+        for (block, ids) in others {
             let rows = |groups: &Vec<Vec<Value>>| {
                 let own = &groups[ids.start - places.captors..ids.end - places.captors];
                 own.iter().map(|row| row.iter().map(|value| value.pair()).collect()).collect()
             };
             let direct = of_groups.iter().map(rows).collect();
-            let block = self.block(ids, Ok(direct))?;
+            let block = self.block(*block, ids.clone(), direct)?;
             self.put(&block, &mut found)?;
         }
         Ok(found)
@@ -283,21 +281,20 @@ impl<'a> Product<'a> {
         Ok(())
     }
 
-    fn block(&self, ids: Range<usize>, direct: Result<Vec<Vec<Vec<[f32; 2]>>>>) -> Result<Block> {
-        let (direct, places, wanted) = (direct?, self.places, self.wanted);
+    fn block(
+        &self,
+        block: usize,
+        ids: Range<usize>,
+        direct: Vec<Vec<Vec<[f32; 2]>>>,
+    ) -> Result<Block> {
+        let (places, wanted) = (self.places, self.wanted);
         let (light, row) = (places.light(), places.row());
         let width = ids.len() * light;
         let periods = wanted.periods.len();
-        let [mut means, mut variances] = [(); 2].map(|()| vec![0.0; periods * width]);
-        let mut responses = Vec::with_capacity(self.parts.len());
-        for (part, strengths) in self.parts.iter().zip(&self.strengths) {
-            let lights = part.responses.rows();
-            let own = Responses::read(&part.responses, ids.start * light, width)?;
-            let size = [periods, lights, width];
-            add_product(size, &strengths.periods, &own.means, &mut means);
-            add_product(size, &strengths.squares, &own.variances, &mut variances);
-            responses.push(own);
-        }
+        let read = |part: &Part| Responses::read(&part.responses, block);
+        let responses: Vec<Responses> = self.parts.iter().map(read).collect::<Result<_>>()?;
+        let all: Vec<usize> = (0..periods).collect();
+        let [means, variances] = self.of_parts(&responses, |strengths| &strengths.periods, &all);
         let mut sums = vec![[f32::NAN; 2]; periods * ids.len() * row];
         for (p, period) in wanted.periods.iter().enumerate() {
             for i in 0..ids.len() {
@@ -352,6 +349,23 @@ impl<'a> Product<'a> {
             .then(|| Value { mean: sunlit.mean / time, variance: sunlit.variance / time / time })
     }
 
+    /// Returns the means and variances of the light of all parts at some times of one of their
+    /// tables, for each time and value of `responses`.
+    fn of_parts(
+        &self,
+        responses: &[Responses],
+        table: impl Fn(&Strengths) -> &Table,
+        times: &[usize],
+    ) -> [Vec<f64>; 2] {
+        let each = self.strengths.iter().zip(responses);
+        let each = each.map(|(strengths, own)| table(strengths).times(times, own));
+        let added = |mut sums: [Vec<f64>; 2], own: [Vec<f64>; 2]| {
+            sums.iter_mut().zip(&own).for_each(|(sums, own)| add(sums, 1.0, own));
+            sums
+        };
+        each.reduce(added).unwrap_or_default()
+    }
+
     /// Fills in the hours of a block, as far as they are wanted.
     fn hours(&self, block: &mut Block, responses: &[Responses]) {
         let (places, wanted) = (self.places, self.wanted);
@@ -370,29 +384,12 @@ impl<'a> Product<'a> {
             self.parts.iter().zip(responses).map(|(part, own)| bends(part.hourly, own)).collect();
         let mut looked = vec![Looked::default(); width];
         for chunk in needed.chunks(SLOTS) {
-            let [mut means, mut variances] = [(); 2].map(|()| vec![0.0; chunk.len() * width]);
+            let [means, variances] = self.of_parts(responses, |strengths| &strengths.hours, chunk);
             let mut off = vec![0.0; chunk.len() * width];
-            for ((part, strengths), (own, bends)) in
-                self.parts.iter().zip(&self.strengths).zip(responses.iter().zip(&bends))
-            {
-                let dense = strengths.dense.len();
-                let mut weights = Vec::with_capacity(chunk.len() * dense);
-                chunk.iter().for_each(|&i| {
-                    weights.extend_from_slice(&strengths.hours[i * dense..][..dense]);
-                });
-                let [a, b] = own.of(&strengths.dense);
-                let size = [chunk.len(), dense, width];
-                add_product(size, &weights, &a, &mut means);
-                weights.iter_mut().for_each(|weight| *weight *= *weight);
-                add_product(size, &weights, &b, &mut variances);
-                for (at, &i) in chunk.iter().enumerate() {
-                    let at = at * width..(at + 1) * width;
-                    for &(l, weight) in &strengths.sparse[self.slots[i]] {
-                        add(&mut means[at.clone()], weight, own.means_of(l));
-                        add(&mut variances[at.clone()], weight * weight, own.variances_of(l));
-                    }
+            for (part, bends) in self.parts.iter().zip(&bends) {
+                for (&i, off) in chunk.iter().zip(off.chunks_mut(width)) {
                     for &(l, weight) in &part.weights[self.slots[i]] {
-                        add(&mut off[at.clone()], FACTOR * weight, &bends[l]);
+                        add(off, FACTOR * weight, &bends[l]);
                     }
                 }
             }
@@ -477,7 +474,7 @@ pub(super) fn daylight_at(
     let suns: usize = parts.iter().map(|part| part.lights.len()).sum();
     let done = AtomicU64::new(0);
     for part in parts {
-        let fronts = (0..part.responses.rows()).map(|l| part.front(places, l, id, band));
+        let fronts = (0..part.responses.lights()).map(|l| part.front(places, l, id, band));
         let fronts: Vec<f64> = fronts.collect::<Result<_>>()?;
         let direct = |&captor: &usize| {
             let rows = part.direct(captor, places, rays, kept, control.stop);
@@ -502,10 +499,6 @@ pub(super) fn daylight_at(
         }
     }
     Ok(sums)
-}
-
-fn add(sums: &mut [f64], factor: f64, values: &[f64]) {
-    sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += factor * value);
 }
 
 fn stopped(stop: &AtomicBool) -> Result<()> {

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::{
     conditions::Outside,
     control::{Controlled, lamp_names},
+    hours_of::HoursOf,
     options::YearOptions,
     part::Part,
     places::Places,
@@ -82,19 +83,39 @@ pub(super) struct Begun<'s> {
 impl<'s> Begun<'s> {
     pub fn new(scenes: &'s YearScenes, options: &YearOptions) -> Result<Self> {
         let Some(StateScene { loaded, .. }) = scenes.scenes.first() else {
-            return Err(Error::input("scene", "there is none").remedy("load one by the hour"));
+            return Err(no_scene());
         };
         let scene = &loaded.scene;
         let hourly = loaded.hourly.as_ref().ok_or_else(|| {
             Error::input(&scene.name, "was not loaded by the hour").remedy("load it so")
         })?;
-        let suns = (0..hourly.slots.len()).filter(|&s| scenes.is_sunny(s)).count();
-        let rays = match options.sun_rays {
-            Some(rays) => SunRays::new(rays),
-            None => SunRays::usual(scene.captors.len(), suns),
-        };
-        Ok(Self { scene, hourly, places: Places::new(scene), rays })
+        let places = Places::new(scene);
+        let rays = scenes.points(&places, options.sun_rays, &options.hours)?;
+        Ok(Self { scene, hourly, places, rays })
     }
+}
+
+impl YearScenes {
+    /// Returns the number of points of each captor from which the sun of an hour is looked for, if
+    /// the light of these hours is wanted: as `asked` or, if nothing is asked for, as many as the
+    /// numbers of captors and hours allow. Errors: there is no scene; nothing fits the pattern of
+    /// `hours`.
+    pub fn sun_rays(&self, asked: Option<u64>, hours: &HoursOf) -> Result<u64> {
+        let scene = self.scenes.first().ok_or_else(no_scene)?;
+        Ok(self.points(&Places::new(&scene.loaded.scene), asked, hours)?.count())
+    }
+
+    fn points(&self, places: &Places, asked: Option<u64>, hours: &HoursOf) -> Result<SunRays> {
+        let chosen = hours.chosen(places)?;
+        let slots = self.scenes.iter().filter_map(|scene| scene.loaded.hourly.as_ref()).next();
+        let suns = (0..slots.map_or(0, |h| h.slots.len())).filter(|&s| self.is_sunny(s)).count();
+        let by_hour = chosen[..places.captors].contains(&true);
+        Ok(asked.map_or_else(|| SunRays::usual(places.captors, suns, by_hour), SunRays::new))
+    }
+}
+
+fn no_scene() -> Error {
+    Error::input("scene", "there is none").remedy("load one by the hour")
 }
 
 /// Traces the lights of all combinations of states that `shard` holds and that are not kept.
@@ -150,7 +171,7 @@ fn check_photons(scenes: &YearScenes, shares: &[f64], photons: u64) -> Result<()
 /// Returns the fractions of the photons for the combinations of states: by their energy, but at
 /// least 2 % for each, divided by the sum of all. Lamps are taken to be as bright as daylight, since
 /// it is not yet known when they are on.
-fn energies(scenes: &YearScenes) -> Vec<f64> {
+pub(super) fn energies(scenes: &YearScenes) -> Vec<f64> {
     const LEAST: f64 = 0.02;
     let of = |scene: &StateScene| {
         let slots = scene.loaded.hourly.iter().flat_map(|hourly| &hourly.slots);

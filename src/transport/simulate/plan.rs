@@ -122,6 +122,10 @@ fn decide<'a>(
     control: &Control,
 ) -> Result<Option<Guidance<'a>>> {
     let aim = Guidance::aim(scene);
+    if aim.is_none() && channels(scene).count() as u64 > MOST_IN_THE_DARK {
+        // no trial has a photon for each face, and where captors are everywhere guiding gains little
+        return Ok(None);
+    }
     let first = FIRST.max(scene.sources() as u64);
     let (mut photons, mut rays) = (affordable(scene, settings, control, first)?, 0);
     let (plain, aimed) = loop {
