@@ -594,7 +594,7 @@ HOUSE_MATERIALS = {
 
 
 def glasshouses():
-    """The glasshouse at noon on a clear day in June, and at night under rows of red and blue diodes."""
+    """The glasshouse at noon on a clear day in June, and at nightfall under rows of diodes."""
     edges = range(400, 701, 50)
     bands = [{"name": str(low), "from_nm": low, "to_nm": low + 50} for low in edges[:-1]]
     scene = {
@@ -630,14 +630,17 @@ def glasshouses():
         "lights": [{"type": "sun", "ground": 0.1}, {"type": "sky", "share": CLEAR_SKY, "ground": 0.1}],
     }
     save_scene(SCENES / "glasshouse-noon.json", {**scene, **noon})
-    # bars of 1.5 m with 150 umol/s: 20 % blue around 450 nm, 80 % red around 660 nm
+    # bars of 1.5 m with 150 umol/s: 20 % blue around 450 nm, 75 % red around 660 nm, and a little white, without
+    # which leaves are black to the eye; behind the panes the last light of a clear evening
     lamps = [
-        {"type": "area", "name": f"bar {row}{k + 1}", "power": [15, 15, 0, 0, 6, 114],
+        {"type": "area", "name": f"bar {row}{k + 1}", "power": [15, 15, 3, 4, 8, 105],
          "vertices": [[1.2 + 1.8 * k, y - 0.02, 2.45], [1.2 + 1.8 * k, y + 0.02, 2.45],
                       [2.7 + 1.8 * k, y + 0.02, 2.45], [2.7 + 1.8 * k, y - 0.02, 2.45]]}
         for row, y in zip("abcd", (0.85, 1.75, 4.65, 5.55)) for k in range(6)]
     indoors = {name: keys for name, keys in HOUSE_MATERIALS.items() if name not in ("grass", "turf")}
-    night = {"name": "glasshouse by night under diodes", "materials": indoors, "lights": lamps}
+    dusk = {"type": "sky", "name": "dusk", "model": "uniform", "ground": 0.03,
+            "irradiance": [0.24, 0.26, 0.13, 0.05, 0.03, 0.03]}
+    night = {"name": "glasshouse at nightfall under diodes", "materials": indoors, "lights": lamps + [dusk]}
     save_scene(SCENES / "glasshouse-night.json", {**scene, **night})
 
 
