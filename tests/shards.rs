@@ -86,7 +86,7 @@ fn what_does_not_belong_together_is_refused() {
     fs::write(folder.path("cut.json"), &shard[..shard.len() - 100]).expect("a file");
     fs::write(folder.path("old.json"), shard.replacen("\"phylux\":\"0.", "\"phylux\":\"9.", 1))
         .expect("a file");
-    let before = shard.replacen("\"format\":7,", "", 1);
+    let before = shard.replacen("\"format\":8,", "", 1);
     assert_ne!(before, shard);
     fs::write(folder.path("before.json"), before).expect("a file");
     let spoiled = shard.replacen("\"segments\":", "\"segments\":1", 1);
