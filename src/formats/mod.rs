@@ -5,8 +5,8 @@
 //! files that a scene names (`mesh_file`, `obj`, `captor_csv`, `instance_csv`, [`weather`], `environment_map`,
 //! `photometry`, `scatter_table`, `spectrum_file`, `rad`, pictures of `mask`), sweeps
 //! (`sweep_file`), results
-//! (`result_file`), shards and checkpoints (`work_file`) of a run and of a year (`run_work`,
-//! `year_work`), tables
+//! (`result_file`), shards and checkpoints (`work_file`) of runs (`run_work`) and of years
+//! (`year_work`), tables
 //! of hours (`year_table`), controls of lamps (`control_file`), readings and calibrations
 //! (`measured_csv`, `calibration_file`). `json`, `csv_table`, `csv_text`, [`iso8601`] and `xml`
 //! serve several of them.

@@ -49,17 +49,15 @@ pub struct KeptSettings {
 impl KeptSettings {
     /// Takes the settings of a run, and the reason for its estimator if a trial chose it.
     pub fn new(settings: &Settings, choice: Option<&Choice>) -> Self {
-        let Settings { estimator, photons, seed, k, map_photons, guiding, by_light, .. } =
-            *settings;
         let tolerance = settings.tolerance;
         Self {
-            estimator,
-            photons: photons.unwrap_or(Settings::DEFAULT_PHOTONS),
-            seed,
-            k,
-            map_photons,
-            guiding,
-            by_light,
+            estimator: settings.estimator,
+            photons: settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS),
+            seed: settings.seed,
+            k: settings.k,
+            map_photons: settings.map_photons,
+            guiding: settings.guiding,
+            by_light: settings.by_light,
             tolerance,
             tolerance_limit: settings.tolerance_limit.filter(|_| tolerance.is_some()),
             of: settings.of.iter().map(Target::to_string).collect(),
@@ -70,25 +68,21 @@ impl KeptSettings {
     /// Returns the settings of a shard on so many threads, or `None` if they contain a value that no
     /// shard may have.
     pub fn settings(&self, threads: usize) -> Option<Settings> {
-        let Self { estimator, photons, seed, k, map_photons, guiding, by_light, .. } = *self;
+        let (estimator, guiding) = (self.estimator, self.guiding);
         if estimator == Estimator::Auto || guiding == Guiding::Auto || self.tolerance.is_some() {
             return None;
         }
-        let photons = Some(Settings::check_photons(photons).ok()?);
-        let k = k.map(|k| Settings::check_k(k as u64)).transpose().ok()?;
-        let map_photons = Settings::check_map_photons(map_photons as u64).ok()?;
-        let own = Settings {
+        Some(Settings {
             estimator,
-            photons,
-            seed,
-            k,
-            map_photons,
+            photons: Some(Settings::check_photons(self.photons).ok()?),
+            seed: self.seed,
+            k: self.k.map(|k| Settings::check_k(k as u64)).transpose().ok()?,
+            map_photons: Settings::check_map_photons(self.map_photons as u64).ok()?,
             guiding,
-            by_light,
+            by_light: self.by_light,
             threads,
             ..Settings::default()
-        };
-        Some(own)
+        })
     }
 
     /// Returns the choice of the estimator, if a trial chose it.
@@ -175,15 +169,7 @@ pub struct Checkpoint {
     path: PathBuf,
     head: WorkHead,
     /// The file at the checkpoint's place, once this process holds it.
-    held: Mutex<Option<Held>>,
-}
-
-/// The file at the checkpoint's place, with the lock of this process.
-#[derive(Debug)]
-struct Held {
-    file: HeldFile,
-    /// Whether it holds something that a run has done.
-    kept: bool,
+    held: Mutex<Option<HeldFile>>,
 }
 
 impl Checkpoint {
@@ -212,14 +198,15 @@ impl Checkpoint {
     pub fn open(&self) -> Result<Option<Resumed>> {
         let empty = write(&self.head, [].into_iter(), Vec::new())
             .map_err(|e| Error::run(self.path.display(), e))?;
-        let (held, new) = HeldFile::open(&self.path, &empty)?;
+        let mut held = HeldFile::open(&self.path, &empty)?;
         // a file can be replaced only if another can be made beside it
         unfinished_file(&folder_of(&held.place), None).map_err(|e| {
             let problem = format!("cannot be written: {}", e.kind());
             Error::input(self.path.display(), problem).remedy("write elsewhere")
         })?;
-        let resumed = if new { None } else { self.read(&held.file)? };
-        *lock(&self.held) = Some(Held { file: held, kept: resumed.is_some() });
+        let resumed = if held.kept { self.read(&held.file)? } else { None };
+        held.kept = resumed.is_some();
+        *lock(&self.held) = Some(held);
         Ok(resumed)
     }
 
@@ -251,14 +238,14 @@ impl Checkpoint {
     pub fn write(&self, state: RunState, arrivals: KeptArrivals) -> io::Result<()> {
         let mut held = lock(&self.held);
         let held = held.as_mut().ok_or_else(|| io::Error::other("it is not open"))?;
-        let old = held.file.file.metadata().ok();
-        let file = unfinished_file(&folder_of(&held.file.place), old.as_ref())?;
+        let old = held.file.metadata().ok();
+        let file = unfinished_file(&folder_of(&held.place), old.as_ref())?;
         let state = [RunRecord::State(Box::new(state))].into_iter();
         let arrivals = arrivals.map(|(key, task)| RunRecord::Arrivals { key, words: task.words() });
         let writer = BufWriter::with_capacity(1 << 16, file);
         let file = write(&self.head, state.chain(arrivals), writer)?.into_inner()?;
         file.as_file().sync_all()?;
-        held.file.file = file.persist(&held.file.place).map_err(|e| e.error)?;
+        held.file = file.persist(&held.place).map_err(|e| e.error)?;
         held.kept = true;
         Ok(())
     }
@@ -266,16 +253,7 @@ impl Checkpoint {
     /// Removes the checkpoint, once the results are written.
     pub fn remove(&self) {
         if let Some(held) = lock(&self.held).take() {
-            held.file.remove();
-        }
-    }
-}
-
-impl Drop for Checkpoint {
-    /// Removes a checkpoint that holds nothing.
-    fn drop(&mut self) {
-        if let Some(held) = lock(&self.held).take().filter(|held| !held.kept) {
-            held.file.remove();
+            held.remove();
         }
     }
 }

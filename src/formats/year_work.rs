@@ -1,6 +1,6 @@
 //! The work of a year: what has been found of its lights and its suns. A checkpoint grows as the
-//! work goes on. The content of a record is its unit (kind, one byte; part, 4 bytes; index, 8 bytes;
-//! all little-endian) and what was found of it.
+//! work goes on. The content of a record is the unit of the work, a line of JSON, and what was found
+//! of it.
 
 use std::{
     collections::BTreeMap,
@@ -23,7 +23,8 @@ use crate::{
 };
 
 /// What is found of a unit of the work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum UnitKind {
     /// The light that a light of the scene brings to all captors.
     Light,
@@ -32,7 +33,7 @@ pub enum UnitKind {
 }
 
 /// A unit of the work of a year, which is done at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Unit {
     /// Index of the combination of states.
     pub part: u32,
@@ -43,21 +44,15 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// Number of its bytes in a record.
-    const BYTES: usize = 13;
-
-    fn bytes(self) -> [u8; Self::BYTES] {
-        let mut bytes = [self.kind as u8; Self::BYTES];
-        bytes[1..5].copy_from_slice(&self.part.to_le_bytes());
-        bytes[5..].copy_from_slice(&self.index.to_le_bytes());
-        bytes
+    /// Returns the record of what was found of it.
+    fn record(self, found: &[u8]) -> io::Result<Vec<u8>> {
+        Ok([&serde_json::to_vec(&self)?, &b"\n"[..], found].concat())
     }
 
-    fn from_bytes(bytes: [u8; Self::BYTES]) -> Option<Self> {
-        let [kind, a, b, c, d, index @ ..] = bytes;
-        let kind = [UnitKind::Light, UnitKind::Captor].into_iter().find(|k| *k as u8 == kind)?;
-        let part = u32::from_le_bytes([a, b, c, d]);
-        Some(Self { part, kind, index: u64::from_le_bytes(index) })
+    /// Returns the unit of a record, and what was found of it.
+    fn of(record: &[u8]) -> Option<(Self, &[u8])> {
+        let end = record.iter().position(|byte| *byte == b'\n')?;
+        Some((serde_json::from_slice(&record[..end]).ok()?, &record[end + 1..]))
     }
 }
 
@@ -93,8 +88,9 @@ pub struct YearWork {
     path: PathBuf,
     /// The year that it belongs to.
     pub head: WorkHead,
+    /// The place of a checkpoint, without links.
+    place: Option<PathBuf>,
     open: Mutex<Open>,
-    held: Option<HeldFile>,
 }
 
 #[derive(Debug)]
@@ -102,6 +98,8 @@ struct Open {
     writer: WorkWriter<File>,
     /// Where in the file is what was found of each unit.
     known: BTreeMap<Unit, Range<u64>>,
+    /// The hold on a checkpoint.
+    held: Option<HeldFile>,
 }
 
 impl YearWork {
@@ -110,14 +108,15 @@ impl YearWork {
     pub fn checkpoint(path: &Path, head: WorkHead) -> Result<Self> {
         let failed = |e: io::Error| unread(path, &e);
         let begun = WorkWriter::begin(Vec::new(), &head).map_err(failed)?.writer;
-        let (held, _) = HeldFile::open(path, &begun)?;
+        let held = HeldFile::open(path, &begun)?;
         let file = held.file.try_clone().map_err(failed)?;
         let reader = WorkReader::checkpoint(path, Work::Year, file)?;
         let remedy = "name another file, or remove this one, and the work begins anew";
         head.check(path, &reader.head, remedy)?;
-        let (open, _) = Open::read(reader)?;
+        let place = Some(held.place.clone());
+        let (open, _) = Open::read(reader, Some(held))?;
         open.writer.writer.set_len(open.writer.length).map_err(failed)?;
-        Ok(Self { path: path.into(), head, open: Mutex::new(open), held: Some(held) })
+        Ok(Self { path: path.into(), head, place, open: Mutex::new(open) })
     }
 
     /// Begins a file without a name in `folder`, which is gone in the end in any case.
@@ -125,8 +124,8 @@ impl YearWork {
         let begun = tempfile::tempfile_in(folder).and_then(|file| WorkWriter::begin(file, &head));
         let writer =
             begun.map_err(|e| Error::run(folder.display(), format!("cannot be written: {e}")))?;
-        let open = Open { writer, known: BTreeMap::new() };
-        Ok(Self { path: folder.into(), head, open: Mutex::new(open), held: None })
+        let open = Open { writer, known: BTreeMap::new(), held: None };
+        Ok(Self { path: folder.into(), head, place: None, open: Mutex::new(open) })
     }
 
     /// Opens a shard that is complete, and returns which one it is. Errors: it cannot be read, is no
@@ -134,8 +133,8 @@ impl YearWork {
     pub fn shard(path: &Path) -> Result<(Self, Shard)> {
         let reader = WorkReader::shard(path, Work::Year)?;
         let (head, shard, spoiled) = (reader.head.clone(), reader.shard, reader.spoiled());
-        let (open, complete) = Open::read(reader)?;
-        let own = Self { path: path.into(), head, open: Mutex::new(open), held: None };
+        let (open, complete) = Open::read(reader, None)?;
+        let own = Self { path: path.into(), head, place: None, open: Mutex::new(open) };
         if complete { Ok((own, shard)) } else { Err(spoiled) }
     }
 
@@ -146,7 +145,7 @@ impl YearWork {
 
     /// Returns the place of a checkpoint, without links.
     pub fn place(&self) -> Option<&Path> {
-        self.held.as_ref().map(|held| held.place.as_path())
+        self.place.as_deref()
     }
 
     /// Refuses the shard of another year than that of `head`.
@@ -155,51 +154,40 @@ impl YearWork {
         head.check(&self.path, &self.head, remedy)
     }
 
-    /// Returns how many units are done.
-    pub fn done(&self) -> usize {
-        lock(&self.open).known.len()
-    }
-
     /// Returns what was found of a unit; `None` if it is not done. Error: the file cannot be read.
     pub fn get(&self, unit: Unit) -> Result<Option<Vec<u8>>> {
-        let Open { writer, known } = &mut *lock(&self.open);
+        let Open { writer, known, .. } = &mut *lock(&self.open);
         let Some(part) = known.get(&unit) else { return Ok(None) };
         writer.read(part.clone()).map(Some).map_err(|e| unread(&self.path, &e))
     }
 
     /// Adds what was found of a unit. Error: the file cannot be written.
     pub fn put(&self, unit: Unit, content: &[u8]) -> Result<()> {
-        let Open { writer, known } = &mut *lock(&self.open);
-        writer.put(&[&unit.bytes(), content].concat()).map_err(|e| {
+        let Open { writer, known, held } = &mut *lock(&self.open);
+        unit.record(content).and_then(|record| writer.put(&record)).map_err(|e| {
             let problem = format!("cannot be written: {e}");
             Error::run(self.path.display(), problem)
                 .remedy("make room there; with --checkpoint the same command goes on")
         })?;
         known.insert(unit, writer.length - content.len() as u64..writer.length);
+        held.iter_mut().for_each(|held| held.kept = true);
         Ok(())
     }
 
     /// Writes all that is done as this shard, in the order of the units.
     pub fn write_shard(&self, shard: Shard, writer: &mut dyn Write) -> io::Result<()> {
         let mut shard = WorkWriter::begin(writer, &self.head.of_shard(shard))?;
-        let Open { writer, known } = &mut *lock(&self.open);
+        let Open { writer, known, .. } = &mut *lock(&self.open);
         for (unit, part) in known {
-            shard.put(&[&unit.bytes()[..], &writer.read(part.clone())?].concat())?;
+            shard.put(&unit.record(&writer.read(part.clone())?)?)?;
         }
         shard.end().map(drop)
     }
 
     /// Removes a checkpoint, once the tables are written.
     pub fn remove(&self) {
-        self.held.iter().for_each(HeldFile::remove);
-    }
-}
-
-impl Drop for YearWork {
-    /// Removes a checkpoint that holds nothing.
-    fn drop(&mut self) {
-        if self.done() == 0 {
-            self.remove();
+        if let Some(held) = lock(&self.open).held.take() {
+            held.remove();
         }
     }
 }
@@ -207,17 +195,17 @@ impl Drop for YearWork {
 impl Open {
     /// Finds the records of a file up to the first that is not whole. Returns whether the file ends
     /// as a shard does.
-    fn read(mut reader: WorkReader) -> Result<(Self, bool)> {
+    fn read(mut reader: WorkReader, mut held: Option<HeldFile>) -> Result<(Self, bool)> {
         let mut known = BTreeMap::new();
         let complete = loop {
             let Some(content) = reader.next()? else { break false };
-            let Some((unit, found)) = content.split_first_chunk() else { break content.is_empty() };
-            let Some(unit) = Unit::from_bytes(*unit) else { break false };
+            let Some((unit, found)) = Unit::of(&content) else { break content.is_empty() };
             known.insert(unit, reader.length - found.len() as u64..reader.length);
         };
+        held.iter_mut().for_each(|held| held.kept = !known.is_empty());
         let path = reader.path.clone();
         let writer = reader.writer().map_err(|e| unread(&path, &e))?;
-        Ok((Self { writer, known }, complete))
+        Ok((Self { writer, known, held }, complete))
     }
 }
 
@@ -243,6 +231,10 @@ mod tests {
         Unit { part: 3, kind: UnitKind::Captor, index }
     }
 
+    fn done(file: &YearWork) -> usize {
+        lock(&file.open).known.len()
+    }
+
     #[test]
     fn what_is_whole_is_kept() {
         let folder = tempfile::tempdir().unwrap();
@@ -259,7 +251,7 @@ mod tests {
         let whole = fs::read(&path).unwrap();
         fs::write(&path, &whole[..whole.len() - 1]).unwrap();
         let checkpoint = YearWork::checkpoint(&path, head(9)).unwrap();
-        assert_eq!((checkpoint.done(), checkpoint.get(unit(1)).unwrap()), (1, None));
+        assert_eq!((done(&checkpoint), checkpoint.get(unit(1)).unwrap()), (1, None));
         checkpoint.put(unit(2), b"two").unwrap();
         let get = |file: &YearWork, index| file.get(unit(index)).unwrap();
         assert_eq!(get(&checkpoint, 7), Some(b"seven".to_vec()));
@@ -269,13 +261,13 @@ mod tests {
         let place = folder.path().join("s");
         fs::write(&place, &bytes).unwrap();
         let (shard, which) = YearWork::shard(&place).unwrap();
-        assert_eq!((shard.done(), which.to_string()), (2, "2/3".into()));
+        assert_eq!((done(&shard), which.to_string()), (2, "2/3".into()));
         assert_eq!(get(&shard, 2), Some(b"two".to_vec()));
         assert!(shard.check(&head(9)).is_ok());
         assert!(WorkReader::shard(&place, Work::Run).is_err());
         drop((checkpoint, shard));
         let again = YearWork::checkpoint(&path, head(9)).unwrap();
-        assert_eq!(again.done(), 2);
+        assert_eq!(done(&again), 2);
         again.remove();
         assert!(!path.exists());
         // a checkpoint without anything does not stay
