@@ -1,7 +1,10 @@
 //! The one error type of the crate, [`Error`]: where the problem is, what it is, and what to do
 //! about it. The checks and texts that many error messages share are here too.
 
-use std::fmt;
+use std::{
+    fmt,
+    sync::{Mutex, MutexGuard, PoisonError},
+};
 
 /// Whose fault an error is. It decides the exit code of the command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,6 +193,17 @@ pub fn catch_panic<T>(place: &str, work: impl FnOnce() -> Result<T>) -> Result<T
         Err(Error::run(place, format!("it broke off by a fault in the program{why}"))
             .remedy("nothing was found; please report this"))
     })
+}
+
+/// Locks a mutex. What a thread that panicked has left there is taken as it is: the panic itself is
+/// reported elsewhere.
+pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Returns what is in a mutex, as [`lock`] does.
+pub(crate) fn unlocked<T>(mutex: Mutex<T>) -> T {
+    mutex.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Shows text that may come from a file on one line: control characters are escaped, and the text

@@ -158,6 +158,9 @@ fn what_is_of_another_run_or_damaged_is_refused() {
     let changed = String::from_utf8_lossy(&kept).replacen("\"sum\":", "\"sum\":1", 1);
     fs::write(scene.path("kept"), changed).expect("written");
     refuses(&["--photons", "1e9"], "kept: was cut short or changed since it was written");
+    let before = r#"{"phylux_checkpoint":7,"phylux":"0.1.0","scene_hash":"ab","settings":{}}"#;
+    fs::write(scene.path("kept"), before).expect("written");
+    refuses(&["--photons", "1e9"], "kept: was written by a phylux with other random numbers");
     fs::write(scene.path("kept"), "{}").expect("written");
     refuses(&["--photons", "1e9"], "kept: is no checkpoint of a run");
 }

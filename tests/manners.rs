@@ -66,7 +66,7 @@ fn results_go_to_the_standard_output_and_words_beside_it() {
     let picture = ends(&folder, 0, &[&["render", "scene.json"], &small[..]].concat()).stdout;
     assert_eq!(&picture[1..4], b"PNG");
     let part = ends(&folder, 0, &["run", "scene.json", "--shard", "1/1", "-o", "-"]).stdout;
-    assert!(text(&part).starts_with("{\"phylux_part\":\"1/1\""));
+    assert!(text(&part).starts_with("{\"phylux_work\":\"run\",\"share\":\"1/1\""));
 }
 
 #[test]

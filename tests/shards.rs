@@ -86,9 +86,15 @@ fn what_does_not_belong_together_is_refused() {
     fs::write(folder.path("cut.json"), &shard[..shard.len() - 100]).expect("a file");
     fs::write(folder.path("old.json"), shard.replacen("\"phylux\":\"0.", "\"phylux\":\"9.", 1))
         .expect("a file");
-    let before = shard.replacen("\"format\":7,", "", 1);
+    let before = shard.replacen("\"format\":8,", "", 1);
     assert_ne!(before, shard);
     fs::write(folder.path("before.json"), before).expect("a file");
+    let earlier = r#"{"phylux_part":"1/1","format":7,"phylux":"0.1.0","scene":"scene.json"}"#;
+    fs::write(folder.path("earlier.json"), earlier).expect("a file");
+    let kept = shard.replacen("\"share\":\"2/3\"", "\"share\":\"checkpoint\"", 1);
+    fs::write(folder.path("kept.json"), kept).expect("a file");
+    let year = shard.replacen("\"phylux_work\":\"run\"", "\"phylux_work\":\"year\"", 1);
+    fs::write(folder.path("year.json"), year).expect("a file");
     let spoiled = shard.replacen("\"segments\":", "\"segments\":1", 1);
     fs::write(folder.path("spoiled.json"), spoiled).expect("a file");
     for (name, more) in [("more.json", "x"), ("blank.json", "\n"), ("twice.json", &*shard)] {
@@ -140,6 +146,22 @@ fn what_does_not_belong_together_is_refused() {
         (
             "merge p1.json before.json p3.json -o m.json",
             "before.json: was written by a phylux with other random numbers and counts; trace",
+        ),
+        (
+            "merge earlier.json -o m.json",
+            "earlier.json: was written by a phylux with other random numbers and counts; trace",
+        ),
+        (
+            "merge p1.json kept.json p3.json -o m.json",
+            "kept.json: is no shard of a run: it is a checkpoint of a run; name files",
+        ),
+        (
+            "merge p1.json year.json -o m",
+            "p1.json: is no shard of a year: it is a shard of a run; name files",
+        ),
+        (
+            "run scene.json --photons 5000 --checkpoint p1.json -o m.json",
+            "p1.json: is no checkpoint of a run: it is a shard of a run; name a file",
         ),
         (
             "merge p1.json old.json p3.json -o m.json",

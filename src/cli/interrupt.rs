@@ -7,7 +7,7 @@ use std::{
     path::Path,
     process,
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicBool, Ordering},
     },
     thread::sleep,
@@ -18,7 +18,7 @@ use cpu_time::ProcessTime;
 
 use super::terminal;
 use crate::{
-    error::{Error, NOTHING_WRITTEN, Result},
+    error::{Error, NOTHING_WRITTEN, Result, lock},
     formats::{
         output::{OutputFile, Temporary},
         result_file::OutputFolder,
@@ -75,7 +75,7 @@ impl Interrupt {
         let (flag, current) = (stop.clone(), phase.clone());
         ctrlc::set_handler(move || {
             let again = flag.swap(true, Ordering::Relaxed);
-            let phase = || current.lock().unwrap_or_else(PoisonError::into_inner);
+            let phase = || lock(&current);
             let is_late = |phase: &Phase| phase.listening && phase.late.is_some();
             if again || !phase().listening {
                 phase().end();
@@ -144,7 +144,7 @@ impl Interrupt {
     }
 
     fn change<T>(&self, change: impl FnOnce(&mut Phase) -> T) -> T {
-        change(&mut self.phase.lock().unwrap_or_else(PoisonError::into_inner))
+        change(&mut lock(&self.phase))
     }
 }
 

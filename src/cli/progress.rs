@@ -3,14 +3,14 @@
 
 use std::{
     io::{self, IsTerminal},
-    sync::{Mutex, PoisonError},
+    sync::Mutex,
     time::{Duration, Instant},
 };
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, TermLike};
 
 use super::terminal;
-use crate::transport::simulate::Progress;
+use crate::{error::lock, transport::simulate::Progress};
 
 /// Time before the first line where there is no terminal, and between two lines.
 const FIRST: Duration = Duration::from_secs(2);
@@ -101,7 +101,7 @@ impl<W: Fn(&str) + Send + Sync> TermLike for Lines<W> {
         self.write_str(line)
     }
     fn write_str(&self, text: &str) -> io::Result<()> {
-        let mut due = self.due.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut due = lock(&self.due);
         if !text.trim().is_empty() && Instant::now() >= *due {
             *due = Instant::now() + self.every;
             (self.write)(text.trim_end());

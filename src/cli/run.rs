@@ -21,10 +21,10 @@ use super::{
 use crate::{
     error::{Error, ErrorKind, NOTHING_WRITTEN, Result, percent},
     formats::{
-        checkpoint_file::Checkpoint,
         output::{FilesRead, OutputFile},
+        run_work::{Checkpoint, KeptSettings, write_shard},
         scene_file::{self, LoadedScene},
-        shard_file::{self, ShardHead, ShardSettings, write_shard},
+        work_file::{Work, WorkHead},
     },
     results::result::{RunResult, ToleranceResult, WorstResult},
     scene::world::Scene,
@@ -249,14 +249,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         let quiet = Control { stop: interrupt.stop(), progress: &|_| {} };
         check_shardable(&settings)?;
         let plan = Plan::make(&scene, &settings, &quiet)?;
-        let head = ShardHead {
-            phylux_part: shard.to_string(),
-            format: shard_file::FORMAT,
-            phylux: shard_file::VERSION.into(),
-            scene: arguments.scene.display().to_string(),
-            inputs: digest,
-            settings: ShardSettings::new(&plan.settings, plan.choice.as_ref()),
-        };
+        let kept = KeptSettings::new(&plan.settings, plan.choice.as_ref());
+        let head = WorkHead::new(Work::Run, arguments.scene.display().to_string(), digest, &kept);
+        let head = head.of_shard(shard);
         let write = |shard_sums| {
             interrupt.writing();
             outputs.write_shard(&read, |writer| write_shard(&head, shard_sums, writer))
@@ -349,7 +344,7 @@ fn kept(
     let resumed = checkpoint.open()?;
     let path = checkpoint.path().display();
     let written = AtomicBool::new(resumed.is_some());
-    let save = |state: &RunState, arrivals: KeptArrivals| match checkpoint.write(state, arrivals) {
+    let save = |state: RunState, arrivals: KeptArrivals| match checkpoint.write(state, arrivals) {
         Ok(()) => written.store(true, Ordering::Relaxed),
         Err(e) => {
             terminal::warn(&[format!("{path}: cannot be written, so the run goes on alone: {e}")])

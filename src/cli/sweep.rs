@@ -20,7 +20,12 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    formats::{output::FilesRead, result_file::write_json, sweep_file::Sweep, year_work::WorkFile},
+    formats::{
+        output::FilesRead,
+        result_file::write_json,
+        sweep_file::Sweep,
+        work_file::{Work, WorkReader},
+    },
     show::plot::PlotStyle,
     studies::{
         check::check_meshes,
@@ -109,7 +114,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
 pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
     let style = arguments.plots.style();
-    if arguments.shards.iter().any(|shard| WorkFile::is_shard(shard)) {
+    if arguments.shards.iter().any(|shard| WorkReader::shard(shard, Work::Year).is_ok()) {
         return year::merge(
             &arguments.shards,
             arguments.scene.as_deref(),

@@ -25,7 +25,7 @@ use crate::{
     formats::{
         output::{FilesRead, Temporary, folder_of},
         scene_file::{LoadedScene, SkyDivision},
-        year_work::{TableSettings, WorkFile},
+        year_work::{TableSettings, YearWork},
     },
     scene::captor::Channel,
     show::plot::PlotStyle,
@@ -158,7 +158,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             let mut ready = asked.load(places)?;
             let kept = match checkpoint {
                 None => None,
-                Some(path) => Some(WorkFile::checkpoint(path, asked.head(&ready)?)?),
+                Some(path) => Some(YearWork::checkpoint(path, asked.head(&ready)?)?),
             };
             find(&asked, &mut ready, tables, places, (&[], kept.as_ref()), &interrupt)
         }),
@@ -174,7 +174,7 @@ pub(super) fn merge(
 ) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let shards = YearShards::open(shards)?;
-    let asked = Asked::of_shards(&shards.head, scene, plots);
+    let asked = Asked::of_shards(&shards, scene, plots);
     for path in [Some(&asked.scene), asked.control.as_ref()].into_iter().flatten() {
         if !path.is_file() {
             let problem = "a file that the shards were traced with is not there";
@@ -240,7 +240,7 @@ fn watched<T>(
     asked: &Asked,
     ready: &Ready,
     scratch: &Path,
-    (done, now): (&[WorkFile], Option<&WorkFile>),
+    (done, now): (&[YearWork], Option<&YearWork>),
     interrupt: &Interrupt,
     work: impl FnOnce(&YearOptions, &Control, &ProgressBar) -> Result<T>,
 ) -> Result<T> {
@@ -281,13 +281,13 @@ fn find(
     ready: &mut Ready,
     mut tables: YearTables,
     places: &mut Vec<PathBuf>,
-    kept: (&[WorkFile], Option<&WorkFile>),
+    kept: (&[YearWork], Option<&YearWork>),
     interrupt: &Interrupt,
 ) -> Result<()> {
     let scratch = tables.folder().to_path_buf();
     let shards: Vec<PathBuf> = kept.0.iter().map(|file| file.path().to_path_buf()).collect();
     ready.read = FilesRead::new(ready.scenes.files.iter().chain(&shards));
-    places.extend(kept.1.and_then(WorkFile::place).map(Path::to_path_buf));
+    places.extend(kept.1.and_then(YearWork::place).map(Path::to_path_buf));
     let loaded = &ready.scenes.scenes[0].loaded;
     let mut file = |path: &Path| {
         let file = interrupt.file(path)?;
@@ -342,8 +342,8 @@ fn trace_shard(
     let head = asked.head(&ready)?;
     let scratch = file.place().map_or_else(std::env::temp_dir, folder_of);
     let kept = match checkpoint {
-        None => WorkFile::temporary(&scratch, head)?,
-        Some(path) => WorkFile::checkpoint(path, head)?,
+        None => YearWork::temporary(&scratch, head)?,
+        Some(path) => YearWork::checkpoint(path, head)?,
     };
     places.extend(kept.place().map(Path::to_path_buf));
     check_places(&places, &ready.read)?;

@@ -16,19 +16,21 @@ use crate::{
     },
 };
 
-/// A file with the lock of this process.
+/// A file with the lock of this process. It is removed in the end unless something is kept in it.
 #[derive(Debug)]
 pub struct HeldFile {
     /// The file, open to read and to write.
     pub file: File,
     /// Its path without links.
     pub place: PathBuf,
+    /// Whether something is kept in it.
+    pub kept: bool,
 }
 
 impl HeldFile {
-    /// Opens the file at `path`, or begins one that holds `content`. Returns it and whether it is
-    /// new. Errors: another process is at work on it; it cannot be written.
-    pub fn open(path: &Path, content: &[u8]) -> Result<(Self, bool)> {
+    /// Opens the file at `path`, or begins one that holds `content`. What was there is kept. Errors:
+    /// another process is at work on it; it cannot be written.
+    pub fn open(path: &Path, content: &[u8]) -> Result<Self> {
         let unwritable = |why: &dyn Display| {
             let problem = format!("cannot be written: {why}");
             Error::input(path.display(), problem).remedy("write elsewhere")
@@ -41,10 +43,10 @@ impl HeldFile {
             return Err(unwritable(&"it is not a file"));
         }
         remove_leftovers(&folder_of(&place));
-        let (file, new) = loop {
+        let (file, kept) = loop {
             match File::options().read(true).write(true).open(&place) {
                 // the file may go away or be replaced between the two steps
-                Ok(file) if is_held(&file, &place) => break (file, false),
+                Ok(file) if is_held(&file, &place) => break (file, true),
                 Ok(file) if is_at(&file, &place) => {
                     return Err(Error::run(
                         path.display(),
@@ -56,18 +58,25 @@ impl HeldFile {
                 Err(e) if e.kind() == io::ErrorKind::NotFound => {
                     let begun = begin(&place, content).map_err(|e| unwritable(&e.kind()))?;
                     if let Some(file) = begun {
-                        break (file, true);
+                        break (file, false);
                     }
                 }
                 Err(e) => return Err(unwritable(&e.kind())),
             }
         };
-        Ok((Self { file, place }, new))
+        Ok(Self { file, place, kept })
     }
 
-    /// Removes the file, unless somebody has put another one in its place.
-    pub fn remove(&self) {
-        if is_at(&self.file, &self.place) {
+    /// Removes the file.
+    pub fn remove(mut self) {
+        self.kept = false;
+    }
+}
+
+impl Drop for HeldFile {
+    /// Removes a file in which nothing is kept, unless somebody has put another one in its place.
+    fn drop(&mut self) {
+        if !self.kept && is_at(&self.file, &self.place) {
             let _ = fs::remove_file(&self.place);
         }
     }

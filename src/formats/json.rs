@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 
 use crate::{
     error::{Error, Result, nearest, percent},
-    math::machine::memory_left,
+    math::machine::{gib, memory_left},
 };
 
 /// The length of the longest JSON file that is read, bytes.
@@ -61,16 +61,18 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<Value> {
 /// Refuses a text of results whose numbers would not fit into the memory that is left. The error is
 /// the problem alone, without the place.
 pub fn check_memory(text: &[u8]) -> std::result::Result<(), String> {
-    let (needed, left) = (Counts::of(text).result_bytes() as u64, memory_left());
+    check_left(Counts::of(text).result_bytes() as u64)
+}
+
+/// Refuses content that takes so many bytes, if less memory is left. The error is the problem alone,
+/// without the place.
+pub fn check_left(needed: u64) -> std::result::Result<(), String> {
+    let left = memory_left();
     if needed <= left {
         return Ok(());
     }
-    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
-    Err(format!(
-        "what is in it takes {:.1} GiB of memory, of {:.1} that are left",
-        gib(needed),
-        gib(left)
-    ))
+    let (needed, left) = (gib(needed), gib(left));
+    Err(format!("what is in it takes {needed:.1} GiB of memory, of {left:.1} that are left"))
 }
 
 /// The number of values of each kind in a JSON text, counted without parsing it.

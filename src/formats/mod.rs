@@ -5,7 +5,8 @@
 //! files that a scene names (`mesh_file`, `obj`, `captor_csv`, `instance_csv`, [`weather`], `environment_map`,
 //! `photometry`, `scatter_table`, `spectrum_file`, `rad`, pictures of `mask`), sweeps
 //! (`sweep_file`), results
-//! (`result_file`), shards and checkpoints of a run (`shard_file`, `checkpoint_file`), tables
+//! (`result_file`), shards and checkpoints (`work_file`) of runs (`run_work`) and of years
+//! (`year_work`), tables
 //! of hours (`year_table`), controls of lamps (`control_file`), readings and calibrations
 //! (`measured_csv`, `calibration_file`). `json`, `csv_table`, `csv_text`, [`iso8601`] and `xml`
 //! serve several of them.
@@ -16,7 +17,6 @@
 
 pub(crate) mod calibration_file;
 pub(crate) mod captor_csv;
-pub(crate) mod checkpoint_file;
 pub(crate) mod control_file;
 pub(crate) mod csv_table;
 pub(crate) mod csv_text;
@@ -34,15 +34,16 @@ pub(crate) mod output;
 pub(crate) mod photometry;
 pub(crate) mod rad;
 pub(crate) mod result_file;
+pub(crate) mod run_work;
 pub(crate) mod scatter_table;
 pub(crate) mod scene_file;
-pub(crate) mod shard_file;
 pub(crate) mod spectrum_file;
 #[cfg(test)]
 pub(crate) mod spoil;
 pub(crate) mod sweep_file;
 pub(crate) mod unfinished;
 pub mod weather;
+pub(crate) mod work_file;
 pub(crate) mod written;
 pub(crate) mod xml;
 pub(crate) mod year_table;

@@ -21,7 +21,7 @@ use crate::error::{Error, LISTED, Result, some};
 use crate::formats::input::quoted;
 use crate::math::{
     geometry::{is_bent, is_tangled, triangulate},
-    machine::memory_left,
+    machine::{gib, memory_left},
 };
 use lines::{Lines, decode};
 use scan::Scan;
@@ -73,7 +73,6 @@ impl ObjFile {
         let needed = PARSING * bytes.len() as u64;
         let left = if needed < SMALL { SMALL } else { memory_left() };
         if needed > left {
-            let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
             let problem = format!(
                 "takes {:.1} GiB of memory to read, of {:.1} that are left",
                 gib(needed),

@@ -7,13 +7,13 @@ use std::{
     fs::{self, File},
     io::{self, Write},
     path::{Component, Path, PathBuf},
-    sync::{Mutex, PoisonError},
+    sync::Mutex,
 };
 
 use sha2::{Digest, Sha256};
 
 use crate::{
-    error::{Error, Result},
+    error::{Error, Result, lock},
     formats::{
         input::{hex, read_bytes},
         json,
@@ -66,7 +66,7 @@ impl Written {
     /// version has no record. If `all` runs are done there, its tables can be made anew at once, so
     /// they stay and must then be the same.
     pub fn clear(&self, needed: &[String], all: bool) -> Result<()> {
-        let mut hashes = self.lock();
+        let mut hashes = lock(&self.hashes);
         let there = |name: &String| fs::symlink_metadata(self.folder.join(name)).is_ok();
         let known = hashes.iter().filter(|(name, _)| there(name));
         let (own, changed): (Vec<_>, Vec<_>) =
@@ -109,7 +109,7 @@ impl Written {
     /// Checks that the files `needed` may be written. Error: there is a file that is not of the
     /// record, or has changed since.
     pub fn check(&self, needed: &[String]) -> Result<()> {
-        let hashes = self.lock();
+        let hashes = lock(&self.hashes);
         let is_foreign = |name: &&String| {
             let own = || hashes.get(*name).is_some_and(|hashes| self.is_own(name, hashes));
             fs::symlink_metadata(self.folder.join(name)).is_ok() && !own()
@@ -123,7 +123,7 @@ impl Written {
     pub fn put(&self, files: Vec<CompleteOwn>) -> Result<()> {
         let names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
         self.check(&names)?;
-        let old = self.lock().clone();
+        let old = lock(&self.hashes).clone();
         let mut both = old.clone();
         for CompleteOwn { name, hash, .. } in &files {
             both.entry(name.clone())
@@ -153,7 +153,7 @@ impl Written {
     fn record(&self, new: BTreeMap<String, String>) -> Result<()> {
         let file = OutputFile::of_sweep(&self.folder.join(self.record))?;
         file.write(&FilesRead::default(), |writer| write_lines(&new, writer))?;
-        *self.lock() = new;
+        *lock(&self.hashes) = new;
         Ok(())
     }
 
@@ -168,7 +168,7 @@ impl Written {
         if there && self.hash(name).as_ref() != Some(&hash) {
             return Err(self.foreign(name));
         }
-        let mut hashes = self.lock();
+        let mut hashes = lock(&self.hashes);
         hashes.insert(name.into(), hash);
         let file = OutputFile::of_sweep(&self.folder.join(self.record))?;
         file.write(&FilesRead::default(), |writer| write_lines(&*hashes, writer))
@@ -185,10 +185,6 @@ impl Written {
 
     fn foreign(&self, name: &str) -> Error {
         Error::input(self.folder.join(name).display(), NOT_OURS).remedy(self.remedy)
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, String>> {
-        self.hashes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -294,7 +290,7 @@ mod tests {
             match Written::read(&folder, "w.json", "move it away") {
                 Err(error) => check_error(&error, &folder.join("w.json")),
                 Ok(written) => {
-                    let said = written.lock().clone();
+                    let said = lock(&written.hashes).clone();
                     let cleared = written.clear(&OWN.map(String::from), all);
                     for name in OWN {
                         assert!(folder.join(name).exists() || said.contains_key(name));

@@ -33,6 +33,11 @@ pub fn memory_left() -> u64 {
     left
 }
 
+/// Returns bytes in GiB.
+pub fn gib(bytes: u64) -> f64 {
+    bytes as f64 / f64::from(1 << 30)
+}
+
 /// Returns the bytes that are left on the disk with `folder`, as far as the system tells.
 pub fn disk_left(folder: &Path) -> u64 {
     #[cfg(unix)]

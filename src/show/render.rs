@@ -291,7 +291,7 @@ pub fn check_size(viewpoint: &Viewpoint, bands: usize) -> Result<()> {
     }
     let problem = format!(
         "{width} x {height} pixels of {bands} bands would take {:.0} GiB",
-        bytes as f64 / f64::from(1 << 30)
+        machine::gib(bytes as u64)
     );
     Err(Error::input("picture", problem).remedy("ask for a smaller one"))
 }

@@ -230,13 +230,12 @@ fn check_memory(
     if bytes <= left && on_tiles <= MOST_BYTES {
         return Ok(());
     }
-    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
     let problem = format!(
         "the light on {surfaces} pieces of surfaces and {} captors, in {bands} bands, takes {:.1} GiB of memory, of \
         {:.1} that it may",
         scene.captors.len(),
-        gib(if on_tiles > MOST_BYTES { on_tiles } else { bytes }),
-        gib(if on_tiles > MOST_BYTES { MOST_BYTES } else { left })
+        machine::gib(if on_tiles > MOST_BYTES { on_tiles } else { bytes }),
+        machine::gib(if on_tiles > MOST_BYTES { MOST_BYTES } else { left })
     );
     let remedy = "take fewer bands, triangles or captors, or store fewer photons (`map_photons` in the settings)";
     Err(Error::input("scene", problem).remedy(remedy))

@@ -9,8 +9,9 @@ use std::{
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result, some},
     formats::{
+        run_work::{KeptSettings, RunRecord},
         scene_file::{LoadedScene, load_with_digest},
-        shard_file::{FORMAT, Line, ShardHead, ShardReader, VERSION},
+        work_file::{FORMAT, OTHER_FORMAT, VERSION, Work, WorkHead, WorkReader},
     },
     results::result::RunResult,
     scene::world::Scene,
@@ -31,7 +32,7 @@ pub fn join(shards: &[PathBuf], scene: Option<&Path>, control: &Control) -> Resu
 /// All shards of one run, with its scene.
 pub struct Shards {
     /// Readers of the shards, in order.
-    readers: Vec<ShardReader>,
+    readers: Vec<WorkReader>,
     scene: Scene,
     settings: Settings,
     choice: Option<Choice>,
@@ -43,22 +44,24 @@ impl Shards {
     /// Opens the files `shards`, and loads the scene from `scene` or, without one, from where the
     /// shards say.
     pub fn open(shards: &[PathBuf], scene: Option<&Path>) -> Result<Self> {
-        let mut readers =
-            shards.iter().map(|path| ShardReader::open(path)).collect::<Result<Vec<_>>>()?;
+        let readers = shards.iter().map(|path| WorkReader::shard(path, Work::Run));
+        let mut readers = readers.collect::<Result<Vec<_>>>()?;
         let Some(first) = readers.first() else {
             return Err(Error::input("merge", "no files").remedy("name those of all shards"));
         };
         check_version(first)?;
         readers[1..].iter().try_for_each(|reader| check_same(first, reader))?;
         readers[1..].iter().try_for_each(check_version)?;
-        let (head, of, place) = (first.head.clone(), first.shard.of(), first.path().to_path_buf());
+        let (head, of, place) = (first.head.clone(), first.shard.of(), first.path.clone());
         readers.sort_by_key(|reader| reader.shard.index());
-        let all: Vec<(Shard, &Path)> = readers.iter().map(|r| (r.shard, r.path())).collect();
+        let all: Vec<(Shard, &Path)> = readers.iter().map(|r| (r.shard, &*r.path)).collect();
         check_complete(&all, of)?;
-        let choice = head.settings.choice();
-        let (loaded, settings) = scene_of(&head, &place, scene)?;
+        let kept: KeptSettings = head.settings(&place)?;
+        let loaded = scene_of(&head, scene)?;
+        let settings =
+            kept.settings(loaded.settings.threads).ok_or_else(|| head.no_settings(&place))?;
         let files = shards.iter().chain(&loaded.files).cloned().collect();
-        Ok(Self { readers, scene: loaded.scene, settings, choice, files })
+        Ok(Self { readers, scene: loaded.scene, settings, choice: kept.choice(), files })
     }
 
     /// Adds up the shards.
@@ -72,47 +75,48 @@ impl Shards {
                 if control.stop.load(Ordering::Relaxed) {
                     return Err(Error::interrupted("merge", NOTHING_WRITTEN));
                 }
-                let fits = match reader.next()? {
-                    Line::Batch { index, sums } => {
+                let fits = match RunRecord::next(reader)? {
+                    Some(RunRecord::Batch { index, sums }) => {
                         batches += 1;
                         (control.progress)(Progress { photons: batches, of: None, worst: None });
                         (left.next() == Some(index))
                             .then(|| joined.add_batch(index, *sums))
                             .flatten()
                     }
-                    Line::TaskArrivals { key, words } => joined.add_task(key, &words),
-                    Line::Full { key } => {
+                    Some(RunRecord::Arrivals { key, words }) => joined.add_task(key, &words),
+                    Some(RunRecord::Full { key }) => {
                         joined.end_at(key);
                         Some(())
                     }
-                    Line::End { .. } => {
-                        if left.next().is_some() {
-                            return Err(reader.does_not_fit());
-                        }
-                        break;
-                    }
+                    Some(RunRecord::State(_)) => None,
+                    None if left.next().is_none() => break,
+                    None => None,
                 };
-                fits.ok_or_else(|| reader.does_not_fit())?;
+                fits.ok_or_else(|| {
+                    let problem = "does not fit its own scene and settings";
+                    Error::input(reader.path.display(), problem).remedy("trace this shard again")
+                })?;
             }
         }
         Ok(RunResult::new(&scene, &settings, &joined.finish()?))
     }
 }
 
-fn check_version(reader: &ShardReader) -> Result<()> {
-    let ShardHead { phylux, format, .. } = &reader.head;
+fn check_version(reader: &WorkReader) -> Result<()> {
+    let WorkHead { phylux, format, .. } = &reader.head;
     if phylux == VERSION {
         if *format == FORMAT {
             return Ok(());
         }
-        let problem = "was written by a phylux with other random numbers and counts";
-        return Err(Error::input(reader.path().display(), problem).remedy("trace this shard again"));
+        return Err(
+            Error::input(reader.path.display(), OTHER_FORMAT).remedy("trace this shard again")
+        );
     }
     let problem = format!("is of phylux {phylux}, this is {VERSION}");
-    Err(Error::input(reader.path().display(), problem).remedy("merge with the version that ran"))
+    Err(Error::input(reader.path.display(), problem).remedy("merge with the version that ran"))
 }
 
-fn check_same(first: &ShardReader, reader: &ShardReader) -> Result<()> {
+fn check_same(first: &WorkReader, reader: &WorkReader) -> Result<()> {
     let (a, b) = (&first.head, &reader.head);
     let what = match () {
         () if a.phylux != b.phylux => "another version of phylux",
@@ -121,8 +125,8 @@ fn check_same(first: &ShardReader, reader: &ShardReader) -> Result<()> {
         () if first.shard.of() != reader.shard.of() => "another number of shards",
         () => return Ok(()),
     };
-    let problem = format!("is of {what} than {}", first.path().display());
-    Err(Error::input(reader.path().display(), problem).remedy("merge the shards of one run"))
+    let problem = format!("is of {what} than {}", first.path.display());
+    Err(Error::input(reader.path.display(), problem).remedy("merge the shards of one run"))
 }
 
 /// Checks that the sorted shards are complete and that each is there once.
@@ -147,13 +151,8 @@ pub(super) fn check_complete(shards: &[(Shard, &Path)], of: usize) -> Result<()>
     }
 }
 
-/// Loads the scene of the shards, and returns it with the settings of the run, as the shard at
-/// `place` says. The scene is at `path` or, without one, where the shard says.
-fn scene_of(
-    head: &ShardHead,
-    place: &Path,
-    path: Option<&Path>,
-) -> Result<(LoadedScene, Settings)> {
+/// Loads the scene of the shards, which is at `path` or, without one, where their `head` says.
+fn scene_of(head: &WorkHead, path: Option<&Path>) -> Result<LoadedScene> {
     let path = path.unwrap_or(Path::new(&head.scene));
     if !path.is_file() {
         let problem = "the scene of the shards is not there";
@@ -165,11 +164,7 @@ fn scene_of(
         return Err(Error::input(path.display(), problem)
             .remedy("merge with the files that the shards were traced with"));
     }
-    let settings = head.settings.settings(loaded.settings.threads);
-    let settings = settings.ok_or_else(|| {
-        Error::input(place.display(), "has settings that no run has").remedy("trace it again")
-    })?;
-    Ok((loaded, settings))
+    Ok(loaded)
 }
 
 #[cfg(test)]
@@ -181,9 +176,9 @@ mod tests {
     use super::*;
     use crate::{
         formats::{
-            shard_file::{FORMAT, ShardSettings, write_shard},
+            run_work::write_shard,
             spoil::{LEAF, SCENE, check_error, check_finite, spoiled},
-            sweep_file::hash,
+            work_file::sealed,
         },
         transport::{
             shard::Shard,
@@ -219,29 +214,14 @@ mod tests {
         let control = Control::default();
         let plan = Plan::make(&loaded.scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
         let shard_sums = simulate_shard(&loaded.scene, &plan, Shard::WHOLE, &control);
-        let head = ShardHead {
-            phylux_part: "1/1".into(),
-            format: FORMAT,
-            phylux: VERSION.into(),
-            scene: scene.display().to_string(),
-            inputs,
-            settings: ShardSettings::new(&plan.settings, None),
-        };
+        let settings = KeptSettings::new(&plan.settings, None);
+        let head = WorkHead::new(Work::Run, scene.display().to_string(), inputs, &settings);
+        let head = head.of_shard(Shard::WHOLE);
         let mut bytes = Vec::new();
         write_shard(&head, shard_sums.unwrap_or_else(|e| panic!("{e}")), &mut bytes)
             .expect("memory");
         vec![String::from_utf8(bytes).expect("UTF-8").leak()]
     });
-
-    /// Returns the bytes with a new checksum that fits them.
-    fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
-        let end = b"{\"end\"";
-        let at = bytes.windows(end.len()).rposition(|words| words == end);
-        bytes.truncate(at.unwrap_or(bytes.len()));
-        let seal = format!("{{\"end\":{{\"sha256\":\"{}\"}}}}\n", hash(&bytes));
-        bytes.extend(seal.into_bytes());
-        bytes
-    }
 
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
@@ -251,7 +231,7 @@ mod tests {
         #[test]
         fn no_spoiled_shard_panics(bytes in spoiled(FILES.as_slice(), WORDS), seal: bool) {
             let (scene, path) = (FOLDER.path().join("scene.json"), FOLDER.path().join("p.json"));
-            let bytes = if seal { sealed(bytes) } else { bytes };
+            let bytes = if seal { sealed(&bytes) } else { bytes };
             fs::write(&path, &bytes).expect("a file");
             let control = Control::default();
             match join(std::slice::from_ref(&path), Some(&scene), &control) {
@@ -268,6 +248,6 @@ mod tests {
 
     #[test]
     fn the_sound_shard_is_read() {
-        assert_eq!(sealed(FILES[0].into()), FILES[0].as_bytes());
+        assert_eq!(sealed(FILES[0].as_bytes()), FILES[0].as_bytes());
     }
 }

@@ -35,14 +35,14 @@ mod watched;
 
 use std::{
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
     time::Instant,
 };
 
 use crate::{
-    error::{Error, NOTHING_WRITTEN, Result, catch_panic},
+    error::{Error, NOTHING_WRITTEN, Result, catch_panic, lock, unlocked},
     math::{machine, rng::Purpose},
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
@@ -458,7 +458,7 @@ impl<'a> Run<'a> {
         end: End,
     ) -> Result<Simulation> {
         let build = |map: Mutex<MapBuilder>| {
-            let builder = map.into_inner().unwrap_or_else(PoisonError::into_inner);
+            let builder = unlocked(map);
             let pool = machine::pool(self.settings.threads)?;
             let histories = totals.histories;
             Ok(pool.install(|| builder.build(histories, |key| schedule.histories_before(key))))
@@ -561,8 +561,4 @@ pub fn least_paths(scene: &Scene) -> u64 {
 /// Returns the number of parts.
 fn parts(part_of: &[usize]) -> usize {
     part_of.iter().max().map_or(0, |last| last + 1)
-}
-
-fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -9,12 +9,13 @@ use crate::{
         control_file::ControlFile,
         output::FilesRead,
         scene_file::SkyDivision,
-        year_work::{TableSettings, WorkHead, WorkSettings},
+        work_file::{Work, WorkHead},
+        year_work::{TableSettings, YearSettings},
     },
     show::plot::PlotStyle,
     studies::{
         check::check_meshes,
-        year::{HoursOf, YearScenes},
+        year::{HoursOf, YearScenes, YearShards},
     },
     transport::settings::{Guiding, Settings},
 };
@@ -36,21 +37,23 @@ pub struct Asked {
 
 impl Asked {
     /// What was asked for when shards were traced.
-    pub fn of_shards(head: &WorkHead, scene: Option<&Path>, plots: PlotStyle) -> Self {
-        let hours = head.tables.hours.as_deref().and_then(|text| HoursOf::parse(text).ok());
+    pub fn of_shards(shards: &YearShards, scene: Option<&Path>, plots: PlotStyle) -> Self {
+        let YearShards { head, settings, .. } = shards;
+        let tables = head.tables.clone().unwrap_or_default();
+        let hours = tables.hours.as_deref().and_then(|text| HoursOf::parse(text).ok());
         Self {
             scene: scene.map_or_else(|| PathBuf::from(&head.scene), Path::to_path_buf),
             control: head.control.as_ref().map(PathBuf::from),
-            division: match head.settings.patches {
+            division: match settings.patches {
                 145 => SkyDivision::Tregenza,
                 _ => SkyDivision::Reinhart,
             },
-            photons: Some(head.settings.photons),
-            seed: Some(head.settings.seed),
-            guiding: Some(head.settings.guiding),
+            photons: Some(settings.photons),
+            seed: Some(settings.seed),
+            guiding: Some(settings.guiding),
             hours: hours.unwrap_or_default(),
-            sun_rays: Some(head.settings.sun_rays),
-            tables: head.tables.clone(),
+            sun_rays: Some(settings.sun_rays),
+            tables,
             plots,
             threads: None,
         }
@@ -85,7 +88,7 @@ impl Asked {
 
     /// Returns what work files say of this year.
     pub fn head(&self, ready: &Ready) -> Result<WorkHead> {
-        let settings = WorkSettings {
+        let settings = YearSettings {
             patches: match self.division {
                 SkyDivision::Tregenza => 145,
                 SkyDivision::Reinhart => 577,
@@ -95,8 +98,11 @@ impl Asked {
             guiding: ready.settings.guiding,
             sun_rays: ready.scenes.sun_rays(self.sun_rays, &self.hours)?,
         };
-        let (inputs, tables) = (ready.scenes.digest()?, self.tables.clone());
-        Ok(WorkHead::new(&self.scene, self.control.as_deref(), inputs, settings, tables))
+        let (scene, inputs) = (self.scene.display().to_string(), ready.scenes.digest()?);
+        let mut head = WorkHead::new(Work::Year, scene, inputs, &settings);
+        head.control = self.control.as_ref().map(|path| path.display().to_string());
+        head.tables = Some(self.tables.clone());
+        Ok(head)
     }
 }
 

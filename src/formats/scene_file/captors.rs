@@ -18,7 +18,7 @@ use crate::{
     formats::{captor_csv, input::quoted, json},
     math::{
         geometry::{Transform, unit_vector},
-        machine::memory_left,
+        machine::{gib, memory_left},
         pattern,
     },
     scene::{
@@ -267,7 +267,7 @@ impl Loader<'_> {
                 let problem = format!(
                     "up to here captors are in groups {memberships} times, which takes {:.1} GiB of memory, more than \
                     there are left",
-                    (memberships * MEMBERSHIP) as f64 / f64::from(1 << 30)
+                    gib(memberships * MEMBERSHIP)
                 );
                 return Err(self.error(pointer, problem).remedy("give fewer groups"));
             }

@@ -5,13 +5,13 @@ use std::{
     cell::RefCell,
     collections::HashMap,
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex},
 };
 
 use sha2::{Digest, Sha256};
 
 use crate::{
-    error::Result,
+    error::{Result, lock},
     formats::{input::Fetch, mesh_file, obj::ObjFile},
     scene::world::KeptShapes,
 };
@@ -43,7 +43,7 @@ impl Kept {
     pub(super) fn obj(&self, bytes: &[u8], path: &Path, fetch: &Fetch) -> Result<Arc<ObjFile>> {
         let digest = Sha256::digest(bytes).into();
         let digest_of = |path: &Path| fetch(path).ok().map(|bytes| Sha256::digest(bytes).into());
-        let files = || self.files.lock().unwrap_or_else(PoisonError::into_inner);
+        let files = || lock(&self.files);
         let known = files().get(path).filter(|known| known.digest == digest).cloned();
         if let Some(known) = known
             && known.mtl.iter().all(|(path, digest)| digest_of(path) == *digest)

@@ -28,7 +28,7 @@ use crate::{
         obj::{Mesh, ObjFile},
         photometry::Photometry,
     },
-    math::machine::memory_left,
+    math::machine::{gib, memory_left},
     scene::world::{MAX_CAPTORS, MAX_TRIANGLES, SceneParts},
 };
 
@@ -188,7 +188,6 @@ impl<'a> Loader<'a> {
         if self.triangles / STEP > before / STEP {
             let (bytes, left) = (EACH * self.triangles - PLACED * before, memory_left());
             if bytes as u64 > left {
-                let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
                 let problem = format!(
                     "at least {} triangles take {:.1} GiB of memory, of {:.1} that are left",
                     self.triangles,

@@ -6,13 +6,14 @@ use std::{
     collections::BTreeMap,
     hash::{DefaultHasher, Hash, Hasher},
     ops::Range,
-    sync::{Arc, Mutex, PoisonError, Weak},
+    sync::{Arc, Mutex, Weak},
 };
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::{
+    error::lock,
     math::geometry::{Ray, Triangle, closeness},
     scene::{
         bvh::Bvh,
@@ -148,7 +149,7 @@ struct Bin {
 impl KeptShapes {
     /// Returns the shapes for these outlines, built only if none are kept.
     pub fn shapes(&self, outlines: Outlines) -> Arc<Shapes> {
-        let bin = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let bin = || lock(&self.0);
         let known: Vec<Arc<Shapes>> = bin().known.iter().filter_map(Weak::upgrade).collect();
         let same = known.into_iter().find(|shapes| shapes.outlines == outlines);
         let is_new = same.is_none();

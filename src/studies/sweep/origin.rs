@@ -4,14 +4,14 @@ use std::{
     cell::RefCell,
     collections::{BTreeMap, HashMap},
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
+    sync::Mutex,
 };
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::{
-    error::Result,
+    error::{Result, lock},
     formats::{
         input::read_bytes,
         scene_file::{Kept, LoadedScene, load_value},
@@ -98,7 +98,7 @@ impl<'a> Inputs<'a> {
     pub fn read(&self, path: &Path) -> std::result::Result<Vec<u8>, String> {
         let bytes = read_bytes(&self.folder.join(path));
         let digest = bytes.as_ref().ok().map(|bytes| hash(bytes));
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = lock(&self.known);
         if *known.entry(path.to_path_buf()).or_insert_with(|| digest.clone()) != digest {
             return Err("has changed while the sweep ran: start it again".into());
         }
@@ -107,7 +107,7 @@ impl<'a> Inputs<'a> {
 
     /// Returns the hash of a file; `None` if it cannot be read.
     fn hash(&self, path: &Path) -> Option<String> {
-        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = || lock(&self.known);
         if !known().contains_key(path) {
             let _ = self.read(path);
         }

@@ -2,7 +2,7 @@
 
 use std::{
     sync::{
-        Mutex, PoisonError,
+        Mutex,
         atomic::{AtomicUsize, Ordering},
     },
     thread,
@@ -16,7 +16,7 @@ use super::{
     origin::{Inputs, Origin},
 };
 use crate::{
-    error::{Error, Result, catch_panic},
+    error::{Error, Result, catch_panic, lock, unlocked},
     formats::{
         scene_file::LoadedScene,
         sweep_file::{Run, Sweep},
@@ -121,9 +121,9 @@ impl<'a> Work<'a> {
                 scope.spawn(move || self.worker(all, worker, workers));
             }
         });
-        match all.broken.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        match unlocked(all.broken) {
             Some(error) => Err(error),
-            None => Ok(all.found.into_inner().unwrap_or_else(PoisonError::into_inner)),
+            None => Ok(unlocked(all.found)),
         }
     }
 
@@ -279,8 +279,4 @@ impl<'a> Work<'a> {
         let runs = runs.min(all.runs as f64);
         (self.control.progress)(SweepProgress { step: Step::Running, runs, of: all.runs });
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

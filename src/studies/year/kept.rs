@@ -3,16 +3,16 @@
 
 use crate::{
     error::{Error, Result},
-    formats::year_work::{Unit, WorkFile},
+    formats::year_work::{Unit, YearWork},
 };
 
 /// Work that is done, and where more of it is kept.
 #[derive(Clone, Copy, Default)]
 pub struct Kept<'a> {
     /// Files with work that is done.
-    pub(crate) done: &'a [WorkFile],
+    pub(crate) done: &'a [YearWork],
     /// The file that takes what is done now.
-    pub(crate) now: Option<&'a WorkFile>,
+    pub(crate) now: Option<&'a YearWork>,
 }
 
 impl Kept<'_> {

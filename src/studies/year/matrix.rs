@@ -4,10 +4,10 @@ use std::{
     fs::File,
     io::{self, Read, Seek, SeekFrom, Write},
     path::Path,
-    sync::{Mutex, MutexGuard, PoisonError},
+    sync::Mutex,
 };
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, lock};
 
 /// The most bytes of a matrix that is kept in memory.
 const IN_MEMORY: u64 = 96 << 20;
@@ -55,7 +55,7 @@ impl Matrix {
     /// Writes a part of a row, from the place `first` on. Error: the file cannot be written.
     pub fn write(&self, row: usize, first: usize, values: &[[f32; 2]]) -> Result<()> {
         let at = row * self.width + first;
-        match &mut *self.lock() {
+        match &mut *lock(&self.store) {
             Store::Memory(all) => all[at..][..values.len()].copy_from_slice(values),
             Store::File(file) => {
                 let bytes: Vec<u8> =
@@ -70,7 +70,7 @@ impl Matrix {
     /// Reads a part of a row, from the place `first` on. Error: the file cannot be read.
     pub fn read(&self, row: usize, first: usize, values: &mut [[f32; 2]]) -> Result<()> {
         let at = row * self.width + first;
-        match &mut *self.lock() {
+        match &mut *lock(&self.store) {
             Store::Memory(all) => values.copy_from_slice(&all[at..][..values.len()]),
             Store::File(file) => {
                 let mut bytes = vec![0; values.len() * PAIR];
@@ -83,10 +83,6 @@ impl Matrix {
             }
         }
         Ok(())
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Store> {
-        self.store.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 use crate::{
     error::{Error, Result},
-    formats::year_work::{WorkFile, WorkHead},
+    formats::{
+        work_file::WorkHead,
+        year_work::{YearSettings, YearWork},
+    },
     studies::join::check_complete,
     transport::shard::Shard,
 };
@@ -12,21 +15,24 @@ use crate::{
 /// All shards of one year.
 pub struct YearShards {
     /// The shards, in order.
-    pub files: Vec<WorkFile>,
+    pub files: Vec<YearWork>,
     /// The year that they belong to.
     pub head: WorkHead,
+    /// The settings that its light depends on.
+    pub settings: YearSettings,
 }
 
 impl YearShards {
     /// Opens the files `shards`. Errors: one of them cannot be read or is no shard of a year; they
     /// are of different years; some are missing or given twice.
     pub fn open(shards: &[PathBuf]) -> Result<Self> {
-        let files = shards.iter().map(|path| WorkFile::shard(path));
-        let mut files: Vec<(WorkFile, Shard)> = files.collect::<Result<_>>()?;
+        let files = shards.iter().map(|path| YearWork::shard(path));
+        let mut files: Vec<(YearWork, Shard)> = files.collect::<Result<_>>()?;
         let Some((first, shard)) = files.first() else {
             return Err(Error::input("merge", "no files").remedy("name those of all shards"));
         };
         let (head, of) = (first.head.clone(), shard.of());
+        let settings = head.settings(first.path())?;
         for (file, shard) in &files {
             file.check(&head)?;
             let problem = match () {
@@ -42,6 +48,6 @@ impl YearShards {
         files.sort_by_key(|(_, shard)| shard.index());
         let all: Vec<(Shard, &Path)> = files.iter().map(|(f, shard)| (*shard, f.path())).collect();
         check_complete(&all, of)?;
-        Ok(Self { files: files.into_iter().map(|(file, _)| file).collect(), head })
+        Ok(Self { files: files.into_iter().map(|(file, _)| file).collect(), head, settings })
     }
 }

@@ -11,7 +11,7 @@ use super::{
     schedule::{AHEAD, Schedule},
 };
 use crate::{
-    error::Result,
+    error::{Result, unlocked},
     transport::{
         photon_map::{MapBuilder, TaskKey},
         tally::{Sums, Tally, Totals},
@@ -117,7 +117,7 @@ impl Run<'_> {
             }
         });
         if self.stopped() && !self.broken() {
-            queue.into_inner().unwrap_or_else(PoisonError::into_inner).keep();
+            unlocked(queue).keep();
         }
         self.check_stopped()
     }

@@ -59,7 +59,7 @@ pub struct Keeper<'a> {
     /// The least time between two checkpoints.
     every: Duration,
     /// Writes a checkpoint to where it lasts.
-    save: &'a (dyn Fn(&RunState, KeptArrivals<'_, '_>) + Sync),
+    save: &'a (dyn Fn(RunState, KeptArrivals<'_, '_>) + Sync),
     resumed: Mutex<Option<Resumed>>,
     /// The sums of the batch under way in which the run is resumed, until the run takes them.
     begun: Mutex<Option<Sums>>,
@@ -72,7 +72,7 @@ impl<'a> Keeper<'a> {
     pub fn new(
         every: Duration,
         resumed: Option<Resumed>,
-        save: &'a (dyn Fn(&RunState, KeptArrivals<'_, '_>) + Sync),
+        save: &'a (dyn Fn(RunState, KeptArrivals<'_, '_>) + Sync),
     ) -> Self {
         let due = Mutex::new(Instant::now() + every);
         Self { every, save, resumed: Mutex::new(resumed), begun: Mutex::default(), due }
@@ -173,7 +173,7 @@ impl Run<'_> {
         let is_kept = |(of, task, batch): TaskKey| (of, batch, task) < (round, next, tasks);
         let arrivals = map.as_ref().into_iter().flat_map(|map| map.tasks());
         let mut kept = arrivals.map(|(key, task)| (*key, task)).filter(|(key, _)| is_kept(*key));
-        (keeper.save)(&state, &mut kept);
+        (keeper.save)(state, &mut kept);
         *lock(&keeper.due) = Instant::now() + keeper.every.max(SHARE * began.elapsed());
     }
 }

@@ -3,7 +3,7 @@
 use super::schedule::AHEAD;
 use crate::{
     error::{Error, Result},
-    math::machine::memory_left,
+    math::machine::{gib, memory_left},
     scene::{
         captor::{CHANNELS, CaptorKind},
         world::Scene,
@@ -64,7 +64,7 @@ pub(super) fn map_too_large(scene: &Scene) -> Error {
     let problem = format!(
         "the photons that would be stored in {} bands take more than the {:.1} GiB of memory that are left for them",
         scene.bands.len(),
-        map_room() as f64 / f64::from(1 << 30)
+        gib(map_room())
     );
     let remedy = "store fewer (`map_photons` in the settings), or ask for fewer bands";
     Error::input(format!("scene {}", scene.name), problem).remedy(remedy)
@@ -84,7 +84,6 @@ pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) 
     if bytes as u64 <= most {
         return Ok(());
     }
-    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
     let in_groups = scene.captors.iter().map(|captor| captor.groups.len()).sum::<usize>();
     let in_groups = match in_groups > scene.captors.len() {
         true => format!(" ({in_groups} times in groups)"),

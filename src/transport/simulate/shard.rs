@@ -1,17 +1,14 @@
 //! One run on several machines: each traces a shard of the batches, and the results are added up as
 //! if one machine had traced them all.
 
-use std::{
-    ops::Range,
-    sync::{Mutex, PoisonError},
-};
+use std::{ops::Range, sync::Mutex};
 
 use super::{
     Choice, Control, End, Plan, Run, Simulation, batches::Turn, memory::most_open, part_of, parts,
     schedule::Schedule,
 };
 use crate::{
-    error::{Error, Result, catch_panic},
+    error::{Error, Result, catch_panic, unlocked},
     scene::{captor::CaptorKind, world::Scene},
     transport::{
         photon_map::{MapBuilder, TaskArrivals, TaskKey},
@@ -92,7 +89,7 @@ impl Run<'_> {
         };
         let of = Some(histories * self.unit());
         self.batches(&|_| schedule, (0, 0, 0), 0..1, range, of, &mut take, map.as_ref())?;
-        let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));
+        let map = map.map(unlocked);
         let (tasks, end) = map.map_or_else(Default::default, MapBuilder::into_pieces);
         Ok(ShardSums { batches, tasks: tasks.into_iter().collect(), end })
     }
@@ -126,7 +123,7 @@ impl<'a> Joined<'a> {
         let run = Run::of_plan(scene, settings, &plan, part_of(scene, settings), control)?;
         let (schedule, totals, tally) = (run.shard_schedule()?, run.totals(), run.tally());
         let map = run.map_builder();
-        let map = map.map(|map| map.into_inner().unwrap_or_else(PoisonError::into_inner));
+        let map = map.map(unlocked);
         Ok(Self { run, schedule, totals, tally, next: 0, map, choice })
     }
 

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
+    math::machine::gib,
     transport::{settings::MAX_PHOTONS, tally::Tally},
 };
 
@@ -75,10 +76,9 @@ impl Run<'_> {
         let bytes =
             Tally::bytes(self.scene, parts(&self.part_of), usize::MAX) as u64 * schedule.batches;
         if bytes > most_open() {
-            let gib = bytes as f64 / f64::from(1 << 30);
             return Err(Error::input(
                 "max_time",
-                format!("its batch sums would take {gib:.0} GiB"),
+                format!("its batch sums would take {:.0} GiB", gib(bytes)),
             )
             .remedy("limit the run by photons or tolerance, or ask for fewer captors"));
         }
