@@ -13,7 +13,7 @@ use super::{
     spec::*,
 };
 use crate::{
-    error::{Problem, Result, number},
+    error::{Checked, Result, number},
     formats::obj::longest_edge,
     math::{
         geometry::{Transform, triangulate},
@@ -43,8 +43,7 @@ impl Loader<'_> {
             }
             let keys = file.keys();
             if let Some(watts) = keys.watts {
-                let place = self.place(format!("{pointer}/watts"));
-                check_watts(watts).map_err(|problem| problem.at(place))?;
+                self.located(format!("{pointer}/watts"), check_watts(watts))?;
             }
             let lights = match file {
                 LightSpec::Point(light) => vec![self.point_light(&pointer, light)?],
@@ -170,8 +169,7 @@ impl Loader<'_> {
                 .remedy("make one area light of many small ones"));
         }
         if let LightSource::Lamp(lamp) = &light.source {
-            let checked = check_power(&lamp.power, self.bands);
-            checked.map_err(|problem| problem.at(self.place(pointer)))?;
+            self.located(pointer, check_power(&lamp.power, self.bands))?;
         }
         self.parts.lights.push(light);
         Ok(())
@@ -179,11 +177,7 @@ impl Loader<'_> {
 
     /// Returns the emitter of the lamp `name` of an object. Error: nothing that shines can be made of
     /// it.
-    pub(super) fn shining<E>(
-        &self,
-        name: &str,
-        made: std::result::Result<E, Problem>,
-    ) -> Result<E> {
+    pub(super) fn shining<E>(&self, name: &str, made: Checked<E>) -> Result<E> {
         let scene = &self.parts.name;
         made.map_err(|problem| problem.of(format!("light `{name}`")).at(format!("scene {scene}")))
     }
@@ -227,8 +221,7 @@ impl Loader<'_> {
             }
             (None, Some(exponent)) => {
                 let aim = light.aim.map_or(DVec3::NEG_Z, DVec3::from);
-                let intensity = Intensity::cosine(exponent, aim)
-                    .map_err(|problem| problem.at(self.place(pointer)))?;
+                let intensity = self.located(pointer, Intensity::cosine(exponent, aim))?;
                 Lamp::new(power, Luminaire::new(position, intensity))
             }
             (Some(_), Some(_)) => {
@@ -241,13 +234,12 @@ impl Loader<'_> {
     }
 
     fn spot_light(&mut self, pointer: &str, light: &SpotSpec) -> Result<Glowing> {
-        let wrong = |key: &str| self.place(format!("{pointer}/{key}"));
-        let direction = check_direction(light.direction.into())
-            .map_err(|problem| problem.at(wrong("direction")))?;
+        let direction = check_direction(light.direction.into());
+        let direction = self.located(format!("{pointer}/direction"), direction)?;
         let half_angle = light.half_angle_deg;
-        check_half_angle(half_angle).map_err(|problem| problem.at(wrong("half_angle_deg")))?;
-        let spot = Cone::spot(self.point(light.position), direction, half_angle.to_radians())
-            .map_err(|problem| problem.at(self.place(pointer)))?;
+        self.located(format!("{pointer}/half_angle_deg"), check_half_angle(half_angle))?;
+        let spot = Cone::spot(self.point(light.position), direction, half_angle.to_radians());
+        let spot = self.located(pointer, spot)?;
         let power = self.power(pointer, &light.power, LampFile::default(), None)?;
         Ok(Glowing::new(Lamp::new(power, spot)))
     }
@@ -255,7 +247,7 @@ impl Loader<'_> {
     fn tube_light(&mut self, pointer: &str, light: &TubeSpec) -> Result<Glowing> {
         let (from, to) = (self.point(light.from), self.point(light.to));
         let radius = light.radius * self.metres;
-        let axis = check_axis(to - from).map_err(|problem| problem.at(self.place(pointer)))?;
+        let axis = self.located(pointer, check_axis(to - from))?;
         self.in_range(&format!("{pointer}/radius"), light.radius, 0.0, f64::MAX)?;
         let power = self.power(pointer, &light.power, LampFile::default(), None)?;
         let aperture = self.aperture(pointer, light, axis)?;
@@ -265,8 +257,7 @@ impl Loader<'_> {
                     .error(format!("{pointer}/emission"), "only a line (radius 0) is isotropic")
                     .remedy("set `radius` to 0, or leave `emission` out"));
             }
-            let line = IsotropicLine::new(from, to);
-            let line = line.map_err(|problem| problem.at(self.place(pointer)))?;
+            let line = self.located(pointer, IsotropicLine::new(from, to))?;
             return Ok(Glowing::new(Lamp::new(power, line)));
         }
         let Some(material) = &light.material else {
@@ -274,8 +265,7 @@ impl Loader<'_> {
                 Some((toward, opening)) => Tube::part(from, to, radius, toward, opening),
                 None => Tube::whole(from, to, radius),
             };
-            let tube = tube.map_err(|problem| problem.at(self.place(pointer)))?;
-            return Ok(Glowing::new(Lamp::new(power, tube)));
+            return Ok(Glowing::new(Lamp::new(power, self.located(pointer, tube)?)));
         };
         if radius == 0.0 {
             return Err(self
@@ -284,7 +274,7 @@ impl Loader<'_> {
         }
         let material = Some(self.named_material(&format!("{pointer}/material"), material)?);
         let Prism { sides, dark, caps } = prism(from, to, axis, radius, aperture);
-        let sides = Area::new(sides, false).map_err(|problem| problem.at(self.place(pointer)))?;
+        let sides = self.located(pointer, Area::new(sides, false))?;
         Ok(Glowing { lamp: Lamp::new(power, sides), material, dark, caps })
     }
 
@@ -314,8 +304,7 @@ impl Loader<'_> {
                 .error(format!("{pointer}/opening_deg"), "a line (radius 0) has no sides")
                 .remedy("give the tube a radius"));
         }
-        let toward = check_aperture(axis, toward, opening)
-            .map_err(|problem| problem.at(self.place(pointer)))?;
+        let toward = self.located(pointer, check_aperture(axis, toward, opening))?;
         Ok((opening < 360.0).then_some((toward, opening.to_radians())))
     }
 
@@ -323,9 +312,7 @@ impl Loader<'_> {
     /// copies, if these are turned differently.
     fn area_lights(&mut self, pointer: &str, light: &AreaSpec) -> Result<Vec<Glowing>> {
         let copies = self.area_copies(pointer, light)?;
-        let areas = copies.iter().flat_map(|copy| &copy.triangles).map(area);
-        let whole: f64 = areas.sum();
-        check_area(whole).map_err(|problem| problem.at(self.place(pointer)))?;
+        let whole: f64 = copies.iter().flat_map(|copy| &copy.triangles).map(area).sum();
         let sides = if light.two_sided { 2.0 } else { 1.0 };
         let measured = self.measured(pointer, light.lamp_file())?;
         if measured.is_some() {
@@ -368,8 +355,7 @@ impl Loader<'_> {
         };
         let Some(measured) = measured else {
             let Copy { triangles, .. } = joined(copies);
-            let area = Area::new(triangles, light.two_sided);
-            let area = area.map_err(|problem| problem.at(self.place(pointer)))?;
+            let area = self.located(pointer, Area::new(triangles, light.two_sided))?;
             return Ok(vec![Glowing { material, ..Glowing::new(Lamp::new(power, area)) }]);
         };
         let copies = if alike { vec![joined(copies)] } else { copies };
@@ -377,13 +363,12 @@ impl Loader<'_> {
         let aim = Aim { aim: light.aim, zero_plane: light.zero_plane };
         let of_copy = |Copy { placed, triangles }: Copy| {
             let own: f64 = triangles.iter().map(area).sum();
-            let wrong = |problem: Problem| problem.at(self.place(pointer));
-            check_area(own).map_err(wrong)?;
+            self.located(pointer, check_area(own))?;
             let cross: DVec3 = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a)).sum();
             let intensity = self.intensity(pointer, &measured, aim, &placed, 0.5 * cross / own)?;
             let share = if several { own / whole } else { 1.0 };
             let power: Vec<f64> = power.iter().map(|power| power * share).collect();
-            let area = LuminaireArea::new(triangles, intensity).map_err(wrong)?;
+            let area = self.located(pointer, LuminaireArea::new(triangles, intensity))?;
             Ok(Glowing { material, ..Glowing::new(Lamp::new(power, area)) })
         };
         copies.into_iter().map(of_copy).collect()

@@ -6,12 +6,12 @@ use std::f32::consts::PI;
 use glam::{DVec3, Vec3};
 
 use super::{
-    checks::{Checked, check_direction},
+    checks::check_direction,
     emitter::{Emitter, Seen, Start},
     shape::{Outline, Unplaced},
 };
 use crate::{
-    error::Problem,
+    error::{Checked, Problem},
     math::{
         geometry::{Extent, Frame, Ray},
         rng::Stream,

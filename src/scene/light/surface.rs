@@ -4,12 +4,9 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::{
-    checks::Checked,
-    shape::{Outline, Unplaced},
-};
+use super::shape::{Outline, Unplaced};
 use crate::{
-    error::Problem,
+    error::{Checked, Problem},
     math::{
         geometry::{Extent, ROUNDING, Triangle},
         rng::Stream,

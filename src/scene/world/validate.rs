@@ -6,7 +6,7 @@ use super::{
     Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SharedPart, SurfacePart,
 };
 use crate::{
-    error::{Error, Problem, Result, check_range, number},
+    error::{Checked, Error, Problem, Result, check_range, number},
     math::spectrum::MAX_BANDS,
     scene::{
         captor::{CaptorKind, Sensor},
@@ -27,9 +27,6 @@ pub const MAX_PLACED: u64 = 2_000_000_000;
 pub const MAX_CAPTORS: usize = 2_000_000;
 /// Limit on the number of lights.
 pub const MAX_LIGHTS: usize = 1_000_000;
-
-/// The result of checking a value.
-type Checked = std::result::Result<(), Problem>;
 
 impl SceneParts {
     /// Refuses parts that do not make a valid scene; the error names `place`. Whether coordinates
