@@ -47,6 +47,9 @@ pub(crate) fn some(things: impl IntoIterator<Item: fmt::Display>, most: usize) -
 /// Result with the crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// Result of a check of values: what was made of them, or what is wrong with them.
+pub(crate) type Checked<T = ()> = std::result::Result<T, Problem>;
+
 impl Error {
     /// Makes an error for wrong input at `place`: a file, with the JSON pointer or line if there is
     /// one.

@@ -15,9 +15,9 @@ use phylux::{
     Control, Error, ErrorKind, Estimator, RunResult, Scene, Settings,
     math::Transform,
     scene::{
-        Band, BandSum, CaptorKind, CaptorPart, Dielectric, Lambert, Leaf, LeafFace, LightPart,
-        LightShape, Material, Mirror, NamedMaterial, Pane, Phong, PhongFractions, SceneParts,
-        SharedPart, SurfacePart,
+        Area, Band, BandSum, CaptorKind, CaptorPart, Cone, Dielectric, IsotropicLine, Lambert,
+        Lamp, Leaf, LeafFace, LightPart, LightSource, Material, Mirror, NamedMaterial, Pane, Phong,
+        PhongFractions, SceneParts, SharedPart, SurfacePart, Tube,
     },
     simulate,
     transport::light_surfaces,
@@ -29,9 +29,8 @@ fn square(z: f64) -> Vec<[DVec3; 3]> {
     vec![[a, b, c], [a, c, d]]
 }
 
-fn light(name: &str, shape: LightShape) -> LightPart {
-    LightPart { name: name.into(), power: vec![1.0, 2.0, 0.0], shape }
-}
+/// The power of each light.
+const POWER: [f64; 3] = [1.0, 2.0, 0.0];
 
 /// Returns the parts of a scene with a floor and a sensor under one light of each kind, in three
 /// bands, a number that no type of lanes has.
@@ -65,14 +64,11 @@ fn parts() -> SceneParts {
             triangles: square(0.0),
         }],
         lights: vec![
-            light("point", LightShape::Point { position: from }),
-            light(
-                "spot",
-                LightShape::Spot { position: to, direction: DVec3::NEG_Z, half_angle: PI },
-            ),
-            light("tube", LightShape::Tube { from, to, radius: 0.01 }),
-            light("line", LightShape::IsotropicLine { from, to }),
-            light("area", LightShape::Area { triangles: square(1.0), two_sided: true }),
+            LightPart::new("point", Lamp::new(POWER, Cone::point(from))),
+            LightPart::new("spot", Lamp::new(POWER, Cone::spot(to, DVec3::NEG_Z, PI).unwrap())),
+            LightPart::new("tube", Lamp::new(POWER, Tube::whole(from, to, 0.01).unwrap())),
+            LightPart::new("line", Lamp::new(POWER, IsotropicLine::new(from, to).unwrap())),
+            LightPart::new("area", Lamp::new(POWER, Area::new(square(1.0), true).unwrap())),
         ],
         captors: vec![
             CaptorPart {
@@ -131,12 +127,10 @@ fn phong(fractions: [&[f32]; 3], exponent: f32) -> Material {
     Material::Phong(Phong::new(fractions, Some(exponent)))
 }
 
-fn spot(direction: DVec3, half_angle: f64) -> LightShape {
-    LightShape::Spot { position: DVec3::Z, direction, half_angle }
-}
-
-fn tube(to: DVec3, radius: f64) -> LightShape {
-    LightShape::Tube { from: DVec3::Z, to, radius }
+/// Returns the power of the point light.
+fn power(parts: &mut SceneParts) -> &mut Vec<f64> {
+    let LightSource::Lamp(lamp) = &mut parts.lights[0].source else { panic!("a lamp") };
+    &mut lamp.power
 }
 
 /// Returns a shared copy whose only captor is the first of the scene, the floor.
@@ -227,33 +221,12 @@ const SPOILED: &[Spoiled] = &[
     ),
     (|p| material(p, phong([&[0.1; 3]; 3], -1.0)), "exponent: -1, must be from 0 to 1000000000"),
     (|p| material(p, phong([&[0.1; 3], &[0.1; 3], &[0.1]], 1.0)), "transmittance: 1 numbers"),
-    (|p| p.lights[0].power = vec![1.0], "light `point`: power: 1 numbers for 3 bands"),
-    (|p| p.lights[0].power[2] = -1.0, "light `point`: power: -1, must be at least 0"),
-    (|p| p.lights[0].power[2] = f64::INFINITY, "light `point`: power: inf, must be at least 0"),
-    (|p| p.lights[0].power[2] = 1e300, "light `point`: emits 1e300 W or umol/s in a band"),
+    (|p| *power(p) = vec![1.0], "light `point`: power: 1 numbers for 3 bands"),
+    (|p| power(p)[2] = -1.0, "light `point`: power: -1, must be at least 0"),
+    (|p| power(p)[2] = f64::INFINITY, "light `point`: power: inf, must be at least 0"),
+    (|p| power(p)[2] = 1e300, "light `point`: emits 1e300 W or umol/s in a band"),
     (
-        |p| p.lights[1].shape = spot(DVec3::ZERO, 1.0),
-        "light `spot`: direction: a direction of length 0; say where the spot points",
-    ),
-    (
-        |p| p.lights[1].shape = spot(DVec3::NEG_Z, 0.0),
-        "light `spot`: half angle: 0, must be above 0 and at most 180",
-    ),
-    (|p| p.lights[1].shape = spot(DVec3::NEG_Z, f64::NAN), "half angle: NaN, must be above 0"),
-    (|p| p.lights[2].shape = tube(DVec3::Z, 0.1), "light `tube`: a tube of length 0"),
-    (
-        |p| p.lights[2].shape = tube(DVec3::ONE, -0.1),
-        "light `tube`: radius: -0.1, must be at least",
-    ),
-    (
-        |p| {
-            let triangles = vec![[DVec3::ZERO; 3]];
-            p.lights[4].shape = LightShape::Area { triangles, two_sided: false };
-        },
-        "light `area`: an area light without area; its corners must not lie on one line",
-    ),
-    (
-        |p| p.lights[0].shape = LightShape::Point { position: DVec3::splat(f64::NAN) },
+        |p| p.lights[0].source = Lamp::new(POWER, Cone::point(DVec3::splat(f64::NAN))).into(),
         "a coordinate is not finite",
     ),
     (|p| p.surfaces[0].triangles[1][2].y = f64::INFINITY, "a coordinate is not finite"),
@@ -280,6 +253,36 @@ fn parts_that_make_no_scene_are_refused() {
                 assert_eq!(error.kind(), ErrorKind::Input, "{sentence}");
             }
         }
+    }
+}
+
+/// What could not shine is refused by the constructor of its kind.
+#[test]
+fn emitters_that_could_not_shine_are_refused() {
+    let spot = |direction, half_angle| Cone::spot(DVec3::Z, direction, half_angle).err();
+    let tube = |to, radius| Tube::whole(DVec3::Z, to, radius).err();
+    for (refused, said) in [
+        (
+            spot(DVec3::ZERO, 1.0),
+            "direction: a direction of length 0; say where the spot points: [0, 0, -1] is down",
+        ),
+        (spot(DVec3::NEG_Z, 0.0), "half angle: 0, must be above 0 and at most 180"),
+        (spot(DVec3::NEG_Z, f64::NAN), "half angle: NaN, must be above 0"),
+        (tube(DVec3::Z, 0.1), "a tube of length 0"),
+        (IsotropicLine::new(DVec3::Z, DVec3::Z).err(), "a tube of length 0"),
+        (tube(DVec3::ONE, -0.1), "radius: -0.1, must be at least"),
+        (Tube::part(DVec3::Z, DVec3::ONE, 0.0, DVec3::X, 1.0).err(), "radius: 0, must be at least"),
+        (
+            Tube::part(DVec3::ZERO, DVec3::Z, 0.1, DVec3::Z, 1.0).err(),
+            "toward: has no part across the tube",
+        ),
+        (
+            Area::new(vec![[DVec3::ZERO; 3]], false).err(),
+            "an area light without area; its corners must not lie on one line",
+        ),
+    ] {
+        let sentence = refused.expect(said).at("lamp").to_string();
+        assert!(sentence.contains(said), "{sentence}\nshould say\n{said}");
     }
 }
 

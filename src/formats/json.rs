@@ -266,13 +266,13 @@ pub fn tag<E: de::Error>(
 /// enums, whose errors do not say where in the object they occurred.
 macro_rules! tagged {
     ($(#[$doc:meta])* pub enum $name:ident {
-        $($(#[$variant_doc:meta])* $tag:literal => $variant:ident($content:ty),)*
+        $($(#[$variant_doc:meta])* $tag:literal => $variant:ident($content:ident $(<$boxed:ident>)?),)*
     }) => {
         $(#[$doc])*
         #[derive(Debug, schemars::JsonSchema)]
         #[schemars(tag = "type")]
         pub enum $name {
-            $($(#[$variant_doc])* #[schemars(rename = $tag)] $variant($content),)*
+            $($(#[$variant_doc])* #[schemars(rename = $tag)] $variant($content$(<$boxed>)?),)*
         }
 
         impl<'de> serde::Deserialize<'de> for $name {
@@ -287,7 +287,15 @@ macro_rules! tagged {
                 unreachable!("tag() returns known tags only")
             }
         }
+
+        $(impl From<tagged!(@content $content $($boxed)?)> for $name {
+            fn from(content: tagged!(@content $content $($boxed)?)) -> Self {
+                Self::$variant(content.into())
+            }
+        })*
     };
+    (@content Box $content:ident) => { $content };
+    (@content $content:ident) => { $content };
 }
 pub(crate) use tagged;
 

@@ -326,9 +326,9 @@ impl Loader<'_> {
 }
 
 fn lamp_spectra(file: &SceneSpec) -> Vec<[String; 2]> {
-    let named = |(i, light): (usize, &LightSpec)| match light.power()? {
+    let named = |(i, light): (usize, &LightSpec)| match light.keys().power? {
         PowerSpec::Spectrum(lamp) => {
-            let name = light.name().map_or(format!("light{i}"), String::from);
+            let name = light.keys().name.map_or(format!("light{i}"), String::from);
             Some([name, lamp.spectrum.clone()])
         }
         PowerSpec::Given(_) | PowerSpec::File => None,

@@ -3,24 +3,25 @@
 //!
 //! Read `emitter` first: what every kind of light does. Each kind is a file with its checks, its
 //! photons and how it is seen: `cone` (points and spots), `line`, `tube`, `area`, `luminaire` and
-//! `entrance` (light from infinitely far away); `kinds` lists them. [`LightShape`] (`shape`) is a
-//! light as users give it. Then [`Light`], `illuminate` for light as a point sees it, `strata` for
+//! `entrance` (light from infinitely far away); `AnyEmitter` lists them. [`Unplaced`] (`shape`) is
+//! what their constructors make, of which a scene makes emitters. Then [`Light`], `illuminate` for light as a point sees it, `strata` for
 //! the way in which histories are shared among lights, and `tree` for the choice among many.
 //! `surface`, `intensity` and `checks` are what several kinds have. Nothing here knows surfaces of
 //! the scene: whether one stands between a light and a point is for the caller to find out.
 
+use std::{fmt, sync::Arc};
+
+use enum_dispatch::enum_dispatch;
 use glam::{DVec3, Vec3};
 
 use crate::{
-    error::Problem,
     math::{
-        geometry::{Extent, Ray},
+        geometry::{Extent, Ray, Triangle},
         rng::Stream,
     },
-    scene::lattice::Lattice,
+    scene::{daylight::InfiniteLight, lattice::Lattice},
 };
-use emitter::Emitter;
-use kinds::AnyEmitter;
+use emitter::{Emitter, Seen};
 
 mod area;
 mod checks;
@@ -29,7 +30,6 @@ mod emitter;
 mod entrance;
 mod illuminate;
 mod intensity;
-mod kinds;
 mod known;
 mod line;
 mod luminaire;
@@ -41,19 +41,94 @@ mod tests;
 mod tree;
 mod tube;
 
+pub use area::Area;
 pub use checks::{check_direction, check_power};
-pub use cone::check_half_angle;
+pub use cone::{Cone, check_half_angle};
 pub use emitter::{EmittedRadiance, EmitterHit, Start};
 pub use entrance::{Entrance, EntryFace, MARGIN, Prism};
 pub use illuminate::{LightHit, LightSample, Toward};
 pub use intensity::{Intensity, IntensityTable};
 pub use known::{known_spectra, known_spectrum};
-pub use line::check_axis;
-pub use shape::LightShape;
+pub use line::{IsotropicLine, check_axis};
+pub use luminaire::{Luminaire, LuminaireArea};
+pub use shape::{Outline, Unplaced};
 pub use strata::{Emission, Strata, sources};
 pub use surface::check_area;
 pub use tree::LightTree;
-pub use tube::check_aperture;
+pub use tube::{Tube, check_aperture};
+
+/// An emitter of any kind.
+#[enum_dispatch(Emitter)]
+#[derive(Clone)]
+pub(crate) enum AnyEmitter {
+    /// A point light or a spot.
+    Cone(Cone),
+    /// A line that shines in all directions alike.
+    IsotropicLine(IsotropicLine),
+    /// A tube, or a Lambertian line.
+    Tube(Tube),
+    /// A Lambertian area.
+    Area(Area),
+    /// A point with an intensity by direction.
+    Luminaire(Luminaire),
+    /// An area with an intensity by direction.
+    LuminaireArea(LuminaireArea),
+    /// A light at infinity.
+    Infinite(Arc<Entrance>),
+}
+
+impl fmt::Debug for AnyEmitter {
+    fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
+        self.write(to)
+    }
+}
+
+/// What a light is before it is in a scene, in metres from the user's origin.
+#[derive(Clone, Debug)]
+pub enum LightSource {
+    /// A lamp.
+    Lamp(Lamp),
+    /// A light that is infinitely far away. Its power is the flux that enters the box around the
+    /// scene, or its openings.
+    Infinite(InfiniteLight),
+}
+
+/// A lamp of any kind, with its power.
+#[derive(Clone, Debug)]
+pub struct Lamp {
+    /// Emitted flux per band, 0 or from 1e-30 to 1e30 W or umol/s.
+    pub power: Vec<f64>,
+    emitter: Unplaced<AnyEmitter>,
+}
+
+impl Lamp {
+    /// Makes a lamp of this emitted flux per band, 0 or from 1e-30 to 1e30 W or umol/s, and with this
+    /// emitter, which the constructors of its kind make.
+    #[expect(private_bounds, reason = "the kinds of emitters are a closed set")]
+    pub fn new<E: 'static>(power: impl Into<Vec<f64>>, emitter: Unplaced<E>) -> Self
+    where
+        AnyEmitter: From<E>,
+    {
+        Self { power: power.into(), emitter: emitter.of_any_kind() }
+    }
+
+    /// Returns where the lamp may be met.
+    pub(crate) fn outline(&self) -> &Outline {
+        self.emitter.outline()
+    }
+}
+
+impl From<Lamp> for LightSource {
+    fn from(lamp: Lamp) -> Self {
+        Self::Lamp(lamp)
+    }
+}
+
+impl From<InfiniteLight> for LightSource {
+    fn from(light: InfiniteLight) -> Self {
+        Self::Infinite(light)
+    }
+}
 
 /// A light: the power that it emits in each band, and a way to emit it.
 #[derive(Clone, Debug)]
@@ -68,24 +143,24 @@ pub struct Light {
 }
 
 impl Light {
-    /// Makes a light from its shape. Coordinates become relative to `center`. The power of a light
-    /// at infinity is replaced by the flux that enters `inside`, a prism in these coordinates. Error:
-    /// the shape could not shine.
+    /// Makes a light of so many bands in a scene. Coordinates become relative to `center`. The power
+    /// of a light at infinity is the flux that enters `inside`, a prism in these coordinates.
     pub(crate) fn new(
         name: String,
-        mut power: Vec<f64>,
-        shape: &LightShape,
+        source: LightSource,
+        bands: usize,
         center: DVec3,
         inside: &Prism,
-    ) -> Result<Self, Problem> {
-        let emitter = shape.emitter(power.len(), inside, |p: DVec3| (p - center).as_vec3())?;
-        if let Some(entrance) = emitter.entrance() {
-            for (b, power) in power.iter_mut().enumerate() {
-                *power = (0..entrance.faces()).map(|face| entrance.power(face)[b]).sum();
+    ) -> Self {
+        let (power, emitter) = match source {
+            LightSource::Lamp(Lamp { power, emitter }) => (power, emitter.place(center)),
+            LightSource::Infinite(light) => {
+                let entrance = Entrance::new(light, bands, inside, center);
+                (entrance.whole_power(bands), Arc::new(entrance).into())
             }
-        }
+        };
         let ball = emitter.ball();
-        Ok(Self { name, power, emitter, ball })
+        Self { name, power, emitter, ball }
     }
 
     /// Returns a box around the light, m from the centre of the scene; empty for a light at
@@ -151,7 +226,10 @@ impl Light {
     /// Returns how a light at infinity enters the scene.
     #[inline]
     pub(crate) fn entrance(&self) -> Option<&Entrance> {
-        self.emitter.entrance()
+        match &self.emitter {
+            AnyEmitter::Infinite(entrance) => Some(entrance),
+            _ => None,
+        }
     }
 
     /// Returns the number of strata of the light's photons: one, or one for each face by which a

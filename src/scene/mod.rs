@@ -26,8 +26,9 @@ pub use camera::{Camera, View};
 pub use captor::{CHANNELS, Captor, CaptorKind, Channel, Response, Sensor};
 pub use lattice::{Lattice, Period};
 pub use light::{
-    Emission, EmittedRadiance, EmitterHit, Intensity, IntensityTable, Light, LightHit, LightSample,
-    LightShape, Start, Strata, Toward,
+    Area, Cone, Emission, EmittedRadiance, EmitterHit, Intensity, IntensityTable, IsotropicLine,
+    Lamp, Light, LightHit, LightSample, LightSource, Luminaire, LuminaireArea, Start, Strata,
+    Toward, Tube, Unplaced,
 };
 pub use material::{
     Basis, Bsdf, BsdfFaces, BsdfSample, Cover, CoverRow, Dielectric, FaceValues, Interaction,

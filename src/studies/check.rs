@@ -399,7 +399,7 @@ fn check_openings(scene: &Scene, remarks: &mut Remarks) {
     const RAYS: u64 = 20_000;
     for (l, light) in scene.infinite_lights().filter(|(_, light)| !light.through.is_empty()) {
         let all = InfiniteLight::new(light.name.clone(), scene.bands.len(), light.parts().to_vec());
-        let all = Entrance::new(all, scene.bands.len(), scene.inside(), |p| p.as_vec3());
+        let all = Entrance::new(all, scene.bands.len(), scene.inside(), DVec3::ZERO);
         let streams = Streams::new(0, Purpose::Other, l as u64);
         let let_in = |ray: Ray| {
             let back = Ray { origin: ray.origin, direction: -ray.direction };

@@ -10,8 +10,8 @@ use phylux::{
     Control, Estimator, RunResult, Scene, Settings,
     math::Stream,
     scene::{
-        Band, CaptorKind, CaptorPart, Lambert, LightPart, LightShape, Material, NamedMaterial,
-        SceneParts, Sensor, SurfacePart,
+        Area, Band, CaptorKind, CaptorPart, Cone, Lambert, Lamp, LightPart, LightSource, Material,
+        NamedMaterial, SceneParts, Sensor, SurfacePart,
         daylight::{InfiniteLight, InfinitePart, InfiniteShape, RadianceMap},
     },
 };
@@ -61,7 +61,7 @@ fn leaves(width: f64, seed: u64) -> Vec<[DVec3; 3]> {
 
 /// Runs the canopy of this seed under `light`; the run's own random numbers have the same seed.
 /// Light is traced by photons if there are no captors, and otherwise by backward paths from them.
-fn run(width: f64, light: LightShape, captors: Vec<CaptorPart>, seed: u64) -> RunResult {
+fn run(width: f64, light: LightSource, captors: Vec<CaptorPart>, seed: u64) -> RunResult {
     let estimator = if captors.is_empty() { Estimator::Photons } else { Estimator::Paths };
     let scene = Scene::new(SceneParts {
         bands: vec![Band { name: "all".into(), from_nm: None, to_nm: None }],
@@ -75,7 +75,7 @@ fn run(width: f64, light: LightShape, captors: Vec<CaptorPart>, seed: u64) -> Ru
             captor: None,
             triangles: leaves(width, seed),
         }],
-        lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape: light }],
+        lights: vec![LightPart::new("lamp", light)],
         captors,
         ..SceneParts::default()
     })
@@ -89,7 +89,7 @@ fn run(width: f64, light: LightShape, captors: Vec<CaptorPart>, seed: u64) -> Ru
 }
 
 /// Returns the flux that the leaves absorb from a lamp of power 1 above them.
-fn caught(width: f64, light: LightShape, seed: u64) -> f64 {
+fn caught(width: f64, light: LightSource, seed: u64) -> f64 {
     let result = run(width, light, Vec::new(), seed);
     check_ledger(&result);
     result.energy.absorbed[0]
@@ -123,11 +123,8 @@ fn black_canopy() {
     let intercepts = |cos: f64| 1.0 - (-LEAF_AREA_INDEX / (2.0 * cos)).exp();
 
     let half_angle = (4.0f64 / 200.0).atan();
-    let above = LightShape::Spot {
-        position: DVec3::new(0.0, 0.0, 200.0),
-        direction: DVec3::NEG_Z,
-        half_angle,
-    };
+    let above = Cone::spot(DVec3::new(0.0, 0.0, 200.0), DVec3::NEG_Z, half_angle).unwrap();
+    let above = LightSource::from(Lamp::new([1.0], above));
     let (mean, error) = intercepted(|i| caught(8.4, above.clone(), i));
     rounds_to(intercepts(1.0), 0.632_12, 1e-5);
     let edge = half_angle.cos();
@@ -136,7 +133,8 @@ fn black_canopy() {
 
     let corner = |x: f64, y: f64| DVec3::new(x, y, 0.5 * HEIGHT + LEAF);
     let [a, b, c, d] = [corner(-2.0, -2.0), corner(-2.0, 2.0), corner(2.0, 2.0), corner(2.0, -2.0)];
-    let square = LightShape::Area { triangles: vec![[a, b, c], [a, c, d]], two_sided: false };
+    let square = Area::new(vec![[a, b, c], [a, c, d]], false).unwrap();
+    let square = LightSource::from(Lamp::new([1.0], square));
     let (mean, error) = intercepted(|i| caught(20.0, square.clone(), 1000 + i));
     let exact = integral(0.0, 1.0, 20, |cos| 2.0 * cos * intercepts(cos));
     rounds_to(exact, 0.780_62, 1e-5);
@@ -145,7 +143,7 @@ fn black_canopy() {
     // a sky of radiance 1 / pi, whose irradiance on an open horizontal plane is 1
     let map = Arc::new(RadianceMap::new(1, 0.0, vec![1.0, 0.0]));
     let part = InfinitePart::new(InfiniteShape::Map(map), vec![FRAC_1_PI]);
-    let sky = LightShape::Infinite(InfiniteLight::new("sky".into(), 1, vec![part]));
+    let sky = LightSource::from(InfiniteLight::new("sky".into(), 1, vec![part]));
     let below = |[a, b, c]: [DVec3; 3]| [a, c, b].map(|p| p.with_z(-p.z));
     let captor = CaptorPart {
         id: "below".into(),

@@ -14,13 +14,10 @@ use crate::{
         weather::{Period, Site, Stamp, Weather},
     },
     math::units::Quantity,
-    scene::{
-        daylight::{
-            DaylightSource, Hour, InfiniteLight, InfinitePart, InfiniteShape, RadianceMap,
-            SkyModel, SunPosition, Suns, Timestamp, WAVELENGTHS, azimuth_of, band_share,
-            eccentricity, mean_direct, mean_sky, mean_sun,
-        },
-        light::LightShape,
+    scene::daylight::{
+        DaylightSource, Hour, InfiniteLight, InfinitePart, InfiniteShape, RadianceMap, SkyModel,
+        SunPosition, Suns, Timestamp, WAVELENGTHS, azimuth_of, band_share, eccentricity,
+        mean_direct, mean_sky, mean_sun,
     },
 };
 
@@ -299,7 +296,7 @@ impl Loader<'_> {
         pointer: &str,
         light: &SunSpec,
         sky: &Sky,
-    ) -> Result<LightShape> {
+    ) -> Result<InfiniteLight> {
         let half_angle = self.half_angle(pointer, light)?;
         let (suns, normal, horizontal) = match &light.irradiance {
             Some(irradiance) => {
@@ -342,7 +339,7 @@ impl Loader<'_> {
         pointer: &str,
         light: &SkySpec,
         sky: &Sky,
-    ) -> Result<LightShape> {
+    ) -> Result<InfiniteLight> {
         let model = self.sky_model(pointer, light)?;
         let (map, horizontal) = match &light.irradiance {
             Some(irradiance) => {
@@ -414,7 +411,7 @@ impl Loader<'_> {
         part: Option<InfinitePart>,
         ground: &Option<PerBand>,
         horizontal: &[f64],
-    ) -> Result<LightShape> {
+    ) -> Result<InfiniteLight> {
         if part.is_none() {
             self.warn(pointer, "no light comes from it: it is dark");
         }
@@ -428,7 +425,7 @@ impl Loader<'_> {
                 parts.push(InfinitePart::new(InfiniteShape::Map(Arc::new(below)), radiance));
             }
         }
-        Ok(LightShape::Infinite(InfiniteLight::new(name.into(), self.bands, parts)))
+        Ok(InfiniteLight::new(name.into(), self.bands, parts))
     }
 
     pub(super) fn environment_light(
@@ -436,7 +433,7 @@ impl Loader<'_> {
         pointer: &str,
         light: &EnvironmentSpec,
         sky: &Sky,
-    ) -> Result<LightShape> {
+    ) -> Result<InfiniteLight> {
         let path = self.sibling(&light.file);
         let place = format!("{pointer}/file");
         let bytes = self.bytes(&place, &path)?;
@@ -478,7 +475,7 @@ impl Loader<'_> {
             self.warn(pointer, "no light comes from it: it is black");
         }
         let part = InfinitePart::new(InfiniteShape::Map(Arc::new(map)), strength);
-        Ok(LightShape::Infinite(InfiniteLight::new("environment".into(), self.bands, vec![part])))
+        Ok(InfiniteLight::new("environment".into(), self.bands, vec![part]))
     }
 
     /// Returns the position of the sun, for a light whose irradiance is given.

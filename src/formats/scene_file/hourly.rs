@@ -14,7 +14,6 @@ use crate::{
             DaylightSource, Hour, HourlyPart, InfiniteLight, InfinitePart, mean_direct,
             sky_by_hour, suns_by_hour,
         },
-        light::LightShape,
         world::LightPart,
     },
 };
@@ -108,10 +107,9 @@ impl Loader<'_> {
         let strength = shares.iter().map(|share| share * part.mean).collect();
         let light = self.parts.lights.len();
         let infinite = InfinitePart::new(part.shape, strength);
-        let shape =
-            LightShape::Infinite(InfiniteLight::new(name.clone(), self.bands, vec![infinite]));
+        let source = InfiniteLight::new(name.clone(), self.bands, vec![infinite]);
         self.hourly.lights.push(HourlyLight { light, factors: part.factors, beside: part.beside });
-        self.add_light(pointer, LightPart { name, power: vec![0.0; self.bands], shape })
+        self.add_light(pointer, LightPart::new(name, source))
     }
 
     /// Refuses a scene that is to be loaded by the hour but has neither sun nor sky. Where all of
@@ -123,15 +121,13 @@ impl Loader<'_> {
         if !self.hourly.slots.is_empty() {
             if self.parts.lights.is_empty() {
                 self.warn("/lights", "no light comes from them in this period: it is dark");
-                let (name, power) = ("daylight".to_owned(), vec![0.0; self.bands]);
-                let dark = InfiniteLight::new(name.clone(), self.bands, Vec::new());
-                let shape = LightShape::Infinite(dark);
+                let dark = InfiniteLight::new("daylight".into(), self.bands, Vec::new());
                 self.hourly.lights.push(HourlyLight {
                     light: 0,
                     factors: Vec::new(),
                     beside: Vec::new(),
                 });
-                self.add_light("/lights", LightPart { name, power, shape })?;
+                self.add_light("/lights", LightPart::new("daylight", dark))?;
             }
             return Ok(());
         }

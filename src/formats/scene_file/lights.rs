@@ -13,7 +13,7 @@ use super::{
     spec::*,
 };
 use crate::{
-    error::{Result, number},
+    error::{Checked, Result, number},
     formats::obj::longest_edge,
     math::{
         geometry::{Transform, triangulate},
@@ -21,8 +21,9 @@ use crate::{
     },
     scene::{
         light::{
-            Intensity, LightShape, check_aperture, check_area, check_axis, check_direction,
-            check_half_angle, check_power,
+            Area, Cone, Intensity, IsotropicLine, Lamp, LightSource, Luminaire, LuminaireArea,
+            Tube, check_aperture, check_area, check_axis, check_direction, check_half_angle,
+            check_power,
         },
         world::{LightPart, MAX_LIGHTS, SurfacePart, check_watts},
     },
@@ -40,34 +41,33 @@ impl Loader<'_> {
             {
                 continue;
             }
-            if let Some(watts) = file.watts() {
-                let place = self.place(format!("{pointer}/watts"));
-                check_watts(watts).map_err(|problem| problem.at(place))?;
+            let keys = file.keys();
+            if let Some(watts) = keys.watts {
+                self.located(format!("{pointer}/watts"), check_watts(watts))?;
             }
-            let (name, lights) = match file {
-                LightSpec::Point(light) => (&light.name, vec![self.point_light(&pointer, light)?]),
-                LightSpec::Spot(light) => (&light.name, vec![self.spot_light(&pointer, light)?]),
-                LightSpec::Tube(light) => (&light.name, vec![self.tube_light(&pointer, light)?]),
-                LightSpec::Area(light) => (&light.name, self.area_lights(&pointer, light)?),
+            let lights = match file {
+                LightSpec::Point(light) => vec![self.point_light(&pointer, light)?],
+                LightSpec::Spot(light) => vec![self.spot_light(&pointer, light)?],
+                LightSpec::Tube(light) => vec![self.tube_light(&pointer, light)?],
+                LightSpec::Area(light) => self.area_lights(&pointer, light)?,
                 LightSpec::Rad(light) => {
                     self.rad_light(&pointer, light)?;
                     continue;
                 }
                 LightSpec::Sun(_) | LightSpec::Sky(_) | LightSpec::Environment(_) => continue,
             };
-            let name = name.clone().unwrap_or(format!("light{i}"));
+            let name = keys.name.map_or(format!("light{i}"), String::from);
             let several = lights.len() > 1;
             for (copy, light) in lights.into_iter().enumerate() {
                 let name = if several { format!("{name}#{copy}") } else { name.clone() };
                 self.make_solid(&name, &light);
-                let Glowing { power, shape, .. } = light;
                 if copy == 0
-                    && let Some(watts) = file.watts()
+                    && let Some(watts) = keys.watts
                 {
-                    self.check_efficacy(&pointer, &power, watts);
+                    self.check_efficacy(&pointer, &light.lamp.power, watts);
                 }
-                self.parts.watts.extend(file.watts().map(|watts| (name.clone(), watts)));
-                self.add_light(&pointer, LightPart { name, power, shape })?;
+                self.parts.watts.extend(keys.watts.map(|watts| (name.clone(), watts)));
+                self.add_light(&pointer, LightPart::new(name, light.lamp))?;
             }
         }
         Ok(())
@@ -103,26 +103,20 @@ impl Loader<'_> {
         {
             return Ok(true);
         }
-        let (name, usual, mut shape, through) = match file {
-            LightSpec::Sun(light) => {
-                (&light.name, "sun", self.sun_light(pointer, light, sky)?, &light.through)
-            }
-            LightSpec::Sky(light) => {
-                (&light.name, "sky", self.sky_light(pointer, light, sky)?, &light.through)
-            }
+        let (usual, mut infinite, through) = match file {
+            LightSpec::Sun(light) => ("sun", self.sun_light(pointer, light, sky)?, &light.through),
+            LightSpec::Sky(light) => ("sky", self.sky_light(pointer, light, sky)?, &light.through),
             LightSpec::Environment(light) => {
-                let shape = self.environment_light(pointer, light, sky)?;
-                (&light.name, "environment", shape, &light.through)
+                let infinite = self.environment_light(pointer, light, sky)?;
+                ("environment", infinite, &light.through)
             }
             _ => return Ok(false),
         };
-        if let (Some(polygons), LightShape::Infinite(light)) = (through, &mut shape) {
-            light.through = self.openings(pointer, polygons)?;
+        if let Some(polygons) = through {
+            infinite.through = self.openings(pointer, polygons)?;
         }
-        let name = name.clone().unwrap_or(usual.into());
-        // 0 for now: the power that enters the scene is known only when all of the scene is
-        let power = vec![0.0; self.bands];
-        self.add_light(pointer, LightPart { name, power, shape })?;
+        let name = file.keys().name.unwrap_or(usual);
+        self.add_light(pointer, LightPart::new(name, infinite))?;
         Ok(true)
     }
 
@@ -174,9 +168,18 @@ impl Loader<'_> {
                 .error(pointer, format!("more than {MAX_LIGHTS} lights"))
                 .remedy("make one area light of many small ones"));
         }
-        check_power(&light.power, self.bands).map_err(|problem| problem.at(self.place(pointer)))?;
+        if let LightSource::Lamp(lamp) = &light.source {
+            self.located(pointer, check_power(&lamp.power, self.bands))?;
+        }
         self.parts.lights.push(light);
         Ok(())
+    }
+
+    /// Returns the emitter of the lamp `name` of an object. Error: nothing that shines can be made of
+    /// it.
+    pub(super) fn shining<E>(&self, name: &str, made: Checked<E>) -> Result<E> {
+        let scene = &self.parts.name;
+        made.map_err(|problem| problem.of(format!("light `{name}`")).at(format!("scene {scene}")))
     }
 
     /// Adds the surfaces of a light to the scene, if the light has a material.
@@ -184,7 +187,7 @@ impl Loader<'_> {
         let Some(material) = light.material else { return };
         let object = Some(self.parts.objects.len());
         self.parts.objects.push(name.to_string());
-        let triangles = [light.shape.triangles(), &light.dark].concat();
+        let triangles = [light.lamp.outline().triangles(), &light.dark].concat();
         if !triangles.is_empty() {
             if self.materials.needs_tangents(material) {
                 self.turn_next(triangles.iter().map(|corners| longest_edge(corners)));
@@ -206,21 +209,20 @@ impl Loader<'_> {
             self.only_with(pointer, "zero_plane", light.zero_plane, "`photometry`")?;
         }
         let power = self.power(pointer, &light.power, light.lamp_file(), measured.as_ref())?;
-        let shape = match (measured, light.cosine) {
+        let lamp = match (measured, light.cosine) {
             (None, None) => {
                 self.only_with(pointer, "aim", light.aim, "`photometry` or `cosine`")?;
-                LightShape::Point { position }
+                Lamp::new(power, Cone::point(position))
             }
             (Some(measured), None) => {
                 let (unmoved, down) = (Transform::default(), DVec3::NEG_Z);
                 let intensity = self.intensity(pointer, &measured, aim, &unmoved, down)?;
-                LightShape::Luminaire { position, intensity }
+                Lamp::new(power, Luminaire::new(position, intensity))
             }
             (None, Some(exponent)) => {
                 let aim = light.aim.map_or(DVec3::NEG_Z, DVec3::from);
-                let intensity = Intensity::cosine(exponent, aim)
-                    .map_err(|problem| problem.at(self.place(pointer)))?;
-                LightShape::Luminaire { position, intensity }
+                let intensity = self.located(pointer, Intensity::cosine(exponent, aim))?;
+                Lamp::new(power, Luminaire::new(position, intensity))
             }
             (Some(_), Some(_)) => {
                 return Err(self
@@ -228,27 +230,24 @@ impl Loader<'_> {
                     .remedy("give one of them"));
             }
         };
-        Ok(Glowing::new(power, shape))
+        Ok(Glowing::new(lamp))
     }
 
     fn spot_light(&mut self, pointer: &str, light: &SpotSpec) -> Result<Glowing> {
-        let wrong = |key: &str| self.place(format!("{pointer}/{key}"));
-        let direction = check_direction(light.direction.into())
-            .map_err(|problem| problem.at(wrong("direction")))?;
+        let direction = check_direction(light.direction.into());
+        let direction = self.located(format!("{pointer}/direction"), direction)?;
         let half_angle = light.half_angle_deg;
-        check_half_angle(half_angle).map_err(|problem| problem.at(wrong("half_angle_deg")))?;
-        let shape = LightShape::Spot {
-            position: self.point(light.position),
-            direction,
-            half_angle: half_angle.to_radians(),
-        };
-        Ok(Glowing::new(self.power(pointer, &light.power, LampFile::default(), None)?, shape))
+        self.located(format!("{pointer}/half_angle_deg"), check_half_angle(half_angle))?;
+        let spot = Cone::spot(self.point(light.position), direction, half_angle.to_radians());
+        let spot = self.located(pointer, spot)?;
+        let power = self.power(pointer, &light.power, LampFile::default(), None)?;
+        Ok(Glowing::new(Lamp::new(power, spot)))
     }
 
     fn tube_light(&mut self, pointer: &str, light: &TubeSpec) -> Result<Glowing> {
         let (from, to) = (self.point(light.from), self.point(light.to));
         let radius = light.radius * self.metres;
-        let axis = check_axis(to - from).map_err(|problem| problem.at(self.place(pointer)))?;
+        let axis = self.located(pointer, check_axis(to - from))?;
         self.in_range(&format!("{pointer}/radius"), light.radius, 0.0, f64::MAX)?;
         let power = self.power(pointer, &light.power, LampFile::default(), None)?;
         let aperture = self.aperture(pointer, light, axis)?;
@@ -258,16 +257,15 @@ impl Loader<'_> {
                     .error(format!("{pointer}/emission"), "only a line (radius 0) is isotropic")
                     .remedy("set `radius` to 0, or leave `emission` out"));
             }
-            return Ok(Glowing::new(power, LightShape::IsotropicLine { from, to }));
+            let line = self.located(pointer, IsotropicLine::new(from, to))?;
+            return Ok(Glowing::new(Lamp::new(power, line)));
         }
         let Some(material) = &light.material else {
-            let shape = match aperture {
-                Some((toward, opening)) => {
-                    LightShape::ApertureTube { from, to, radius, toward, opening }
-                }
-                None => LightShape::Tube { from, to, radius },
+            let tube = match aperture {
+                Some((toward, opening)) => Tube::part(from, to, radius, toward, opening),
+                None => Tube::whole(from, to, radius),
             };
-            return Ok(Glowing::new(power, shape));
+            return Ok(Glowing::new(Lamp::new(power, self.located(pointer, tube)?)));
         };
         if radius == 0.0 {
             return Err(self
@@ -276,8 +274,8 @@ impl Loader<'_> {
         }
         let material = Some(self.named_material(&format!("{pointer}/material"), material)?);
         let Prism { sides, dark, caps } = prism(from, to, axis, radius, aperture);
-        let shape = LightShape::Area { triangles: sides, two_sided: false };
-        Ok(Glowing { power, shape, material, dark, caps })
+        let sides = self.located(pointer, Area::new(sides, false))?;
+        Ok(Glowing { lamp: Lamp::new(power, sides), material, dark, caps })
     }
 
     /// Returns which part of a tube's circumference emits, or `None` if all of it does: the unit
@@ -306,8 +304,7 @@ impl Loader<'_> {
                 .error(format!("{pointer}/opening_deg"), "a line (radius 0) has no sides")
                 .remedy("give the tube a radius"));
         }
-        let toward = check_aperture(axis, toward, opening)
-            .map_err(|problem| problem.at(self.place(pointer)))?;
+        let toward = self.located(pointer, check_aperture(axis, toward, opening))?;
         Ok((opening < 360.0).then_some((toward, opening.to_radians())))
     }
 
@@ -315,9 +312,7 @@ impl Loader<'_> {
     /// copies, if these are turned differently.
     fn area_lights(&mut self, pointer: &str, light: &AreaSpec) -> Result<Vec<Glowing>> {
         let copies = self.area_copies(pointer, light)?;
-        let areas = copies.iter().flat_map(|copy| &copy.triangles).map(area);
-        let whole: f64 = areas.sum();
-        check_area(whole).map_err(|problem| problem.at(self.place(pointer)))?;
+        let whole: f64 = copies.iter().flat_map(|copy| &copy.triangles).map(area).sum();
         let sides = if light.two_sided { 2.0 } else { 1.0 };
         let measured = self.measured(pointer, light.lamp_file())?;
         if measured.is_some() {
@@ -353,13 +348,6 @@ impl Loader<'_> {
             Some(name) => Some(self.named_material(&format!("{pointer}/material"), name)?),
             None => None,
         };
-        let glowing = |power: Vec<f64>, shape: LightShape| Glowing {
-            power,
-            shape,
-            material,
-            dark: Vec::new(),
-            caps: Vec::new(),
-        };
         let alike = copies.iter().all(|copy| copy.placed.turns_like(&copies[0].placed));
         let joined = |copies: Vec<Copy>| {
             let placed = copies[0].placed;
@@ -367,22 +355,21 @@ impl Loader<'_> {
         };
         let Some(measured) = measured else {
             let Copy { triangles, .. } = joined(copies);
-            return Ok(vec![glowing(
-                power,
-                LightShape::Area { triangles, two_sided: light.two_sided },
-            )]);
+            let area = self.located(pointer, Area::new(triangles, light.two_sided))?;
+            return Ok(vec![Glowing { material, ..Glowing::new(Lamp::new(power, area)) }]);
         };
         let copies = if alike { vec![joined(copies)] } else { copies };
         let several = copies.len() > 1;
         let aim = Aim { aim: light.aim, zero_plane: light.zero_plane };
         let of_copy = |Copy { placed, triangles }: Copy| {
             let own: f64 = triangles.iter().map(area).sum();
-            check_area(own).map_err(|problem| problem.at(self.place(pointer)))?;
+            self.located(pointer, check_area(own))?;
             let cross: DVec3 = triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a)).sum();
             let intensity = self.intensity(pointer, &measured, aim, &placed, 0.5 * cross / own)?;
             let share = if several { own / whole } else { 1.0 };
-            let power = power.iter().map(|power| power * share).collect();
-            Ok(glowing(power, LightShape::LuminaireArea { triangles, intensity }))
+            let power: Vec<f64> = power.iter().map(|power| power * share).collect();
+            let area = self.located(pointer, LuminaireArea::new(triangles, intensity))?;
+            Ok(Glowing { material, ..Glowing::new(Lamp::new(power, area)) })
         };
         copies.into_iter().map(of_copy).collect()
     }
@@ -441,8 +428,7 @@ struct Copy {
 
 /// A light and, if it has a material, the surfaces that it adds to the scene.
 struct Glowing {
-    power: Vec<f64>,
-    shape: LightShape,
+    lamp: Lamp,
     material: Option<usize>,
     /// Triangles of the light's material that do not emit: the sides of a tube beyond its aperture.
     dark: Vec<[DVec3; 3]>,
@@ -450,8 +436,8 @@ struct Glowing {
 }
 
 impl Glowing {
-    fn new(power: Vec<f64>, shape: LightShape) -> Self {
-        Self { power, shape, material: None, dark: Vec::new(), caps: Vec::new() }
+    fn new(lamp: Lamp) -> Self {
+        Self { lamp, material: None, dark: Vec::new(), caps: Vec::new() }
     }
 }
 

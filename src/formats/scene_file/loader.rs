@@ -21,7 +21,7 @@ use super::{
     spec::SceneSpec,
 };
 use crate::{
-    error::{Error, Result, nearest},
+    error::{Checked, Error, Result, nearest},
     formats::{
         input::{Fetch, RELATIVE},
         json,
@@ -126,6 +126,11 @@ impl<'a> Loader<'a> {
     /// Makes an error at a JSON pointer of the scene file.
     pub(super) fn error(&self, pointer: impl Display, problem: impl Display) -> Error {
         Error::input(self.place(pointer), problem)
+    }
+
+    /// Gives the problem of a value that was checked its place in the scene file.
+    pub(super) fn located<T>(&self, pointer: impl Display, value: Checked<T>) -> Result<T> {
+        value.map_err(|problem| problem.at(self.place(pointer)))
     }
 
     /// Refuses the first of the keys at `pointer` that is given.

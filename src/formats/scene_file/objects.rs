@@ -22,7 +22,7 @@ use crate::{
     scene::{
         captor::{CaptorKind, Sensor},
         instances::is_even,
-        light::LightShape,
+        light::{Area, Lamp},
         world::{CaptorPart, CopyPart, LightPart, MAX_CAPTORS, SharedPart, SurfacePart},
     },
 };
@@ -143,10 +143,10 @@ impl Loader<'_> {
 
         for (material, glow) in object.glows {
             let area: f64 = glow.triangles.iter().map(area).sum();
-            let power = glow.radiance.iter().map(|l| PI * l * area).collect();
-            let shape = LightShape::Area { triangles: glow.triangles, two_sided: false };
+            let power: Vec<f64> = glow.radiance.iter().map(|l| PI * l * area).collect();
             let name = format!("{}/{material}", object.name);
-            self.add_light(pointer, LightPart { name, power, shape })?;
+            let emitter = self.shining(&name, Area::new(glow.triangles, false))?;
+            self.add_light(pointer, LightPart::new(name, Lamp::new(power, emitter)))?;
         }
         Ok(())
     }

@@ -23,7 +23,7 @@ use crate::{
     },
     math::geometry::Transform,
     scene::{
-        light::LightShape,
+        light::{Area, Lamp, Tube, Unplaced},
         material::{
             Dielectric, Lambert, MAX_EXPONENT, Material, Mirror, Pane, Phong, PhongFractions,
             check_ior,
@@ -244,20 +244,21 @@ impl Loader<'_> {
         for lamp in &rad.lamps {
             let triangles = self.placed(&lamp.triangles, transform, self.metres)?;
             let metres = self.metres;
-            let (shape, area) = match lamp.tube {
+            let (emitter, area) = match lamp.tube {
                 Some((from, to, radius)) => {
                     let [from, to] = [from, to].map(|p| transform.point(p * metres));
                     let radius = radius * transform.turned(DVec3::X * metres).length();
                     let area = TAU * radius * from.distance(to);
-                    (LightShape::Tube { from, to, radius }, area)
+                    (Tube::whole(from, to, radius).map(Unplaced::of_any_kind), area)
                 }
                 None => {
                     let area = triangles.iter().map(area).sum();
-                    (LightShape::Area { triangles, two_sided: false }, area)
+                    (Area::new(triangles, false).map(Unplaced::of_any_kind), area)
                 }
             };
             let material = &rad.materials[lamp.material].name;
-            let lamp = RoomLamp { identifier: lamp.identifier.clone(), area, shape };
+            let emitter = self.shining(&lamp.identifier, emitter)?;
+            let lamp = RoomLamp { identifier: lamp.identifier.clone(), area, emitter };
             let known = self
                 .room_lamps
                 .iter_mut()
@@ -302,7 +303,7 @@ impl Loader<'_> {
         }
         let whole: f64 = found.iter().map(|lamp| lamp.area).sum();
         let mut copies = HashMap::new();
-        for RoomLamp { identifier, area, shape } in found {
+        for RoomLamp { identifier, area, emitter } in found {
             let mut name = identifier.clone();
             let copy = copies.entry(identifier.clone()).or_insert(0);
             while self.light_names.contains(&name) {
@@ -310,10 +311,10 @@ impl Loader<'_> {
                 name = format!("{identifier}#{copy}");
             }
             let share = if whole > 0.0 { area / whole } else { 0.0 };
-            let power = power.iter().map(|power| power * share).collect();
+            let power: Vec<f64> = power.iter().map(|power| power * share).collect();
             let watts = light.watts.map(|watts| (name.clone(), watts * share));
             self.parts.watts.extend(watts.filter(|_| share > 0.0));
-            self.add_light(pointer, LightPart { name, power, shape })?;
+            self.add_light(pointer, LightPart::new(name, Lamp::new(power, emitter)))?;
         }
         Ok(())
     }

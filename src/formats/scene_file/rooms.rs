@@ -1,6 +1,6 @@
 //! Lamps of rooms in the format of Radiance, kept until a light of the scene gives them power.
 
-use crate::scene::light::LightShape;
+use crate::scene::light::{AnyEmitter, Unplaced};
 
 /// The lamps of one material in an object.
 pub(super) struct RoomLamps {
@@ -18,5 +18,5 @@ pub(super) struct RoomLamp {
     pub(super) identifier: String,
     /// Area that emits, m2.
     pub(super) area: f64,
-    pub(super) shape: LightShape,
+    pub(super) emitter: Unplaced<AnyEmitter>,
 }

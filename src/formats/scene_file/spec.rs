@@ -883,43 +883,31 @@ tagged! {
     }
 }
 
+/// What lights of several kinds say of themselves, where it is given.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LightKeys<'a> {
+    /// Name of the light.
+    pub name: Option<&'a str>,
+    /// Power of a lamp.
+    pub power: Option<&'a PowerSpec>,
+    /// Electric power of the lamp, W.
+    pub watts: Option<f64>,
+}
+
 impl LightSpec {
-    /// Returns the electric power of the light, W, if it is given.
-    pub fn watts(&self) -> Option<f64> {
-        match self {
-            Self::Point(light) => light.watts,
-            Self::Spot(light) => light.watts,
-            Self::Tube(light) => light.watts,
-            Self::Area(light) => light.watts,
-            Self::Rad(light) => light.watts,
-            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => None,
-        }
-    }
-
-    /// Returns the power of a lamp, if it is given.
-    pub fn power(&self) -> Option<&PowerSpec> {
-        match self {
-            Self::Point(light) => Some(&light.power),
-            Self::Spot(light) => Some(&light.power),
-            Self::Tube(light) => Some(&light.power),
-            Self::Area(light) => light.power.as_ref(),
-            Self::Rad(light) => Some(&light.power),
-            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => None,
-        }
-    }
-
-    /// Returns the name of the light, if it is given.
-    pub fn name(&self) -> Option<&str> {
-        match self {
-            Self::Point(light) => light.name.as_deref(),
-            Self::Spot(light) => light.name.as_deref(),
-            Self::Tube(light) => light.name.as_deref(),
-            Self::Area(light) => light.name.as_deref(),
-            Self::Sun(light) => light.name.as_deref(),
-            Self::Sky(light) => light.name.as_deref(),
-            Self::Environment(light) => light.name.as_deref(),
-            Self::Rad(_) => None,
-        }
+    /// Returns what the light says of itself.
+    pub fn keys(&self) -> LightKeys<'_> {
+        let (name, power, watts) = match self {
+            Self::Point(PointSpec { name, power, watts, .. })
+            | Self::Spot(SpotSpec { name, power, watts, .. })
+            | Self::Tube(TubeSpec { name, power, watts, .. }) => (name, Some(power), *watts),
+            Self::Area(light) => (&light.name, light.power.as_ref(), light.watts),
+            Self::Rad(light) => (&None, Some(&light.power), light.watts),
+            Self::Sun(SunSpec { name, .. })
+            | Self::Sky(SkySpec { name, .. })
+            | Self::Environment(EnvironmentSpec { name, .. }) => (name, None, None),
+        };
+        LightKeys { name: name.as_deref(), power, watts }
     }
 
     /// Whether the light is infinitely far away.

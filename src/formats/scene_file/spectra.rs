@@ -67,7 +67,7 @@ impl Loader<'_> {
                 _ => LampFile::default(),
             };
             let pointer = format!("/lights/{i}/power");
-            let part = match light.power() {
+            let part = match light.keys().power {
                 Some(PowerSpec::Spectrum(lamp)) => {
                     let measured = match lamp.total {
                         TotalSpec::File => self.measured(&format!("/lights/{i}"), lamp_file)?,
@@ -78,7 +78,7 @@ impl Loader<'_> {
                     Part::Lamp { curve, unit, scale }
                 }
                 power => {
-                    let name = light.name().map_or(format!("light{i}"), String::from);
+                    let name = light.keys().name.map_or(format!("light{i}"), String::from);
                     self.spectra.flat.push(name);
                     let power = match power {
                         Some(PowerSpec::Given(PerBand::All(power))) => vec![*power; self.bands],

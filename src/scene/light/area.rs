@@ -6,12 +6,16 @@ use glam::{DVec3, Vec3};
 
 use super::{
     emitter::{EmittedRadiance, Emitter, Seen, Start},
+    shape::Unplaced,
     surface::{Chosen, EmittingSurface},
 };
-use crate::math::{
-    geometry::{Extent, Frame, Ray, Triangle, unit_vector},
-    rng::Stream,
-    sampling::{cosine_hemisphere, cosine_hemisphere_density},
+use crate::{
+    error::Problem,
+    math::{
+        geometry::{Extent, Frame, Ray, Triangle, unit_vector},
+        rng::Stream,
+        sampling::{cosine_hemisphere, cosine_hemisphere_density},
+    },
 };
 
 /// An area that shines.
@@ -22,9 +26,10 @@ pub struct Area {
 }
 
 impl Area {
-    /// Makes an area that shines from its front, or from both sides.
-    pub(super) fn new(surface: EmittingSurface, two_sided: bool) -> Self {
-        Self { surface, two_sided }
+    /// Makes an area of triangles, whose corners, m, are counter-clockwise seen from the front. It
+    /// shines from its front, or from both sides. Error: the triangles have no area.
+    pub fn new(triangles: Vec<[DVec3; 3]>, two_sided: bool) -> Result<Unplaced<Self>, Problem> {
+        EmittingSurface::of(triangles, move |surface| Self { surface, two_sided })
     }
 
     /// Returns the number of sides that shine.

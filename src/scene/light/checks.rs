@@ -3,15 +3,12 @@
 use glam::DVec3;
 
 use crate::{
-    error::{Problem, check_length, check_range, number},
+    error::{Checked, Problem, check_length, check_range, number},
     math::geometry::unit_vector,
 };
 
 /// Range of powers above 0 that single precision can carry, W or umol/s.
 const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
-
-/// Result of a check of values: nothing, or what is wrong with them.
-pub(super) type Checked = Result<(), Problem>;
 
 /// Checks the powers of a light, W or umol/s. Error: there is not one for each of `bands` bands, or
 /// one is negative or beyond what single precision can carry.
@@ -28,7 +25,7 @@ pub fn check_power(power: &[f64], bands: usize) -> Checked {
 }
 
 /// Returns the unit vector along the axis of a spot. Error: its length is 0.
-pub fn check_direction(direction: DVec3) -> Result<DVec3, Problem> {
+pub fn check_direction(direction: DVec3) -> Checked<DVec3> {
     unit_vector(direction).ok_or_else(|| {
         let remedy = "say where the spot points: [0, 0, -1] is down";
         Problem::new("a direction of length 0", remedy)

@@ -6,11 +6,12 @@ use std::f32::consts::PI;
 use glam::{DVec3, Vec3};
 
 use super::{
-    checks::{Checked, check_direction},
+    checks::check_direction,
     emitter::{Emitter, Seen, Start},
+    shape::{Outline, Unplaced},
 };
 use crate::{
-    error::Problem,
+    error::{Checked, Problem},
     math::{
         geometry::{Extent, Frame, Ray},
         rng::Stream,
@@ -38,18 +39,29 @@ pub fn check_half_angle(degrees: f64) -> Checked {
 }
 
 impl Cone {
-    /// Makes a point light.
-    pub(super) fn sphere(position: Vec3) -> Self {
-        Self { position, frame: Frame::new(Vec3::Z), versine: 2.0 }
+    /// Makes a point light at a position, m.
+    pub fn point(position: DVec3) -> Unplaced<Self> {
+        Self::at(position, Frame::new(Vec3::Z), 2.0)
     }
 
-    /// Makes a spot with its axis along a vector and a half angle, rad. Error: the vector has length
-    /// 0, or the angle is outside (0, pi].
-    pub(super) fn spot(position: Vec3, direction: DVec3, half_angle: f64) -> Result<Self, Problem> {
+    /// Makes a spot at a position, m, with its axis along a vector and a half angle, rad. Error: the
+    /// vector has length 0, or the angle is outside (0, pi].
+    pub fn spot(
+        position: DVec3,
+        direction: DVec3,
+        half_angle: f64,
+    ) -> Result<Unplaced<Self>, Problem> {
         let axis = check_direction(direction).map_err(|problem| problem.of("direction"))?;
         check_half_angle(half_angle.to_degrees()).map_err(|problem| problem.of("half angle"))?;
         let versine = (2.0 * (half_angle / 2.0).sin().powi(2)) as f32;
-        Ok(Self { position, frame: frame_along(axis), versine })
+        Ok(Self::at(position, frame_along(axis), versine))
+    }
+
+    fn at(position: DVec3, frame: Frame, versine: f32) -> Unplaced<Self> {
+        Unplaced::new(Outline::Points(vec![position]), move |center| {
+            let position = (position - center).as_vec3();
+            Self { position, frame, versine }
+        })
     }
 }
 

@@ -181,19 +181,16 @@ impl EntryFace {
 
 impl Entrance {
     /// Makes the entrance of a light of so many bands into the prism `inside` (not empty), or
-    /// through the openings of the light, which `local` converts to the coordinates of the box.
-    pub fn new(
-        light: InfiniteLight,
-        bands: usize,
-        inside: &Prism,
-        local: impl Fn(DVec3) -> Vec3,
-    ) -> Self {
+    /// through the openings of the light. Coordinates become relative to `center`, as those of
+    /// `inside` are.
+    pub fn new(light: InfiniteLight, bands: usize, inside: &Prism, center: DVec3) -> Self {
         let polygons: Vec<Vec<Triangle>> = light
             .through
             .iter()
             .map(|polygon| {
-                let corners =
-                    triangulate(polygon).into_iter().map(|t| t.map(|i| local(polygon[i])));
+                let corners = triangulate(polygon)
+                    .into_iter()
+                    .map(|t| t.map(|i| (polygon[i] - center).as_vec3()));
                 let triangles = corners.map(Triangle::from);
                 triangles.filter(|triangle| triangle.normal() != Vec3::ZERO).collect()
             })
@@ -283,6 +280,12 @@ impl Entrance {
     /// Returns the flux that enters by a face, per band, W or umol/s.
     pub fn power(&self, face: usize) -> &[f64] {
         &self.faces[face].power
+    }
+
+    /// Returns the flux that enters by all faces, in each of so many bands, W or umol/s.
+    pub fn whole_power(&self, bands: usize) -> Vec<f64> {
+        let by_face = |b: usize| self.faces.iter().map(move |face| face.power[b]);
+        (0..bands).map(|b| by_face(b).sum()).collect()
     }
 
     /// Returns the largest ratio, in a band, of the power of a photon that enters by a face to the

@@ -4,9 +4,9 @@ use std::{f64::consts::TAU, sync::Arc};
 
 use glam::{DVec3, Vec3};
 
-use super::checks::{Checked, check_direction};
+use super::checks::check_direction;
 use crate::{
-    error::{Problem, check_range, number},
+    error::{Checked, Problem, check_range, number},
     math::{
         geometry::{Frame, unit_vector},
         rng::Stream,

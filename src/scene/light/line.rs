@@ -4,7 +4,10 @@ use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use super::emitter::{Emitter, Seen, Start};
+use super::{
+    emitter::{Emitter, Seen, Start},
+    shape::{Outline, Unplaced},
+};
 use crate::{
     error::Problem,
     math::{
@@ -36,7 +39,9 @@ pub(super) struct Line {
 }
 
 impl Line {
-    pub fn new(from: Vec3, whole: Vec3) -> Self {
+    /// Makes a line between two points, in coordinates relative to `center`.
+    pub fn new(from: DVec3, to: DVec3, center: DVec3) -> Self {
+        let (from, whole) = ((from - center).as_vec3(), (to - from).as_vec3());
         let farthest = from.length().max((from + whole).length());
         Self { from, whole, length: whole.length(), blur: ROUNDING * farthest }
     }
@@ -69,10 +74,12 @@ impl Line {
 pub struct IsotropicLine(Line);
 
 impl IsotropicLine {
-    /// Makes a line along the vector `whole` from its start. Error: its length is 0.
-    pub(super) fn new(from: Vec3, whole: DVec3) -> Result<Self, Problem> {
-        check_axis(whole)?;
-        Ok(Self(Line::new(from, whole.as_vec3())))
+    /// Makes a line from one point to another, m. Error: its length is 0.
+    pub fn new(from: DVec3, to: DVec3) -> Result<Unplaced<Self>, Problem> {
+        check_axis(to - from)?;
+        Ok(Unplaced::new(Outline::Points(vec![from, to]), move |center| {
+            Self(Line::new(from, to, center))
+        }))
     }
 }
 

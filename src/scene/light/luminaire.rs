@@ -3,23 +3,37 @@
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::{
     emitter::{EmittedRadiance, Emitter, Seen, Start},
     intensity::Intensity,
+    shape::{Outline, Unplaced},
     surface::{Chosen, EmittingSurface},
 };
-use crate::math::{
-    geometry::{Extent, Ray, Triangle},
-    rng::Stream,
+use crate::{
+    error::Problem,
+    math::{
+        geometry::{Extent, Ray, Triangle},
+        rng::Stream,
+    },
 };
 
 /// A luminaire as a point.
 #[derive(Clone, Debug)]
 pub struct Luminaire {
-    pub(super) position: Vec3,
-    pub(super) intensity: Intensity,
+    position: Vec3,
+    intensity: Intensity,
+}
+
+impl Luminaire {
+    /// Makes a point at a position, m, with an intensity by direction.
+    pub fn new(position: DVec3, intensity: Intensity) -> Unplaced<Self> {
+        Unplaced::new(Outline::Points(vec![position]), move |center| {
+            let position = (position - center).as_vec3();
+            Self { position, intensity: intensity.clone() }
+        })
+    }
 }
 
 impl Emitter for Luminaire {
@@ -79,8 +93,23 @@ impl Emitter for Luminaire {
 /// A luminaire as an area, each point of which shines with the same intensity.
 #[derive(Clone, Debug)]
 pub struct LuminaireArea {
-    pub(super) surface: EmittingSurface,
-    pub(super) intensity: Intensity,
+    surface: EmittingSurface,
+    intensity: Intensity,
+}
+
+impl LuminaireArea {
+    /// Makes an area of triangles, whose corners, m, are counter-clockwise seen from the front. Its
+    /// radiance is I / (area x |cosine|): light leaves from the front into directions on the front's
+    /// side, and from the back into the others. Error: the triangles have no area.
+    pub fn new(
+        triangles: Vec<[DVec3; 3]>,
+        intensity: Intensity,
+    ) -> Result<Unplaced<Self>, Problem> {
+        EmittingSurface::of(triangles, move |surface| Self {
+            surface,
+            intensity: intensity.clone(),
+        })
+    }
 }
 
 impl Emitter for LuminaireArea {

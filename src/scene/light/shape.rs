@@ -1,132 +1,53 @@
-//! Shapes of lights as users give them, with the checks of their values.
+//! Lights before they are in a scene: valid, and in metres from the user's origin.
 
-use std::sync::Arc;
+use std::{fmt, sync::Arc};
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
-use super::{
-    area::Area,
-    checks::Checked,
-    cone::Cone,
-    entrance::{Entrance, Prism},
-    intensity::Intensity,
-    kinds::AnyEmitter,
-    line::IsotropicLine,
-    luminaire::{Luminaire, LuminaireArea},
-    surface::EmittingSurface,
-    tube::Tube,
-};
-use crate::{error::Problem, math::geometry::Extent, scene::daylight::InfiniteLight};
-
-/// Shape and direction pattern of a light, in metres from the user's origin.
+/// Where a light may be met, m from the user's origin.
 #[derive(Clone, Debug)]
-pub enum LightShape {
-    /// A point with the same intensity in all directions.
-    Point {
-        /// Position of the point.
-        position: DVec3,
-    },
-    /// A point with uniform intensity inside a cone.
-    Spot {
-        /// Position of the point.
-        position: DVec3,
-        /// Axis of the cone; not the zero vector.
-        direction: DVec3,
-        /// Half angle of the cone, rad, in (0, pi].
-        half_angle: f64,
-    },
-    /// Lateral surface of a cylinder, which emits Lambertian light.
-    Tube {
-        /// One end of the axis.
-        from: DVec3,
-        /// Other end of the axis; not the same point.
-        to: DVec3,
-        /// Radius, m. With 0 the light is a line, with an intensity in proportion to the sine of
-        /// the angle to the axis.
-        radius: f64,
-    },
-    /// Part of a cylinder's lateral surface, within an angle about its axis; it emits Lambertian
-    /// light.
-    ApertureTube {
-        /// One end of the axis.
-        from: DVec3,
-        /// Other end of the axis; not the same point.
-        to: DVec3,
-        /// Radius, m, above 0.
-        radius: f64,
-        /// Direction from the axis to the middle of the part that shines; not along the axis.
-        toward: DVec3,
-        /// Angle of the part of the circumference that shines, rad, in (0, 2 pi].
-        opening: f64,
-    },
-    /// A line that emits from points uniform on it, into directions uniform on the sphere.
-    IsotropicLine {
-        /// One end of the line.
-        from: DVec3,
-        /// Other end of the line.
-        to: DVec3,
-    },
-    /// Triangles that emit Lambertian light from the front, or from both sides.
-    Area {
-        /// Corners, counter-clockwise seen from the front. The total area is above zero.
-        triangles: Vec<[DVec3; 3]>,
-        /// Whether the back emits as well.
-        two_sided: bool,
-    },
-    /// A point whose intensity depends on the direction.
-    Luminaire {
-        /// Position of the point.
-        position: DVec3,
-        /// Intensity by direction.
-        intensity: Intensity,
-    },
-    /// Triangles on which every point shines with the same intensity, whose radiance is thus I /
-    /// (area x |cosine|). Light leaves from the front into directions on the front's side, and from
-    /// the back into the others.
-    LuminaireArea {
-        /// Corners, counter-clockwise seen from the front. The total area is above zero.
-        triangles: Vec<[DVec3; 3]>,
-        /// Intensity by direction.
-        intensity: Intensity,
-    },
-    /// A light that is infinitely far away. Its power is the flux that enters the box around the
-    /// scene, or its openings.
-    Infinite(InfiniteLight),
+pub enum Outline {
+    /// Points that no ray meets: a point, or the ends of a line.
+    Points(Vec<DVec3>),
+    /// All that is within a radius, m, of the line between two points.
+    Around([DVec3; 2], f64),
+    /// Triangles.
+    Triangles(Arc<[[DVec3; 3]]>),
 }
 
-impl LightShape {
-    /// Checks the values of the shape. Error: nothing that shines can be made of it. Whether
-    /// coordinates are finite is checked with the scene.
-    pub fn check(&self) -> Checked {
-        match self {
-            // made with the scene that its light enters
-            Self::Infinite(_) => Ok(()),
-            _ => self.emitter(0, &Prism::from(Extent::EMPTY), |p| p.as_vec3()).map(drop),
-        }
-    }
-
-    /// Returns the triangles of an area light; the list is empty for other shapes.
+impl Outline {
+    /// Returns the triangles; the list is empty for other outlines.
     pub fn triangles(&self) -> &[[DVec3; 3]] {
         match self {
-            Self::Area { triangles, .. } | Self::LuminaireArea { triangles, .. } => triangles,
+            Self::Triangles(triangles) => triangles,
             _ => &[],
         }
     }
 
-    /// Returns the ends of the axis and the radius, m, of a tube.
-    pub(crate) fn tube(&self) -> Option<([DVec3; 2], f64)> {
+    /// Returns the points that no ray meets.
+    pub fn points(&self) -> &[DVec3] {
         match self {
-            Self::Tube { from, to, radius } | Self::ApertureTube { from, to, radius, .. } => {
-                Some(([*from, *to], *radius))
-            }
+            Self::Points(points) => points,
+            _ => &[],
+        }
+    }
+
+    /// Returns the line that the light is around.
+    pub fn line(&self) -> Option<&[DVec3]> {
+        match self {
+            Self::Around(ends, _) => Some(ends),
             _ => None,
         }
     }
 
-    /// Returns the corners of what a ray may meet: the triangles of an area light, or triangles from
-    /// one end of a tube to the other that span the boxes around both ends and all heights between.
-    pub(crate) fn pieces(&self) -> impl Iterator<Item = [DVec3; 3]> {
-        let tube = self.tube().into_iter().flat_map(|([from, to], radius)| {
+    /// Returns the corners of what a ray may meet: the triangles, or triangles from one end of a line
+    /// to the other that span the boxes around both ends and all heights between.
+    pub fn pieces(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        let around = match self {
+            Self::Around(ends, radius) => Some((*ends, *radius)),
+            _ => None,
+        };
+        let around = around.into_iter().flat_map(|([from, to], radius)| {
             let diagonals = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
             diagonals.into_iter().flat_map(move |(x, y)| {
                 let across = radius * DVec3::new(x, y, 1.0);
@@ -136,57 +57,47 @@ impl LightShape {
                 ]
             })
         });
-        self.triangles().iter().copied().chain(tube)
+        self.triangles().iter().copied().chain(around)
+    }
+}
+
+/// A light that is not in a scene yet: its outline, and how it becomes an emitter in coordinates
+/// relative to the scene's centre, once this is known. The constructors of emitters make it, and
+/// refuse what could not shine; whether coordinates are finite is checked with the scene.
+#[derive(Clone)]
+pub struct Unplaced<E> {
+    outline: Outline,
+    place: Arc<dyn Fn(DVec3) -> E + Send + Sync>,
+}
+
+impl<E: 'static> Unplaced<E> {
+    /// Makes a light that `place` turns into an emitter, given the centre of the scene.
+    pub(super) fn new(
+        outline: Outline,
+        place: impl Fn(DVec3) -> E + Send + Sync + 'static,
+    ) -> Self {
+        Self { outline, place: Arc::new(place) }
     }
 
-    /// Returns the place of a point, or the ends of a line.
-    pub(crate) fn points(&self) -> impl Iterator<Item = DVec3> {
-        let [first, second] = match self {
-            Self::Point { position }
-            | Self::Spot { position, .. }
-            | Self::Luminaire { position, .. } => [Some(*position), None],
-            Self::IsotropicLine { from, to } => [Some(*from), Some(*to)],
-            _ => [None, None],
-        };
-        first.into_iter().chain(second)
+    /// Returns the same light as one of any kind.
+    pub(crate) fn of_any_kind<A: From<E> + 'static>(self) -> Unplaced<A> {
+        let place = self.place;
+        Unplaced { outline: self.outline, place: Arc::new(move |center| place(center).into()) }
     }
 
-    /// Makes what emits. `local` converts coordinates to those of the scene; a light at infinity, of
-    /// so many `bands`, enters the prism `inside`, in these coordinates. Error: it could not shine.
-    pub(super) fn emitter(
-        &self,
-        bands: usize,
-        inside: &Prism,
-        local: impl Fn(DVec3) -> Vec3,
-    ) -> Result<AnyEmitter, Problem> {
-        let surface = |triangles| EmittingSurface::new(triangles, &local);
-        Ok(match self {
-            Self::Point { position } => Cone::sphere(local(*position)).into(),
-            Self::Spot { position, direction, half_angle } => {
-                Cone::spot(local(*position), *direction, *half_angle)?.into()
-            }
-            Self::Tube { from, to, radius } => {
-                Tube::whole(local(*from), *to - *from, *radius)?.into()
-            }
-            Self::ApertureTube { from, to, radius, toward, opening } => {
-                Tube::part(local(*from), *to - *from, *radius, *toward, *opening)?.into()
-            }
-            Self::IsotropicLine { from, to } => {
-                IsotropicLine::new(local(*from), *to - *from)?.into()
-            }
-            Self::Area { triangles, two_sided } => {
-                Area::new(surface(triangles)?, *two_sided).into()
-            }
-            Self::Luminaire { position, intensity } => {
-                Luminaire { position: local(*position), intensity: intensity.clone() }.into()
-            }
-            Self::LuminaireArea { triangles, intensity } => {
-                let surface = surface(triangles)?;
-                LuminaireArea { surface, intensity: intensity.clone() }.into()
-            }
-            Self::Infinite(light) => {
-                Arc::new(Entrance::new(light.clone(), bands, inside, local)).into()
-            }
-        })
+    /// Returns where the light may be met.
+    pub(crate) fn outline(&self) -> &Outline {
+        &self.outline
+    }
+
+    /// Makes the emitter, in coordinates relative to `center`.
+    pub(super) fn place(&self, center: DVec3) -> E {
+        (self.place)(center)
+    }
+}
+
+impl<E> fmt::Debug for Unplaced<E> {
+    fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
+        self.outline.fmt(to)
     }
 }

@@ -1,10 +1,12 @@
 //! Triangles that light leaves from.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec2, Vec3};
 
-use super::checks::Checked;
+use super::shape::{Outline, Unplaced};
 use crate::{
-    error::Problem,
+    error::{Checked, Problem},
     math::{
         geometry::{Extent, ROUNDING, Triangle},
         rng::Stream,
@@ -57,16 +59,30 @@ impl Chosen {
     }
 }
 
+/// Returns the area of a triangle, m2.
+fn area([a, b, c]: &[DVec3; 3]) -> f64 {
+    0.5 * (*b - *a).cross(*c - *a).length()
+}
+
 impl EmittingSurface {
-    /// Makes the surface of triangles, whose corners `local` converts to coordinates of the scene.
+    /// Makes a light of triangles, m, of which `emitter` makes an emitter once they are in a scene.
     /// Error: they have no area.
-    pub fn new(triangles: &[[DVec3; 3]], local: impl Fn(DVec3) -> Vec3) -> Result<Self, Problem> {
-        let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
+    pub fn of<E: 'static>(
+        triangles: Vec<[DVec3; 3]>,
+        emitter: impl Fn(Self) -> E + Send + Sync + 'static,
+    ) -> Result<Unplaced<E>, Problem> {
         check_area(triangles.iter().map(area).sum())?;
+        let triangles: Arc<[[DVec3; 3]]> = triangles.into();
+        let outline = Outline::Triangles(triangles.clone());
+        Ok(Unplaced::new(outline, move |center| emitter(Self::new(&triangles, center))))
+    }
+
+    /// Makes the surface of triangles, in coordinates relative to `center`.
+    fn new(triangles: &[[DVec3; 3]], center: DVec3) -> Self {
         let mut surface = Self::default();
         let mut sum = 0.0;
         for corners in triangles {
-            let triangle = Triangle::from(corners.map(&local));
+            let triangle = Triangle::from(corners.map(|p| (p - center).as_vec3()));
             // a sliver that rounding has left without a front emits nothing
             if triangle.normal() != Vec3::ZERO {
                 sum += area(corners);
@@ -79,7 +95,7 @@ impl EmittingSurface {
                 surface.triangles.push(triangle);
             }
         }
-        Ok(surface)
+        surface
     }
 
     /// Returns the total area, m2.

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use super::{Light, LightShape};
+use super::{AnyEmitter, Area, Cone, IsotropicLine, Lamp, Light, Tube, Unplaced};
 use crate::math::{
     geometry::{Extent, Ray},
     odds::{SphereBins, assert_counts, assert_shard},
@@ -17,13 +17,20 @@ const CENTER: DVec3 = DVec3::new(3.0, -2.0, 1.0);
 /// Above the distance from their light at which photons start, m.
 const OFFSET: f64 = 2e-5;
 
-fn light(power: &[f64], shape: &LightShape) -> Light {
-    Light::new("lamp".into(), power.to_vec(), shape, CENTER, &Extent::EMPTY.into()).unwrap()
+fn light<E: 'static>(power: &[f64], emitter: Unplaced<E>) -> Light
+where
+    AnyEmitter: From<E>,
+{
+    let lamp = Lamp::new(power, emitter).into();
+    Light::new("lamp".into(), lamp, power.len(), CENTER, &Extent::EMPTY.into())
 }
 
 /// Visits each photon of a light, with its start in the user's coordinates and its direction.
-fn photons(seed: u64, shape: &LightShape, mut visit: impl FnMut(DVec3, Vec3)) {
-    let (light, mut rng) = (light(&[1.0], shape), Stream::new(seed, 0, 0));
+fn photons<E: 'static>(seed: u64, emitter: Unplaced<E>, mut visit: impl FnMut(DVec3, Vec3))
+where
+    AnyEmitter: From<E>,
+{
+    let (light, mut rng) = (light(&[1.0], emitter), Stream::new(seed, 0, 0));
     for _ in 0..PHOTONS {
         let ray = light.emit(&mut rng);
         assert!((ray.direction.length() - 1.0).abs() < 1e-6, "{ray:?}");
@@ -60,14 +67,14 @@ fn point_and_isotropic_line_fill_the_sphere() {
     let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(-0.5, 2.5, 4.0));
     let bins = SphereBins::even(Vec3::new(0.48, -0.6, 0.64));
     let mut counts = vec![0; bins.len()];
-    photons(1, &LightShape::Point { position: from }, |p, d| {
+    photons(1, Cone::point(from), |p, d| {
         assert!(p.distance(from) < 1e-6);
         counts[bins.index(d)] += 1;
     });
     assert_uniform("point", &counts);
 
     let mut counts = vec![0; 5 * bins.len()];
-    photons(1, &LightShape::IsotropicLine { from, to }, |p, d| {
+    photons(1, IsotropicLine::new(from, to).unwrap(), |p, d| {
         let along = (p - from).dot(to - from) / from.distance_squared(to);
         assert!(p.distance(from.lerp(to, along)) < 1e-6 && (-1e-6..1.0 + 1e-6).contains(&along));
         counts[5 * bins.index(d) + cell(along, 5)] += 1;
@@ -85,10 +92,10 @@ fn spot_is_uniform_in_its_cone() {
         let half_angle = f64::to_radians(degrees);
         let whole = 2.0 * (half_angle / 2.0).sin().powi(2);
         let mut counts = vec![0; 240];
-        let spot = LightShape::Spot { position, direction, half_angle };
+        let spot = Cone::spot(position, direction, half_angle).unwrap();
         // directions are known to 1e-7, which is coarser than the rings of the narrowest cone
         let rings = if degrees < 0.01 { 4 } else { 20 };
-        photons(2, &spot, |_, d| {
+        photons(2, spot, |_, d| {
             let d = d.as_dvec3();
             let off_axis = 2.0 * (0.5 * d.distance(axis)).min(1.0).asin();
             assert!(off_axis < half_angle + 2e-7, "{off_axis} of {half_angle}");
@@ -120,7 +127,7 @@ fn tube_is_lambertian() {
         let bins = SphereBins::even(axis.as_vec3());
         let mut intensity = vec![0; bins.len()];
         let mut cells = vec![0; 5 * 8 * 16];
-        photons(3, &LightShape::Tube { from, to, radius }, |p, d| {
+        photons(3, Tube::whole(from, to, radius).unwrap(), |p, d| {
             intensity[bins.index(d)] += 1;
             let along = (p - from).dot(axis) / from.distance(to);
             assert!((-1e-6..1.0 + 1e-6).contains(&along));
@@ -163,8 +170,8 @@ fn area_light_is_uniform_and_lambertian() {
     let total: f64 = triangles.iter().map(area).sum();
     for two_sided in [false, true] {
         let mut counts = vec![0; 2 * 5 * 4 * 16];
-        let shape = LightShape::Area { triangles: triangles.clone(), two_sided };
-        photons(4, &shape, |p, d| {
+        let shape = Area::new(triangles.clone(), two_sided).unwrap();
+        photons(4, shape, |p, d| {
             // find the triangle that the photon comes from
             let (index, weights, height) = (0..5)
                 .filter(|&i| area(&triangles[i]) > 0.0)
@@ -219,8 +226,8 @@ fn tubes_are_as_wide_as_they_are() {
     let cases =
         [(0.013, 1.0), (0.013, 30.0), (0.013, 100.0), (0.001, 2.0), (1e-4, 10.0), (0.001, 100.0)];
     for (radius, distance) in cases {
-        let shape = LightShape::Tube { from: CENTER - axis, to: CENTER + axis, radius };
-        let (tube, mut rng) = (light(&[1.0], &shape), Stream::new(6, 0, 0));
+        let shape = Tube::whole(CENTER - axis, CENTER + axis, radius).unwrap();
+        let (tube, mut rng) = (light(&[1.0], shape), Stream::new(6, 0, 0));
         let (mut hits, mut cosines) = (0u64, 0.0);
         for i in 0..RAYS {
             let (sin, cos) = (2.0 * PI * f64::from(rng.uniform())).sin_cos();

@@ -156,17 +156,16 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::light::LightShape;
+    use crate::scene::light::{Cone, Lamp};
 
     fn lights(count: usize) -> Vec<Light> {
         (0..count)
             .map(|i| {
                 let f = i as f64;
                 let position = DVec3::new((f * 0.37).sin(), (f * 0.73).cos(), 0.1 * (f % 7.0));
-                let power = vec![if i % 5 == 0 { 0.0 } else { 1.0 + (f % 3.0) }];
-                let shape = LightShape::Point { position };
-                Light::new("lamp".into(), power, &shape, DVec3::ZERO, &Extent::EMPTY.into())
-                    .unwrap()
+                let power = [if i % 5 == 0 { 0.0 } else { 1.0 + (f % 3.0) }];
+                let lamp = Lamp::new(power, Cone::point(position)).into();
+                Light::new("lamp".into(), lamp, 1, DVec3::ZERO, &Extent::EMPTY.into())
             })
             .collect()
     }
@@ -202,9 +201,9 @@ mod tests {
 
     #[test]
     fn equal_places_make_a_tree() {
-        let shape = LightShape::Point { position: DVec3::ONE };
         let light = |_| {
-            Light::new("a".into(), vec![1.0], &shape, DVec3::ZERO, &Extent::EMPTY.into()).unwrap()
+            let lamp = Lamp::new([1.0], Cone::point(DVec3::ONE)).into();
+            Light::new("a".into(), lamp, 1, DVec3::ZERO, &Extent::EMPTY.into())
         };
         let lights: Vec<Light> = (0..1000).map(light).collect();
         let tree = LightTree::new(&lights);

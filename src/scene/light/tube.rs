@@ -10,6 +10,7 @@ use super::{
     cone::frame_along,
     emitter::{EmittedRadiance, Emitter, EmitterHit, Seen, Start},
     line::{Line, check_axis},
+    shape::{Outline, Unplaced},
     surface::Chosen,
 };
 use crate::{
@@ -70,36 +71,41 @@ pub struct Tube {
 }
 
 impl Tube {
-    /// Makes a tube of which all shines, along the vector `whole` from the start of its axis. Error:
-    /// it has no length, or a radius below 0.
-    pub(super) fn whole(from: Vec3, whole: DVec3, radius: f64) -> Result<Self, Problem> {
-        let axis = check_axis(whole)?;
+    /// Makes a tube of which all shines, between two points and of a radius, m. With a radius of 0 it
+    /// is a line. Error: it has no length, or a radius below 0.
+    pub fn whole(from: DVec3, to: DVec3, radius: f64) -> Result<Unplaced<Self>, Problem> {
+        let axis = check_axis(to - from)?;
         check_range(radius, 0.0, f64::MAX).map_err(|problem| problem.of("radius"))?;
-        let line = Line::new(from, whole.as_vec3());
-        let (frame, radius) = (frame_along(axis), radius as f32);
-        Ok(Self { line, frame, radius, aperture: Aperture(1.0) })
+        Ok(Self::around([from, to], radius, frame_along(axis), 1.0))
     }
 
-    /// Makes a tube that shines towards one side, within an angle, rad, about its axis. Error: it
-    /// has no length or no radius, the side is along the axis, or the angle outside (0, 2 pi].
-    pub(super) fn part(
-        from: Vec3,
-        whole: DVec3,
+    /// Makes a tube that shines `toward` one side, within an angle `opening`, rad, about its axis.
+    /// Error: it has no length or no radius, the side is along the axis, or the angle outside
+    /// (0, 2 pi].
+    pub fn part(
+        from: DVec3,
+        to: DVec3,
         radius: f64,
         toward: DVec3,
         opening: f64,
-    ) -> Result<Self, Problem> {
+    ) -> Result<Unplaced<Self>, Problem> {
         check_range(radius, f64::MIN_POSITIVE, f64::MAX).map_err(|problem| problem.of("radius"))?;
-        let axis = check_axis(whole)?;
+        let axis = check_axis(to - from)?;
         let tangent = check_aperture(axis, toward, opening.to_degrees())?;
         let frame = Frame {
             tangent: tangent.as_vec3(),
             bitangent: axis.cross(tangent).as_vec3(),
             normal: axis.as_vec3(),
         };
-        let aperture = Aperture((opening / std::f64::consts::TAU) as f32);
-        let line = Line::new(from, whole.as_vec3());
-        Ok(Self { line, frame, radius: radius as f32, aperture })
+        let aperture = (opening / std::f64::consts::TAU) as f32;
+        Ok(Self::around([from, to], radius, frame, aperture))
+    }
+
+    fn around([from, to]: [DVec3; 2], radius: f64, frame: Frame, aperture: f32) -> Unplaced<Self> {
+        Unplaced::new(Outline::Around([from, to], radius), move |center| {
+            let (line, radius) = (Line::new(from, to, center), radius as f32);
+            Self { line, frame, radius, aperture: Aperture(aperture) }
+        })
     }
 
     /// Returns the area that shines, m2.

@@ -24,7 +24,7 @@ use crate::{
         captor::{Captor, CaptorKind, Moments},
         instances::Placed,
         lattice::{Images, Layers, Repeats},
-        light::{Entrance, Light, LightShape, LightTree, MARGIN, Prism},
+        light::{Entrance, Light, LightTree, MARGIN, Prism},
         stand::{LayerBins, Stand},
     },
 };
@@ -83,7 +83,7 @@ impl Scene {
         }
 
         for light in &parts.lights {
-            let triangles = light.shape.triangles();
+            let triangles = light.triangles();
             if !triangles.is_empty() {
                 check_rounding(("light", &light.name), triangles, local)?;
             }
@@ -127,7 +127,7 @@ impl Scene {
             stand.layers = Some(bins.map_err(|problem| problem.of("layers").at(place()))?);
         }
         stand.balances = parts.lattice.is_some_and(|lattice| lattice.area().is_some())
-            && parts.lights.iter().all(|l| matches!(l.shape, LightShape::Infinite(_)));
+            && parts.lights.iter().all(|light| light.infinite().is_some());
         let own = surface_parts.iter().map(|(_, part)| part.triangles.len()).sum();
         let mut triangles = Vec::with_capacity(own);
         let mut runs = Vec::with_capacity(surface_parts.len());
@@ -242,12 +242,11 @@ impl Scene {
             }
             None => around.into(),
         };
-        let made = |LightPart { name, power, shape }: LightPart| {
-            let what = format!("light `{name}`");
-            let made = Light::new(name, power, &shape, center, &inside);
-            made.map_err(|problem| problem.of(what).at(place()))
+        let bands = parts.bands.len();
+        let made = |LightPart { name, source }: LightPart| {
+            Light::new(name, source, bands, center, &inside)
         };
-        let mut lights: Vec<Light> = parts.lights.into_iter().map(made).collect::<Result<_>>()?;
+        let mut lights: Vec<Light> = parts.lights.into_iter().map(made).collect();
         if let Some(lattice) = &lattice {
             lights.iter_mut().for_each(|light| light.bring_into_cell(lattice));
         }
@@ -423,7 +422,8 @@ fn working_center(parts: &SceneParts) -> Option<DVec3> {
 fn pieces(parts: &SceneParts, center: DVec3) -> impl Iterator<Item = [DVec3; 3]> {
     let surfaces = parts.surfaces.iter().flat_map(|part| &part.triangles);
     let captors = parts.captors.iter().flat_map(|captor| &captor.triangles);
-    let lamps = parts.lights.iter().flat_map(|light| light.shape.pieces());
+    let lamps =
+        parts.lights.iter().filter_map(LightPart::lamp).flat_map(|lamp| lamp.outline().pieces());
     let copies = parts
         .shared
         .iter()
@@ -477,9 +477,9 @@ impl Bounds {
         let captors = parts.captors.iter().flat_map(|c| &c.triangles);
         triangles.chain(captors).flatten().for_each(|&p| bounds.add(p));
         parts.shared.iter().flat_map(SharedPart::boxes).flatten().for_each(|p| bounds.add(p));
-        for light in &parts.lights {
-            light.shape.points().for_each(|p| bounds.add(p));
-            light.shape.pieces().flatten().for_each(|p| bounds.add(p));
+        for lamp in parts.lights.iter().filter_map(LightPart::lamp) {
+            lamp.outline().points().iter().for_each(|&p| bounds.add(p));
+            lamp.outline().pieces().flatten().for_each(|p| bounds.add(p));
         }
         // a scene of a sky alone
         if bounds.min.x > bounds.max.x {

@@ -8,8 +8,9 @@ use crate::{
     math::{geometry::Transform, units::Quantity, weighting::WeightedUnit},
     scene::{
         captor::{CaptorKind, Sensor},
+        daylight::InfiniteLight,
         lattice::Lattice,
-        light::LightShape,
+        light::{Lamp, LightSource},
         material::Material,
     },
 };
@@ -189,11 +190,36 @@ impl SharedPart {
 pub struct LightPart {
     /// Unique name.
     pub name: String,
-    /// Emitted flux per band, 0 or from 1e-30 to 1e30 W or umol/s. For a light at infinity it is
-    /// computed from the scene's extent, and the values here are ignored.
-    pub power: Vec<f64>,
-    /// Shape, m from the user's origin.
-    pub shape: LightShape,
+    /// What shines, and how much.
+    pub source: LightSource,
+}
+
+impl LightPart {
+    /// Makes a part of a lamp or of a light that is infinitely far away.
+    pub fn new(name: impl Into<String>, source: impl Into<LightSource>) -> Self {
+        Self { name: name.into(), source: source.into() }
+    }
+
+    /// Returns the lamp, unless the light is infinitely far away.
+    pub(crate) fn lamp(&self) -> Option<&Lamp> {
+        match &self.source {
+            LightSource::Lamp(lamp) => Some(lamp),
+            LightSource::Infinite(_) => None,
+        }
+    }
+
+    /// Returns the light that is infinitely far away, if it is one.
+    pub(crate) fn infinite(&self) -> Option<&InfiniteLight> {
+        match &self.source {
+            LightSource::Lamp(_) => None,
+            LightSource::Infinite(light) => Some(light),
+        }
+    }
+
+    /// Returns the triangles of a lamp; the list is empty for other lights.
+    pub(crate) fn triangles(&self) -> &[[DVec3; 3]] {
+        self.lamp().map_or(&[], |lamp| lamp.outline().triangles())
+    }
 }
 
 /// A captor of the scene, before it is built.

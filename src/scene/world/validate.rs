@@ -2,19 +2,18 @@
 
 use std::{collections::HashSet, fmt::Display};
 
-use glam::DVec3;
-
 use super::{
     Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SharedPart, SurfacePart,
 };
 use crate::{
-    error::{Error, Problem, Result, check_range, number},
+    error::{Checked, Error, Problem, Result, check_range, number},
     math::spectrum::MAX_BANDS,
     scene::{
         captor::{CaptorKind, Sensor},
+        daylight::InfiniteLight,
         instances::is_even,
         lattice::Lattice,
-        light::{LightShape, check_power},
+        light::{LightSource, check_power},
         material::Material,
     },
 };
@@ -28,9 +27,6 @@ pub const MAX_PLACED: u64 = 2_000_000_000;
 pub const MAX_CAPTORS: usize = 2_000_000;
 /// Limit on the number of lights.
 pub const MAX_LIGHTS: usize = 1_000_000;
-
-/// The result of checking a value.
-type Checked = std::result::Result<(), Problem>;
 
 impl SceneParts {
     /// Refuses parts that do not make a valid scene; the error names `place`. Whether coordinates
@@ -88,11 +84,8 @@ impl SceneParts {
             return Err(problem.of("layers").at(place));
         }
         if self.sunlit {
-            let suns = self.lights.iter().map(|light| match &light.shape {
-                LightShape::Infinite(light) => light.suns(),
-                _ => 0,
-            });
-            let suns: usize = suns.sum();
+            let infinite = self.lights.iter().filter_map(LightPart::infinite);
+            let suns: usize = infinite.map(InfiniteLight::suns).sum();
             if suns != 1 {
                 let problem = format!("{suns} suns, must be 1");
                 let remedy = "a sunlit share belongs to one moment: give a sun, or daylight at a time \
@@ -161,7 +154,7 @@ impl SceneParts {
     }
 
     fn check_numbers(&self) -> Checked {
-        let of_lights = self.lights.iter().map(|light| light.shape.triangles().len());
+        let of_lights = self.lights.iter().map(|light| light.triangles().len());
         let of_surfaces = self.surfaces.iter().map(|surface| surface.triangles.len());
         let of_captors = self.captors.iter().map(|captor| captor.triangles.len());
         let of_copies = self.shared.iter().map(SharedPart::triangles);
@@ -274,11 +267,10 @@ impl BandSum {
 
 impl LightPart {
     fn check(&self, bands: usize) -> Checked {
-        check_power(&self.power, bands)?;
-        if let LightShape::Infinite(light) = &self.shape {
-            light.check(bands)?;
+        match &self.source {
+            LightSource::Lamp(lamp) => check_power(&lamp.power, bands),
+            LightSource::Infinite(light) => light.check(bands),
         }
-        self.shape.check()
     }
 }
 
@@ -379,23 +371,18 @@ pub fn check_images(parts: &SceneParts, lattice: &Lattice, slack: f64) -> Checke
         all = images.fold(all, u64::saturating_add);
     }
     let lights = parts.lights.iter().flat_map(|light| {
-        let triangles = light.shape.triangles().iter();
+        let triangles = light.triangles().iter();
         triangles.map(|corners| (light.name.as_str(), corners.as_slice()))
     });
     let tubes = parts.lights.iter().filter_map(|light| {
-        let (ends, _) = light.shape.tube()?;
-        Some((light.name.as_str(), ends.to_vec()))
+        let line = light.lamp()?.outline().line()?;
+        Some((light.name.as_str(), line))
     });
     let openings = parts.lights.iter().flat_map(|light| {
-        let polygons = match &light.shape {
-            LightShape::Infinite(infinite) => infinite.through.as_slice(),
-            _ => &[],
-        };
-        polygons.iter().map(|polygon| (light.name.as_str(), polygon.clone()))
+        let polygons = light.infinite().map_or(&[][..], |infinite| &infinite.through);
+        polygons.iter().map(|polygon| (light.name.as_str(), polygon.as_slice()))
     });
-    let others: Vec<(&str, Vec<DVec3>)> = tubes.chain(openings).collect();
-    let others = others.iter().map(|(name, corners)| (*name, corners.as_slice()));
-    for (name, corners) in surfaces.chain(captors).chain(lights).chain(others) {
+    for (name, corners) in surfaces.chain(captors).chain(lights).chain(tubes).chain(openings) {
         all = all.saturating_add(lattice.count_images(corners, slack));
         if all > MAX_TRIANGLES as u64 {
             return Err(Problem::new(

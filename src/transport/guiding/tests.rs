@@ -14,7 +14,7 @@ use crate::{
     },
     scene::{
         captor::CaptorKind,
-        light::LightShape,
+        light::{Cone, Lamp},
         material::{Dielectric, Lambert, Material, Pane},
         world::{Band, CaptorPart, LightPart, NamedMaterial, Scene, SceneParts, SurfacePart},
     },
@@ -40,10 +40,12 @@ fn squares(side: usize, material: Material) -> Scene {
         Material::Pane(_) => square(-1.0, -1.0, 1.0, 8.0),
         _ => square(-9.0, -9.0, 0.0, 1.0),
     };
-    let shape = LightShape::Point { position: DVec3::new(0.3, 0.4, 1.0) };
     let scene = Scene::new(SceneParts {
         bands: vec![Band { name: "all".into(), from_nm: None, to_nm: None }],
-        lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape }],
+        lights: vec![LightPart::new(
+            "lamp",
+            Lamp::new([1.0], Cone::point(DVec3::new(0.3, 0.4, 1.0))),
+        )],
         materials: vec![NamedMaterial { name: "wall".into(), material }],
         surfaces: vec![SurfacePart { object: None, material: 0, captor: None, triangles }],
         captors: (0..side * side).map(captor).collect(),

@@ -6,7 +6,7 @@ use super::*;
 use crate::{
     math::{odds::Mean, rng::Stream, sampling::uniform_triangle},
     scene::{
-        light::LightShape,
+        light::{Cone, Lamp},
         material::{Leaf, LeafFace, Material},
         world::{Band, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart},
     },
@@ -17,11 +17,7 @@ use crate::{
 fn scene_of(triangles: Vec<[DVec3; 3]>, leaf: Option<Leaf>) -> Scene {
     let band = |name: &str| Band { name: name.into(), from_nm: None, to_nm: None };
     let position = triangles[0][0] + DVec3::new(0.0, 0.0, 1.0);
-    let light = LightPart {
-        name: "lamp".into(),
-        power: vec![1.0; 2],
-        shape: LightShape::Point { position },
-    };
+    let light = LightPart::new("lamp", Lamp::new([1.0; 2], Cone::point(position)));
     let (kind, virtual_triangles, surfaces, materials) = match leaf {
         None => (CaptorKind::Virtual { both_sides: false }, triangles, vec![], vec![]),
         Some(leaf) => {

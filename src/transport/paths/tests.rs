@@ -10,7 +10,7 @@ use crate::{
     },
     scene::{
         captor::{CaptorKind, Channel},
-        light::LightShape,
+        light::{Cone, Lamp, Tube},
         material::{Lambert, Material, Phong, PhongFractions},
         world::{Band, CaptorPart, LightPart, NamedMaterial, SceneParts, SurfacePart},
     },
@@ -23,14 +23,9 @@ fn lamps() -> SceneParts {
         let along = DVec3::Y;
         [[a, b, b + along], [a, b + along, a + along]]
     };
-    let lamp = |x: f64, name: &str| LightPart {
-        name: name.into(),
-        power: vec![100.0],
-        shape: LightShape::Tube {
-            from: DVec3::new(x, 0.2, 2.05),
-            to: DVec3::new(x, 0.8, 2.05),
-            radius: 0.01,
-        },
+    let lamp = |x: f64, name: &str| {
+        let [from, to] = [0.2, 0.8].map(|y| DVec3::new(x, y, 2.05));
+        LightPart::new(name, Lamp::new([100.0], Tube::whole(from, to, 0.01).unwrap()))
     };
     let reflector = |middle: f64| {
         let at = move |i: i32| {
@@ -124,7 +119,7 @@ fn what_no_lamp_shines_on_is_no_reflector() {
     dull.materials[0].material = Material::Lambert(Lambert::new(&[0.8]));
     assert!(Reflectors::find(&Scene::new(dull).unwrap(), 1).is_none());
     let mut dark = lamps();
-    let shape = LightShape::Spot { position: DVec3::Z, direction: -DVec3::Z, half_angle: 0.5 };
-    dark.lights = vec![LightPart { name: "down".into(), power: vec![1.0], shape }];
+    let spot = Cone::spot(DVec3::Z, -DVec3::Z, 0.5).unwrap();
+    dark.lights = vec![LightPart::new("down", Lamp::new([1.0], spot))];
     assert!(Reflectors::find(&Scene::new(dark).unwrap(), 1).is_none());
 }

@@ -150,7 +150,7 @@ mod tests {
     use glam::DVec3;
 
     use crate::scene::{
-        light::LightShape,
+        light::{Cone, Lamp},
         world::{Band, CaptorPart, LightPart, SceneParts},
     };
 
@@ -168,11 +168,10 @@ mod tests {
             groups: Vec::new(),
             sensor: Default::default(),
         };
-        let shape = LightShape::Point { position: DVec3::Z };
         let scene = Scene::new(SceneParts {
             bands: (0..4096).map(band).collect(),
             captors: (0..10_000).map(captor).collect(),
-            lights: vec![LightPart { name: "lamp".into(), power: vec![1.0; 4096], shape }],
+            lights: vec![LightPart::new("lamp", Lamp::new(vec![1.0; 4096], Cone::point(DVec3::Z)))],
             ..SceneParts::default()
         });
         let scene = scene.unwrap_or_else(|e| panic!("{e}"));
@@ -197,11 +196,10 @@ mod tests {
             groups: Vec::new(),
             sensor: Default::default(),
         };
-        let shape = LightShape::Point { position: DVec3::Z };
         let scene = Scene::new(SceneParts {
             bands: vec![band],
             captors: (0..leaves).map(captor).collect(),
-            lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape }],
+            lights: vec![LightPart::new("lamp", Lamp::new([1.0], Cone::point(DVec3::Z)))],
             ..SceneParts::default()
         });
         let scene = scene.unwrap_or_else(|e| panic!("{e}"));

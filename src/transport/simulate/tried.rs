@@ -239,7 +239,7 @@ mod tests {
 
     use super::*;
     use crate::scene::{
-        light::LightShape,
+        light::{Cone, Lamp},
         material::{Lambert, Material},
         world::{Band, LightPart, NamedMaterial, SceneParts, SurfacePart},
     };
@@ -252,10 +252,12 @@ mod tests {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let photons = |reflectance: f32| {
             let wall = Material::Lambert(Lambert::new(&[reflectance]));
-            let shape = LightShape::Point { position: DVec3::splat(0.1) };
             let scene = Scene::new(SceneParts {
                 bands: vec![Band { name: "PAR".into(), from_nm: None, to_nm: None }],
-                lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape }],
+                lights: vec![LightPart::new(
+                    "lamp",
+                    Lamp::new([1.0], Cone::point(DVec3::splat(0.1))),
+                )],
                 materials: vec![NamedMaterial { name: "wall".into(), material: wall }],
                 surfaces: vec![SurfacePart {
                     object: None,

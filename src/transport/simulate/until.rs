@@ -184,7 +184,7 @@ mod tests {
     use crate::{
         scene::{
             captor::{CaptorKind, Sensor},
-            light::LightShape,
+            light::{Cone, Lamp},
             world::{Band, CaptorPart, LightPart, Scene, SceneParts},
         },
         transport::settings::{Estimator, Settings},
@@ -199,10 +199,9 @@ mod tests {
 
     /// A lamp in the open, and a sensor.
     fn scene() -> Scene {
-        let shape = LightShape::Point { position: DVec3::ZERO };
         let scene = Scene::new(SceneParts {
             bands: vec![Band { name: "PAR".into(), from_nm: None, to_nm: None }],
-            lights: vec![LightPart { name: "lamp".into(), power: vec![1.0], shape }],
+            lights: vec![LightPart::new("lamp", Lamp::new([1.0], Cone::point(DVec3::ZERO)))],
             captors: vec![CaptorPart {
                 id: "sensor".into(),
                 kind: CaptorKind::Virtual { both_sides: false },

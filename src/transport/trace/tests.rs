@@ -9,7 +9,7 @@ use crate::{
         rng::{Purpose, Streams},
     },
     scene::{
-        light::{LightShape, Strata},
+        light::{Cone, Lamp, Strata},
         material::Lambert,
         world::{Band, LightPart, NamedMaterial, SceneParts, SurfacePart},
     },
@@ -23,10 +23,12 @@ fn room(power: [f64; 2]) -> Scene {
         [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = |[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]].map(|t| t.map(corner));
     let band = |name: &str| Band { name: name.into(), from_nm: None, to_nm: None };
-    let shape = LightShape::Point { position: DVec3::new(0.3, 0.4, 0.6) };
     let scene = Scene::new(SceneParts {
         bands: vec![band("blue"), band("infrared")],
-        lights: vec![LightPart { name: "lamp".into(), power: power.into(), shape }],
+        lights: vec![LightPart::new(
+            "lamp",
+            Lamp::new(power, Cone::point(DVec3::new(0.3, 0.4, 0.6))),
+        )],
         materials: vec![NamedMaterial {
             name: "wall".into(),
             material: Material::Lambert(Lambert::new(&[0.1, 0.98])),

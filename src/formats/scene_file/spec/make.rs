@@ -243,19 +243,3 @@ impl CaptorSpec {
 fn in_memory(mesh: &str) -> String {
     format!("mesh:{mesh}")
 }
-
-/// Makes a part one of the variants of what it is a kind of.
-macro_rules! kinds {
-    ($all:ident: $($variant:ident($part:ident)),*) => {
-        $(impl From<$part> for $all {
-            fn from(part: $part) -> Self {
-                Self::$variant(part.into())
-            }
-        })*
-    };
-}
-
-kinds!(MaterialSpec: Lambert(LambertSpec), Transparent(TransparentSpec), Leaf(LeafSpec), Phong(PhongSpec),
-    Mirror(MirrorSpec), Table(TableSpec));
-kinds!(LightSpec: Point(PointSpec), Spot(SpotSpec), Tube(TubeSpec), Area(AreaSpec), Rad(RadLightSpec),
-    Sun(SunSpec), Sky(SkySpec), Environment(EnvironmentSpec));

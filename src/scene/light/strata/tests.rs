@@ -2,15 +2,17 @@
 
 use glam::DVec3;
 
-use super::{super::LightShape, *};
+use super::{
+    super::{Cone, Lamp},
+    *,
+};
 use crate::math::geometry::Extent;
 
 fn lights(powers: &[f64]) -> Vec<Light> {
-    let point = LightShape::Point { position: DVec3::ZERO };
     // two bands, of which the largest decides
     let light = |&p: &f64| {
-        Light::new("lamp".into(), vec![0.3 * p, p], &point, DVec3::ZERO, &Extent::EMPTY.into())
-            .unwrap()
+        let lamp = Lamp::new([0.3 * p, p], Cone::point(DVec3::ZERO)).into();
+        Light::new("lamp".into(), lamp, 2, DVec3::ZERO, &Extent::EMPTY.into())
     };
     powers.iter().map(light).collect()
 }
