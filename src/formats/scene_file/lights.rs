@@ -178,8 +178,7 @@ impl Loader<'_> {
     /// Returns the emitter of the lamp `name` of an object. Error: nothing that shines can be made of
     /// it.
     pub(super) fn shining<E>(&self, name: &str, made: Checked<E>) -> Result<E> {
-        let scene = &self.parts.name;
-        made.map_err(|problem| problem.of(format!("light `{name}`")).at(format!("scene {scene}")))
+        self.located("", made.map_err(|problem| problem.of(format!("light `{name}`"))))
     }
 
     /// Adds the surfaces of a light to the scene, if the light has a material.
