@@ -25,7 +25,8 @@ use crate::{
     formats::{
         output::{FilesRead, Temporary, folder_of},
         scene_file::{LoadedScene, SkyDivision},
-        year_work::{TableSettings, YearWork},
+        work_file::TableSettings,
+        year_work::YearWork,
     },
     scene::captor::Channel,
     show::plot::PlotStyle,

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use super::{input::hex, json, year_work::TableSettings};
+use super::{input::hex, json};
 use crate::{
     error::{Error, Result},
     transport::shard::Shard,
@@ -85,6 +85,17 @@ pub struct WorkHead {
     /// What is to be written of a year.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tables: Option<TableSettings>,
+}
+
+/// The options of the tables of a year.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TableSettings {
+    /// Whose hours are written, if that was given.
+    pub hours: Option<String>,
+    /// Whether the tables are CSV.
+    pub csv: bool,
+    /// Whether there are results of months.
+    pub results: bool,
 }
 
 impl WorkHead {

@@ -71,17 +71,6 @@ pub struct YearSettings {
     pub sun_rays: u64,
 }
 
-/// The options of the tables of a year.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TableSettings {
-    /// Whose hours are written, if that was given.
-    pub hours: Option<String>,
-    /// Whether the tables are CSV.
-    pub csv: bool,
-    /// Whether there are results of months.
-    pub results: bool,
-}
-
 /// A file with work of a year.
 #[derive(Debug)]
 pub struct YearWork {

@@ -9,8 +9,8 @@ use crate::{
         control_file::ControlFile,
         output::FilesRead,
         scene_file::SkyDivision,
-        work_file::{Work, WorkHead},
-        year_work::{TableSettings, YearSettings},
+        work_file::{TableSettings, Work, WorkHead},
+        year_work::YearSettings,
     },
     show::plot::PlotStyle,
     studies::{
