@@ -62,6 +62,7 @@ impl Task<'_> {
                 By::Bounce => vec![what.into()],
             },
             scale,
+            whole: self.arguments.colour == By::Bounce,
         };
         let words = format!("{}, {} of them seen\n", photons(&light), dots.len());
         Ok(Made { picture: picture.with_bar(&legend)?, pixels: None, words })

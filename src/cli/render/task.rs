@@ -201,7 +201,7 @@ impl<'a> Task<'a> {
 
     pub fn legend(&self, what: &str, unit: &str, scale: Scale) -> Legend {
         let short: String = self.band.name.chars().take(14).collect();
-        Legend { title: vec![what.into(), short, unit.into()], scale }
+        Legend { title: vec![what.into(), short, unit.into()], scale, whole: false }
     }
 
     /// Makes a pale picture of what `see` says each ray meets first. `colour` gives the colour of a

@@ -15,6 +15,8 @@ pub struct Legend {
     pub title: Vec<String>,
     /// The numbers along the bar.
     pub scale: Scale,
+    /// Whether only whole numbers stand along the bar, as for counts.
+    pub whole: bool,
 }
 
 /// Least height of a picture with a bar, pixels.
@@ -32,7 +34,8 @@ impl Picture {
         let em = (self.width as f64 / 52.0).clamp(13.0, 40.0).min(height / 15.0).round();
         let line = (1.3 * em).round();
         let ticks = legend.scale.ticks(((height / (3.0 * line)) as usize).clamp(2, 10));
-        let ticks: Vec<(f64, String)> = ticks.into_iter().map(|tick| (tick, label(tick))).collect();
+        let shown = ticks.into_iter().filter(|tick| !legend.whole || tick.fract() == 0.0);
+        let ticks: Vec<(f64, String)> = shown.map(|tick| (tick, label(tick))).collect();
         let title: Vec<String> = legend.title.iter().map(|line| printed(line)).collect();
         let longest = |texts: &mut dyn Iterator<Item = &String>| {
             texts.map(|text| text.chars().count()).max().unwrap_or(0) as f64 * WIDTH * em
@@ -86,11 +89,25 @@ mod tests {
         let plain = Picture::new(100, std::iter::repeat_n(PAPER, 100 * 300));
         let bar = |title: &str| {
             let scale = Scale::new(0.0, 2.0, false).expect("a scale");
-            plain.with_bar(&Legend { title: vec![title.into()], scale }).expect("a bar")
+            plain
+                .with_bar(&Legend { title: vec![title.into()], scale, whole: false })
+                .expect("a bar")
         };
         let (empty, named) = (bar("   "), bar("<&\u{1}"));
         assert_eq!((empty.width, empty.height), (named.width, 300));
         let dark = |picture: &Picture| picture.rgb().iter().filter(|c| **c < 128).count();
         assert!(dark(&named) > dark(&empty) + 30, "{} {}", dark(&named), dark(&empty));
+    }
+
+    /// Between 0 and 2 counts have three numbers along a bar, and amounts more.
+    #[test]
+    fn counts_have_whole_numbers_along_a_bar() {
+        let plain = Picture::new(100, std::iter::repeat_n(PAPER, 100 * 600));
+        let dark = |whole: bool| {
+            let scale = Scale::new(0.0, 2.0, false).expect("a scale");
+            let picture = plain.with_bar(&Legend { title: Vec::new(), scale, whole });
+            picture.expect("a bar").rgb().iter().filter(|c| **c < 100).count()
+        };
+        assert!(dark(true) < dark(false) && dark(true) > 0);
     }
 }
