@@ -11,7 +11,7 @@ use std::{
 use crate::{
     error::{Error, Result},
     formats::{
-        output::{folder_of, place_of},
+        output::{folder_of, writable_place},
         unfinished::{is_at, is_held, remove_leftovers, unfinished_file},
     },
 };
@@ -35,10 +35,7 @@ impl HeldFile {
             let problem = format!("cannot be written: {why}");
             Error::input(path.display(), problem).remedy("write elsewhere")
         };
-        let place = place_of(path).map_err(|e| match e.kind() {
-            io::ErrorKind::NotFound => unwritable(&e.kind()),
-            _ => unwritable(&e),
-        })?;
+        let place = writable_place(path)?;
         if place.exists() && !place.is_file() {
             return Err(unwritable(&"it is not a file"));
         }

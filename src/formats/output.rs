@@ -108,17 +108,9 @@ impl OutputFile {
             Ok(kind) if kind.permissions().readonly() => {
                 return fail("is write-protected".into(), "write elsewhere");
             }
-            _ => place_of(path),
+            _ => writable_place(path)?,
         };
         let old = fs::metadata(path).ok();
-        let place = match place {
-            Ok(place) => place,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => {
-                let problem = format!("there is no folder {}", folder_of(path).display());
-                return fail(problem, "create it, or write elsewhere");
-            }
-            Err(e) => return fail(format!("cannot be written: {e}"), "write elsewhere"),
-        };
         match unfinished_file(&folder_of(&place), old.as_ref()) {
             Ok(file) => {
                 Ok(Self { path: path.to_path_buf(), target: Target::Temporary(file, place) })
@@ -287,6 +279,18 @@ pub fn folder_of(path: &Path) -> PathBuf {
 /// itself. Errors: there is no such folder, or `path` cannot be the name of a file.
 pub fn place_of(path: &Path) -> io::Result<PathBuf> {
     fs::canonicalize(path).or_else(|_| new_place(path, MOST_LINKS))
+}
+
+/// Returns the same. Errors: those, as sentences.
+pub fn writable_place(path: &Path) -> Result<PathBuf> {
+    let fail = |problem: String, remedy| Error::input(path.display(), problem).remedy(remedy);
+    place_of(path).map_err(|e| match e.kind() {
+        io::ErrorKind::NotFound => {
+            let problem = format!("there is no folder {}", folder_of(path).display());
+            fail(problem, "create it, or write elsewhere")
+        }
+        _ => fail(format!("cannot be written: {e}"), "write elsewhere"),
+    })
 }
 
 /// The most links that are followed from one to the next, as on Linux.

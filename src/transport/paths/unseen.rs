@@ -84,7 +84,7 @@ impl<'a> Finding<'a> {
 impl Told {
     /// Runs the photons, unless the scene cannot have light of either kind.
     pub fn find(scene: &Scene, pilot: &Pilot, seed: u64) -> Self {
-        let hides = hides(scene);
+        let hides = Unseen::may_be(scene);
         if !hides && pilot.spots.is_none() && !(is_smooth(scene) && ByChance::may_be(scene)) {
             return Self { unseen: None, by_chance: None };
         }
@@ -95,9 +95,15 @@ impl Told {
 }
 
 impl Unseen {
-    /// Runs the photons. `None` if the scene has no point, line or sun, or no smooth surface.
+    /// Returns whether paths may miss light in the scene: it has a point, line or sun, and a smooth
+    /// surface.
+    pub fn may_be(scene: &Scene) -> bool {
+        is_smooth(scene) && scene.lights.iter().any(Light::is_delta)
+    }
+
+    /// Runs the photons. `None` if there [cannot be](Self::may_be) such light.
     pub fn find(scene: &Scene, seed: u64) -> Option<Self> {
-        hides(scene).then(|| Self::run(scene, Of::All, seed))
+        Self::may_be(scene).then(|| Self::run(scene, Of::All, seed))
     }
 
     /// Runs the photons of daylight alone, and calls hidden only what no path can find of the sun.
@@ -199,11 +205,6 @@ fn each_photon<L: Lanes>(
         done += 1;
     }
     done
-}
-
-/// Returns whether the scene may have light that paths cannot find.
-fn hides(scene: &Scene) -> bool {
-    is_smooth(scene) && scene.lights.iter().any(Light::is_delta)
 }
 
 fn is_smooth(scene: &Scene) -> bool {

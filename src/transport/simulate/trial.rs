@@ -22,8 +22,8 @@ use crate::{
     },
 };
 
-/// Fraction of the light on captors that paths may miss. Where they would miss more, photons or
-/// complete paths are chosen.
+/// Fraction of the light on captors that paths may miss. Where they would miss more, they are not
+/// recommended.
 const MISSED: f64 = 1e-3;
 /// The relative error for which the work is stated where no tolerance is asked for.
 const GOAL: f64 = 0.01;
@@ -46,8 +46,8 @@ pub struct Choice {
 impl Choice {
     /// Chooses the cheaper estimator for the tolerance of `settings` on each captor or, without a
     /// tolerance, for the geometric mean of the variances over the captors. Photons are guided by
-    /// `guidance`. Where paths would miss light, or where photons are better at some faces, photons
-    /// are compared with complete paths. Returns with the choice what the trial of paths has found,
+    /// `guidance`. Where paths may miss light, or where photons are better at some faces, photons are
+    /// compared with complete paths. Returns with the choice what the trial of paths has found,
     /// if they were tried. Errors: those of a run.
     pub(super) fn make<'a>(
         scene: &'a Scene,
@@ -62,14 +62,13 @@ impl Choice {
         if scene.captors.is_empty() {
             return photons("there is no captor for paths to start from".into());
         }
-        let missed = missed(scene, settings);
         let complete = TriedComplete::new(scene, settings, control)?;
         let photons = match guidance {
             None => complete.photons.clone(),
             Some(_) => photons_of(scene, settings, guidance, TRIAL_RAYS, control)?,
         };
         let (paths, of_paths, name) =
-            match missed > MISSED || !complete.division.by_photons.is_empty() {
+            match Unseen::may_be(scene) || !complete.division.by_photons.is_empty() {
                 true => {
                     let TriedComplete { pilot, division, tried, .. } = complete;
                     (tried, OfPaths { pilot, division: Some(division) }, Estimator::Complete)
@@ -96,15 +95,6 @@ impl Choice {
             "{percent} % {of} takes {photons_needed} photons, or {paths_needed} {name}; {other} are {times:.1} \
              times the work"
         );
-        let why = match name {
-            Estimator::Complete if missed > MISSED => {
-                let missed = 100.0 * missed;
-                format!(
-                    "{why}; paths cannot find {missed:.2} % of the light on the captors by themselves"
-                )
-            }
-            _ => why,
-        };
         Ok((Self { estimator, why }, Some(of_paths)))
     }
 }
