@@ -80,9 +80,10 @@ def captor_map(
     ax: Any = None,
     **options: Any,
 ) -> Any:
-    """Draws the irradiance of captors over the plane in which they lie: colours with contours, linear between the captors
-    over Delaunay triangles. Around a grid they go on to the ends of its cells. Where such a map is not possible, the captors
-    are drawn as dots at their places, with their values where they are few.
+    """Draws the irradiance of captors over the plane in which they lie: colours with contours. Between the captors of a grid
+    they are smooth and never beyond the captors' values, and go on to the ends of the grid's cells; between others they are
+    linear over Delaunay triangles. Where such a map is not possible, the captors are drawn as dots at their places, with
+    their values where they are few.
 
     Args:
         band: a band or sum; if not given, the first sum, or the first band.
@@ -112,7 +113,7 @@ def captor_map(
         contours = bool(flat and sensors and not dots and known.sum() > 3 and _spans(x[known], y[known]))
     elif contours and not _spans(x[known], y[known]):
         raise wrong("contours", "fewer than three captors that are not in a line", "leave it out: dots show them")
-    ax = _axes(ax)
+    own, ax = ax is None, _axes(ax)
     bar: dict[str, Any] = {}
     if contours:
         drawn, numbers = _contours(ax, x[known], y[known], values[known], options)
@@ -130,10 +131,14 @@ def captor_map(
             ax.set(xlim=(x.min() - room, x.max() + room), ylim=(y.min() - room, y.max() + 1.5 * room))
             bar = {"shrink": 0.6, "aspect": 12}
     ax.set(xlabel=f"{axes[0]}, m", ylabel=f"{axes[1]}, m", aspect="equal")
-    # the bar is about as high as a map that is wider than its place
     (low, high), (bottom, top), (wide, tall) = ax.get_xlim(), ax.get_ylim(), ax.figure.get_size_inches()
-    flat = 0.62 * wide * (top - bottom) / max(high - low, 1e-9) / (0.8 * tall)
-    bar = {"shrink": float(np.clip(flat, 0.5, 1)), **bar} if len(ax.figure.axes) == 1 else bar
+    flat = (wide - 1.35) * (top - bottom) / max(high - low, 1e-9)
+    if own and contours:
+        # a figure as high as its map, with its title and the letters below
+        ax.figure.set_figheight(float(np.clip(flat + 0.75, 0.4 * wide, 1.1 * wide)))
+    elif len(ax.figure.axes) == 1:
+        # the bar is about as high as a map that is wider than its place
+        bar = {"shrink": float(np.clip(flat / (0.8 * tall), 0.5, 1)), **bar}
     ax.figure.colorbar(drawn, ax=ax, label=_label(result, column), **bar)
     ax.grid(visible=False)
     return ax
@@ -148,7 +153,7 @@ def _contours(ax: Any, x: Any, y: Any, values: Any, options: dict[str, Any]) -> 
     and the numbers of their bar."""
     from matplotlib.ticker import MaxNLocator
 
-    x, y, values = _to_cells(x, y, values)
+    x, y, values = _smooth(*_to_cells(x, y, values))
     top = MaxNLocator(8).tick_values(min(0.0, values.min()), max(values.max(), 1e-30))
     usual = {"levels": np.linspace(top[0], top[-1], 65)}
     drawn = ax.tricontourf(x, y, values, **{**usual, **options})
@@ -206,6 +211,62 @@ def _to_cells(x: Any, y: Any, values: Any) -> tuple[Any, Any, Any]:
     added = np.array(more)
     floor = 0.0 if values.min() >= 0 else -np.inf
     return (np.append(x, added[:, 0]), np.append(y, added[:, 1]), np.append(values, np.maximum(added[:, 2], floor)))
+
+
+# a smooth map has about so many points
+_SMOOTH = 4000
+
+
+def _smooth(x: Any, y: Any, values: Any) -> tuple[Any, Any, Any]:
+    """Adds points between those of a grid, where values follow monotone cubics along both axes, so that none lies beyond
+    its neighbours; leaves points that are no grid as they are."""
+    grid, place = zip(*(_lines(at) for at in (x, y)), strict=True)
+    table = np.full([len(lines) for lines in grid], np.nan)
+    table[place] = values
+    steps = min(8, int((_SMOOTH / len(values)) ** 0.5))
+    if table.size != len(values) or np.isnan(table).any() or min(table.shape) < 3 or steps < 2:
+        return x, y, values
+    finer = []
+    for lines in grid:
+        finer.append(np.interp(np.arange((len(lines) - 1) * steps + 1) / steps, np.arange(len(lines)), lines))
+        # the other axis comes next
+        table = _monotone(lines, table, finer[-1]).T
+    across, up = np.meshgrid(*finer, indexing="ij")
+    return across.ravel(), up.ravel(), table.ravel()
+
+
+def _lines(at: Any) -> tuple[Any, Any]:
+    """Returns the distinct coordinates of the lines of a grid, and the number of the line of each point."""
+    order = np.argsort(at, kind="stable")
+    first = np.append(True, np.diff(at[order]) > 1e-6 * max(np.ptp(at), 1e-30))
+    line = np.empty(len(at), int)
+    line[order] = np.cumsum(first) - 1
+    return at[order][first], line
+
+
+def _monotone(x: Any, values: Any, at: Any) -> Any:
+    """Interpolates the columns of ``values``, given at three places ``x`` or more, by cubics that rise and fall only where
+    the values do (Fritsch and Butland 1984)."""
+    width = np.diff(x)[:, None]
+    slope = np.diff(values, axis=0) / width
+    # at a place between two others: a weighted harmonic mean of the slopes beside it; 0 at a hill or in a hollow
+    weight = [2 * width[1:] + width[:-1], width[1:] + 2 * width[:-1]]
+    before, after = slope[:-1], slope[1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = (weight[0] + weight[1]) / (weight[0] / before + weight[1] / after)
+    middle = np.where(before * after > 0, mean, 0.0)
+    # at the ends: as the parabola through three places, but not against the slope there, nor steeper than three times it
+    ends = []
+    for near, next_, h, g in ((slope[0], slope[1], *width[:2, 0]), (slope[-1], slope[-2], *width[:-3:-1, 0])):
+        end = ((2 * h + g) * near - h * next_) / (h + g)
+        end = np.where(end * near > 0, end, 0.0)
+        ends.append(np.where(np.abs(end) > 3 * np.abs(near), 3 * near, end))
+    tangent = np.vstack([ends[0], middle, ends[1]])
+    i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
+    h, t = width[i], ((at - x[i]) / width[i, 0])[:, None]
+    return ((1 + 2 * t) * values[i] + h * t * tangent[i]) * (1 - t) ** 2 + (
+        (3 - 2 * t) * values[i + 1] - h * (1 - t) * tangent[i + 1]
+    ) * t**2
 
 
 def _plane(result: Result) -> list[int]:

@@ -1,5 +1,6 @@
-//! Draws values at points of a plane as colours with contours; between points they are linear over
-//! the triangles of a Delaunay triangulation.
+//! Draws values at points of a plane as colours with contours. Between the points of a grid they
+//! are smooth, and never beyond the values of the points; between others they are linear over the
+//! triangles of a Delaunay triangulation.
 
 use plotters::{
     element::{Circle, PathElement, Polygon, Rectangle, Text},
@@ -29,6 +30,11 @@ const ROOM: (i32, i32, i32, i32) = (px(52), px(12), px(30), BELOW);
 pub(super) const BAR: i32 = px(92);
 /// Number of colours between the ends of the bar: finer than the eye can distinguish.
 const STEPS: usize = 32;
+
+/// A smooth map has about so many triangles.
+const SMOOTH: usize = 1500;
+/// The most parts into which the space between two points of a grid is cut for it.
+const FINEST: usize = 6;
 
 /// Values at points of one plane.
 #[derive(Clone, Debug)]
@@ -242,8 +248,9 @@ impl HeatMap {
         levels.into_iter().filter(|level| *level > low && *level < high).collect()
     }
 
-    /// Returns the triangles and, around a grid, those to the ends of the cells whose middles the
-    /// points are: values go on as they do between the last two points, but not below 0.
+    /// Returns the triangles that are drawn. Around a grid they go on to the ends of the cells whose
+    /// middles the points are: values go on as they do between the last two points, but not below
+    /// 0. Between the points of a grid values are smooth.
     fn spread(&self) -> Vec<[Corner; 3]> {
         let ends = ends(&self.points);
         let half = [step(self.points.iter().map(|p| p.0)), step(self.points.iter().map(|p| p.1))]
@@ -285,7 +292,53 @@ impl HeatMap {
             }
         }
         // points that are no grid have no cells
-        if corners == 4 { all.triangles() } else { self.triangles() }
+        let whole = if corners == 4 { &all } else { self };
+        whole.smooth().unwrap_or_else(|| whole.triangles())
+    }
+
+    /// Returns the triangles of a finer grid, on which values follow monotone cubics along both
+    /// axes. `None` if the points are no grid of three lines or more both ways, or if there are so
+    /// many of them that no finer grid is needed.
+    fn smooth(&self) -> Option<Vec<[Corner; 3]>> {
+        let [across, up] = [|p: &(f64, f64)| p.0, |p: &(f64, f64)| p.1]
+            .map(|axis| lines(self.points.iter().map(axis)));
+        let (columns, rows) = (across.len(), up.len());
+        let cells = columns.checked_sub(1)? * rows.checked_sub(1)?;
+        let parts = ((SMOOTH as f64 / (2.0 * cells as f64)).sqrt() as usize).min(FINEST);
+        if columns * rows != self.points.len() || columns.min(rows) < 3 || parts < 2 {
+            return None;
+        }
+        let mut values = vec![f64::NAN; columns * rows];
+        for (&(x, y), &value) in self.points.iter().zip(&self.values) {
+            values[nearest(&up, y) * columns + nearest(&across, x)] = value;
+        }
+        if values.iter().any(|value| value.is_nan()) {
+            return None;
+        }
+        let finer = |places: &[f64]| -> Vec<f64> {
+            let part = |i: usize| i as f64 / parts as f64;
+            let between = |pair: &[f64]| {
+                let [from, to] = [pair[0], pair[1]];
+                (0..parts).map(move |i| from + part(i) * (to - from))
+            };
+            places.windows(2).flat_map(between).chain(places.last().copied()).collect()
+        };
+        let (x, y) = (finer(&across), finer(&up));
+        let along: Vec<Vec<f64>> =
+            values.chunks(columns).map(|row| monotone(&across, row, &x)).collect();
+        let column = |i: usize| {
+            let values: Vec<f64> = along.iter().map(|row| row[i]).collect();
+            monotone(&up, &values, &y)
+        };
+        let fine: Vec<Vec<f64>> = (0..x.len()).map(column).collect();
+        let corner = |i: usize, j: usize| (x[i], y[j], fine[i][j]);
+        let cell = |(i, j): (usize, usize)| {
+            let [a, b, c, d] =
+                [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        let all = (1..x.len()).flat_map(|i| (1..y.len()).map(move |j| (i - 1, j - 1)));
+        Some(all.flat_map(cell).collect())
     }
 }
 
@@ -330,6 +383,65 @@ fn step(places: impl Iterator<Item = f64>) -> f64 {
         places.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > least).collect();
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Returns the distinct places among these, in rising order.
+fn lines(places: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut places: Vec<f64> = places.collect();
+    places.sort_by(f64::total_cmp);
+    if let [first, .., last] = places[..] {
+        let least = 1e-6 * (last - first);
+        places.dedup_by(|next, place| *next - *place <= least);
+    }
+    places
+}
+
+/// Returns the index of the place that is nearest to this one.
+fn nearest(places: &[f64], at: f64) -> usize {
+    let next = places.partition_point(|place| *place < at).min(places.len() - 1);
+    let before = next.saturating_sub(1);
+    if at - places[before] < places[next] - at { before } else { next }
+}
+
+/// Interpolates `values` at the rising places `x`, three at least, by cubics that rise and fall only
+/// where the values do (Fritsch and Butland 1984); `at` are rising places between the ends of `x`.
+fn monotone(x: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
+    let width: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let slope: Vec<f64> =
+        values.windows(2).zip(&width).map(|(pair, width)| (pair[1] - pair[0]) / width).collect();
+    let last = width.len() - 1;
+    // as the parabola through three places, but not against the slope there, nor steeper than three
+    // times it
+    let end = |own: usize, other: usize| {
+        let (h, g) = (width[own], width[other]);
+        let end = ((2.0 * h + g) * slope[own] - h * slope[other]) / (h + g);
+        let steepest = 3.0 * slope[own];
+        if end * slope[own] <= 0.0 {
+            0.0
+        } else if end.abs() > steepest.abs() {
+            steepest
+        } else {
+            end
+        }
+    };
+    // a weighted harmonic mean of the slopes beside a place; 0 at a hill or in a hollow
+    let tangent = |i: usize| match i {
+        0 => end(0, 1),
+        _ if i > last => end(last, last - 1),
+        _ if slope[i - 1] * slope[i] <= 0.0 => 0.0,
+        _ => {
+            let [before, after] = [2.0 * width[i] + width[i - 1], width[i] + 2.0 * width[i - 1]];
+            (before + after) / (before / slope[i - 1] + after / slope[i])
+        }
+    };
+    let value = |&at: &f64| {
+        let i = x.partition_point(|x| *x <= at).clamp(1, last + 1) - 1;
+        let (h, t) = (width[i], (at - x[i]) / width[i]);
+        let from = (1.0 + 2.0 * t) * values[i] + h * t * tangent(i);
+        let to = (3.0 - 2.0 * t) * values[i + 1] - h * (1.0 - t) * tangent(i + 1);
+        from * (1.0 - t).powi(2) + to * t.powi(2)
+    };
+    at.iter().map(value).collect()
 }
 
 /// Returns the least and the greatest coordinates on both axes.
@@ -436,11 +548,51 @@ mod tests {
         let found = map(grid).spread();
         let corners: Vec<(f64, f64)> = found.as_flattened().iter().map(|c| (c.0, c.1)).collect();
         assert_eq!(ends(&corners), [(-0.5, 3.5), (-0.5, 2.5)]);
-        assert!(found.as_flattened().iter().all(|c| (c.2 - (100.0 * c.0).max(0.0)).abs() < 1e-9));
+        // between 0 and 1 the line bends from level to rising
+        let rises = |c: &Corner| match (0.0..1.0).contains(&c.0) {
+            true => (0.0..=100.0 * c.0 + 1e-9).contains(&c.2),
+            false => (c.2 - (100.0 * c.0).max(0.0)).abs() < 1e-9,
+        };
+        assert!(found.as_flattened().iter().all(rises), "{found:?}");
         let star = vec![(0.0, 1.0), (1.0, 0.0), (2.0, 1.0), (1.0, 2.0), (1.0, 1.0)];
         let corners: Vec<(f64, f64)> =
             map(star).spread().as_flattened().iter().map(|c| (c.0, c.1)).collect();
         assert_eq!(ends(&corners), [(0.0, 2.0), (0.0, 2.0)]);
+    }
+
+    /// Between the points of a grid values are smooth: they go through those of the points, follow
+    /// a plane, and the hill between two equal points is no higher than these.
+    #[test]
+    fn a_grid_is_smooth() {
+        let grid = |value: fn(f64, f64) -> f64| {
+            let points: Vec<(f64, f64)> =
+                (0..20).map(|i| (f64::from(i % 5), 0.5 * f64::from(i / 5))).collect();
+            let values = points.iter().map(|&(x, y)| value(x, y)).collect();
+            HeatMap { title: String::new(), axes: Default::default(), points, values }
+        };
+        let plane = grid(|x, y| 3.0 * x - 2.0 * y).smooth().expect("a grid");
+        assert_eq!(plane.len(), 2 * 12 * FINEST * FINEST);
+        let off = |c: &Corner| (c.2 - 3.0 * c.0 + 2.0 * c.1).abs();
+        assert!(plane.as_flattened().iter().all(|c| off(c) < 1e-12));
+        let bumps = grid(|x, _| if x == 1.0 || x == 2.0 { 7.0 } else { x });
+        let found = bumps.smooth().expect("a grid");
+        let found = found.as_flattened();
+        for (&(x, y), &value) in bumps.points.iter().zip(&bumps.values) {
+            let there = |c: &&Corner| (c.0 - x).abs() < 1e-9 && (c.1 - y).abs() < 1e-9;
+            assert!((found.iter().find(there).expect("its corner").2 - value).abs() < 1e-12);
+        }
+        assert!(found.iter().all(|c| (0.0..=7.0).contains(&c.2)));
+        let at = |x: f64| {
+            let near = |c: &&Corner| (c.0 - x).abs() < 1e-9 && c.1 == 0.0;
+            found.iter().find(near).expect("its corner").2
+        };
+        // between 0 and 7 with slopes of 10.5 (of the parabola through 0, 7, 7) and 0:
+        // 10.5 t (1 - t)^2 + 7 (3 t^2 - 2 t^3)
+        assert!((at(0.5) - (10.5 / 8.0 + 3.5)).abs() < 1e-12, "{}", at(0.5));
+        let star = vec![(0.0, 1.0), (1.0, 0.0), (2.0, 1.0), (1.0, 2.0), (1.0, 1.0)];
+        let values = vec![0.0; 5];
+        let map = HeatMap { title: String::new(), axes: Default::default(), points: star, values };
+        assert!(map.smooth().is_none());
     }
 
     /// A line breaks where the number of a contour stands on it, and goes on beyond.
