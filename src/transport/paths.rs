@@ -42,7 +42,7 @@ use crate::{
     },
     scene::{
         light::{Light, LightHit, Strata, Toward},
-        material::{LobeKind, Transport},
+        material::{LobeKind, Scatterer, Transport},
         world::{Arrived, ChosenImage, FlatMirrors, Scene, SurfaceHit},
     },
     transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},

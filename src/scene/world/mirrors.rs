@@ -13,7 +13,7 @@ use crate::{
     },
     scene::{
         light::{Light, MARGIN},
-        material::{Interaction, Material, Transport},
+        material::{Interaction, Material, Scatterer, Transport},
     },
 };
 

@@ -13,7 +13,7 @@ use crate::{
         rng::{Purpose, Streams},
         spectrum::{Lanes, with_lanes},
     },
-    scene::{light::Strata, world::Scene},
+    scene::{light::Strata, material::Scatterer, world::Scene},
     transport::{
         guiding::{self, Cells, Guidance, Importance, Lamps, Sources, Windows},
         settings::Settings,

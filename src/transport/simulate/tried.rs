@@ -251,7 +251,7 @@ mod tests {
     fn fewer_photons_are_tried_where_paths_are_long() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let photons = |reflectance: f32| {
-            let wall = Material::Lambert(Lambert::new(&[reflectance]));
+            let wall = Material::Lambert(Lambert::new(&[reflectance]).unwrap());
             let scene = Scene::new(SceneParts {
                 bands: vec![Band { name: "PAR".into(), from_nm: None, to_nm: None }],
                 lights: vec![LightPart::new(
