@@ -9,7 +9,7 @@ use phylux::{
     math::{Lanes, Stream},
     scene::{
         Dielectric, Interaction, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong,
-        PhongFractions, Scatterer, Transport,
+        PhongFractions, Transport,
     },
 };
 

@@ -6,7 +6,7 @@ use std::{fs, path::Path};
 use phylux::{
     LoadedScene, Scene, load,
     math::{Ray, Stream},
-    scene::{Interaction, Lambert, Material, Scatterer, Transport},
+    scene::{Interaction, Lambert, Material, Transport},
 };
 use serde_json::{Value, json};
 

@@ -309,6 +309,29 @@ pub enum Material {
     Table(Table),
 }
 
+impl Material {
+    /// Samples as [`Scatterer::sample`] does, and is what callers get by that name. It is inlined
+    /// for Lambertian walls, which are met most; the longer samplers are called. The function that
+    /// the macro makes would itself be called, which takes 4 % more time among leaves.
+    #[inline(always)]
+    pub fn sample<L: Lanes>(
+        &self,
+        at: &Interaction,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<BsdfSample<L>> {
+        match self {
+            Self::Lambert(m) => m.sample(at, transport, rng),
+            Self::Dielectric(m) => m.sample(at, transport, rng),
+            Self::Pane(m) => m.sample(at, transport, rng),
+            Self::Leaf(m) => m.sample(at, transport, rng),
+            Self::Phong(m) => m.sample(at, transport, rng),
+            Self::Mirror(m) => m.sample(at, transport, rng),
+            Self::Table(m) => m.sample(at, transport, rng),
+        }
+    }
+}
+
 /// What a material does with light. A method with a default says that the material has no such
 /// thing; a material overrides those of what it has.
 #[enum_dispatch]
