@@ -9,7 +9,6 @@ use super::{
     loader::{Loader, unknown},
     luminaires::LampFile,
     numbers::single,
-    placed::area,
     rooms::{RoomLamp, RoomLamps},
     spec::*,
 };
@@ -21,7 +20,7 @@ use crate::{
         rad::{Dialect, RadBsdf, RadFile, RadMaterial},
         scatter_table::Side,
     },
-    math::geometry::Transform,
+    math::geometry::{Transform, area},
     scene::{
         light::{Area, Lamp, Tube, Unplaced},
         material::{
