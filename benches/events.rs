@@ -44,13 +44,14 @@ fn sample<T>(bencher: Bencher, event: impl Fn(&mut Stream) -> T + Sync) {
 
 fn material(name: &str, bands: usize) -> Material {
     let all = |x: f32| vec![x; bands];
+    let names = vec!["band"; bands];
     match name {
-        "lambert" => Material::Lambert(Lambert::new(&all(0.5))),
-        "solid" => Material::Dielectric(Dielectric::new(1.5, &all(0.9))),
-        "pane" => Material::Pane(Pane::new(1.52, &all(0.9))),
+        "lambert" => Material::Lambert(Lambert::new(&all(0.5)).unwrap()),
+        "solid" => Material::Dielectric(Dielectric::new(1.5, &all(0.9)).unwrap()),
+        "pane" => Material::Pane(Pane::new(1.52, &all(0.9)).unwrap()),
         "leaf" => {
             let face = LeafFace { reflectance: &all(0.1), transmittance: &all(0.05) };
-            Material::Leaf(Leaf::new(1.425, face, face))
+            Material::Leaf(Leaf::new(1.425, face, face, &names).unwrap())
         }
         "phong" => {
             let fractions = PhongFractions {
@@ -58,9 +59,9 @@ fn material(name: &str, bands: usize) -> Material {
                 specular: &all(0.45),
                 transmittance: &all(0.0),
             };
-            Material::Phong(Phong::new(fractions, Some(20.0)))
+            Material::Phong(Phong::new(fractions, Some(20.0), &names).unwrap())
         }
-        _ => Material::Mirror(Mirror::new(&all(0.9))),
+        _ => Material::Mirror(Mirror::new(&all(0.9)).unwrap()),
     }
 }
 

@@ -54,7 +54,7 @@ pub fn canopy() -> LoadedScene {
 /// Returns the rays between the bounces of photons in a scene with white diffuse surfaces, in the
 /// order in which photons take them.
 pub fn bounces(scene: &Scene, count: usize) -> Vec<Ray> {
-    let white = Material::Lambert(Lambert::new(&[1.0]));
+    let white = Material::Lambert(Lambert::new(&[1.0]).unwrap());
     let mut rng = Stream::new(1, 0, 0);
     let mut rays = Vec::with_capacity(count);
     for light in scene.lights.iter().cycle() {

@@ -15,9 +15,9 @@ use phylux::{
     Control, Error, ErrorKind, Estimator, RunResult, Scene, Settings,
     math::Transform,
     scene::{
-        Area, Band, BandSum, CaptorKind, CaptorPart, Cone, Dielectric, IsotropicLine, Lambert,
-        Lamp, Leaf, LeafFace, LightPart, LightSource, Material, Mirror, NamedMaterial, Pane, Phong,
-        PhongFractions, SceneParts, SharedPart, SurfacePart, Tube,
+        Area, Band, BandSum, CaptorKind, CaptorPart, Cone, Cover, CoverRow, Dielectric,
+        IsotropicLine, Lambert, Lamp, Leaf, LeafFace, LightPart, LightSource, Material, Mirror,
+        NamedMaterial, Pane, Phong, PhongFractions, SceneParts, SharedPart, SurfacePart, Tube,
     },
     simulate,
     transport::light_surfaces,
@@ -29,11 +29,13 @@ fn square(z: f64) -> Vec<[DVec3; 3]> {
     vec![[a, b, c], [a, c, d]]
 }
 
+/// The names of the bands: three, a number that no type of lanes has.
+const BANDS: [&str; 3] = ["blue", "red", "far red"];
+
 /// The power of each light.
 const POWER: [f64; 3] = [1.0, 2.0, 0.0];
 
-/// Returns the parts of a scene with a floor and a sensor under one light of each kind, in three
-/// bands, a number that no type of lanes has.
+/// Returns the parts of a scene with a floor and a sensor under one light of each kind.
 fn parts() -> SceneParts {
     let band = |name: &str| Band { name: name.into(), from_nm: None, to_nm: None };
     let material = |name: &str, material| NamedMaterial { name: name.into(), material };
@@ -46,15 +48,18 @@ fn parts() -> SceneParts {
     };
     SceneParts {
         name: "made".into(),
-        bands: vec![band("blue"), band("red"), band("far red")],
+        bands: BANDS.map(band).into(),
         sums: vec![BandSum { name: "PAR".into(), bands: vec![0, 1], ..BandSum::default() }],
         materials: vec![
-            material("soil", Material::Lambert(Lambert::new(&[0.1, 0.2, 0.3]))),
-            material("mirror", Material::Mirror(Mirror::new(&[0.9, 0.9, 1.0]))),
-            material("glass", Material::Dielectric(Dielectric::new(1.5, &[1.0, 0.9, 0.8]))),
-            material("pane", Material::Pane(Pane::new(1.5, &[1.0, 0.9, 0.8]))),
-            material("leaf", Material::Leaf(Leaf::new(1.425, face, face))),
-            material("metal", Material::Phong(Phong::new(fractions, Some(20.0)))),
+            material("soil", Material::Lambert(Lambert::new(&[0.1, 0.2, 0.3]).unwrap())),
+            material("mirror", Material::Mirror(Mirror::new(&[0.9, 0.9, 1.0]).unwrap())),
+            material(
+                "glass",
+                Material::Dielectric(Dielectric::new(1.5, &[1.0, 0.9, 0.8]).unwrap()),
+            ),
+            material("pane", Material::Pane(Pane::new(1.5, &[1.0, 0.9, 0.8]).unwrap())),
+            material("leaf", Material::Leaf(Leaf::new(1.425, face, face, &BANDS).unwrap())),
+            material("metal", Material::Phong(Phong::new(fractions, Some(20.0), &BANDS).unwrap())),
         ],
         objects: vec!["floor".into()],
         surfaces: vec![SurfacePart {
@@ -116,17 +121,6 @@ fn material(parts: &mut SceneParts, material: Material) {
     parts.materials[0].material = material;
 }
 
-fn leaf(reflectance: &[f32], transmittance: &[f32], ior: f32) -> Material {
-    let good = LeafFace { reflectance: &[0.1; 3], transmittance: &[0.1; 3] };
-    Material::Leaf(Leaf::new(ior, good, LeafFace { reflectance, transmittance }))
-}
-
-fn phong(fractions: [&[f32]; 3], exponent: f32) -> Material {
-    let [reflectance, specular, transmittance] = fractions;
-    let fractions = PhongFractions { reflectance, specular, transmittance };
-    Material::Phong(Phong::new(fractions, Some(exponent)))
-}
-
 /// Returns the power of the point light.
 fn power(parts: &mut SceneParts) -> &mut Vec<f64> {
     let LightSource::Lamp(lamp) = &mut parts.lights[0].source else { panic!("a lamp") };
@@ -175,52 +169,13 @@ const SPOILED: &[Spoiled] = &[
     (|p| p.sums[0].bands[1] = 3, "sum `PAR`: band 3 of 3"),
     (|p| p.sums[0].bands[1] = 0, "sum `PAR`: band 0 stands here twice"),
     (
-        |p| material(p, Material::Lambert(Lambert::new(&[0.5]))),
+        |p| material(p, Material::Lambert(Lambert::new(&[0.5]).unwrap())),
         "material `soil`: reflectance: 1 numbers for 3 bands; give one number, or one per band",
     ),
     (
-        |p| material(p, Material::Lambert(Lambert::new(&[0.5, 1.5, 0.5]))),
-        "material `soil`: reflectance: 1.5, must be from 0 to 1; 75 % is 0.75",
-    ),
-    (
-        |p| material(p, Material::Lambert(Lambert::new(&[0.5, f32::NAN, 0.5]))),
-        "material `soil`: reflectance: NaN, must be from 0 to 1",
-    ),
-    (
-        |p| material(p, Material::Mirror(Mirror::new(&[0.5, -0.5, 0.5]))),
-        "material `soil`: reflectance: -0.5, must be from 0 to 1",
-    ),
-    (
-        |p| material(p, Material::Dielectric(Dielectric::new(0.5, &[1.0; 3]))),
-        "material `soil`: ior = 0.5",
-    ),
-    (
-        |p| material(p, Material::Dielectric(Dielectric::new(1.5, &[1.0; 4]))),
+        |p| material(p, Material::Dielectric(Dielectric::new(1.5, &[1.0; 4]).unwrap())),
         "material `soil`: tint: 4 numbers for 3 bands",
     ),
-    (
-        |p| material(p, Material::Pane(Pane::new(f32::NAN, &[1.0; 3]))),
-        "material `soil`: ior = NaN, must be from 1 to 1000; water has 1.33, glass 1.5",
-    ),
-    (|p| material(p, Material::Pane(Pane::new(1.5, &[2.0; 3]))), "material `soil`: tint: 2, must"),
-    (
-        |p| material(p, leaf(&[0.6; 3], &[0.5; 3], 1.425)),
-        "material `soil`: back: reflectance + transmittance = 1.1000 in band `blue`, must be at most 1",
-    ),
-    (
-        |p| material(p, leaf(&[0.0; 3], &[0.99; 3], 1.425)),
-        "back: reflectance (of the cuticle alone) + transmittance = 1.0207 in band `blue`, must be at most 1",
-    ),
-    (|p| material(p, leaf(&[-0.25; 3], &[0.5; 3], 1.0)), "back: reflectance: -0.25, must be from"),
-    (|p| material(p, leaf(&[0.5; 3], &[1.25; 3], 1.0)), "back: transmittance: 1.25, must be from"),
-    (|p| material(p, leaf(&[0.5; 3], &[0.5; 2], 1.4)), "back: transmittance: 2 numbers for 3"),
-    (|p| material(p, leaf(&[0.5; 3], &[0.5; 3], 2000.0)), "ior = 2000, must be from 1 to 1000"),
-    (
-        |p| material(p, phong([&[0.5; 3], &[0.4; 3], &[0.2; 3]], 1.0)),
-        "reflectance + specular + transmittance = 1.1000 in band `blue`, must be at most 1; lower one of them",
-    ),
-    (|p| material(p, phong([&[0.1; 3]; 3], -1.0)), "exponent: -1, must be from 0 to 1000000000"),
-    (|p| material(p, phong([&[0.1; 3], &[0.1; 3], &[0.1]], 1.0)), "transmittance: 1 numbers"),
     (|p| *power(p) = vec![1.0], "light `point`: power: 1 numbers for 3 bands"),
     (|p| power(p)[2] = -1.0, "light `point`: power: -1, must be at least 0"),
     (|p| power(p)[2] = f64::INFINITY, "light `point`: power: inf, must be at least 0"),
@@ -253,6 +208,72 @@ fn parts_that_make_no_scene_are_refused() {
                 assert_eq!(error.kind(), ErrorKind::Input, "{sentence}");
             }
         }
+    }
+}
+
+/// A material that does not conserve energy, or has other impossible values, is refused by the
+/// constructor of its kind.
+#[test]
+fn impossible_materials_are_refused() {
+    let leaf = |reflectance: &[f32], transmittance: &[f32], ior| {
+        let good = LeafFace { reflectance: &[0.1; 3], transmittance: &[0.1; 3] };
+        Leaf::new(ior, good, LeafFace { reflectance, transmittance }, &BANDS).err()
+    };
+    let phong = |fractions: [&[f32]; 3], exponent| {
+        let [reflectance, specular, transmittance] = fractions;
+        let fractions = PhongFractions { reflectance, specular, transmittance };
+        Phong::new(fractions, Some(exponent), &BANDS).err()
+    };
+    let cover = |rows: &[(f64, f32)]| {
+        let row = |&(angle_deg, direct)| CoverRow {
+            angle_deg,
+            direct: vec![direct; 3],
+            diffuse: vec![0.5; 3],
+            reflectance: vec![0.1; 3],
+        };
+        Cover::new(rows.iter().map(row).collect(), &BANDS).err()
+    };
+    for (refused, said) in [
+        (
+            Lambert::new(&[0.5, 1.5, 0.5]).err(),
+            "reflectance: 1.5, must be from 0 to 1; 75 % is 0.75",
+        ),
+        (Lambert::new(&[0.5, f32::NAN, 0.5]).err(), "reflectance: NaN, must be from 0 to 1"),
+        (Mirror::new(&[0.5, -0.5, 0.5]).err(), "reflectance: -0.5, must be from 0 to 1"),
+        (Dielectric::new(0.5, &[1.0; 3]).err(), "ior = 0.5"),
+        (
+            Pane::new(f64::NAN, &[1.0; 3]).err(),
+            "ior = NaN, must be from 1 to 1000; water has 1.33, glass 1.5",
+        ),
+        (Pane::new(1.5, &[2.0; 3]).err(), "tint: 2, must"),
+        (
+            leaf(&[0.6; 3], &[0.5; 3], 1.425),
+            "back: reflectance + transmittance = 1.1000 in band `blue`, must be at most 1",
+        ),
+        (
+            leaf(&[0.0; 3], &[0.99; 3], 1.425),
+            "back: reflectance (of the cuticle alone) + transmittance = 1.0207 in band `blue`, must be at most 1",
+        ),
+        (leaf(&[-0.25; 3], &[0.5; 3], 1.0), "back: reflectance: -0.25, must be from"),
+        (leaf(&[0.5; 3], &[1.25; 3], 1.0), "back: transmittance: 1.25, must be from"),
+        (leaf(&[0.5; 3], &[0.5; 2], 1.4), "back: transmittance: 2 numbers for 3"),
+        (leaf(&[0.5; 3], &[0.5; 3], 2000.0), "ior = 2000, must be from 1 to 1000"),
+        (
+            phong([&[0.5; 3], &[0.4; 3], &[0.2; 3]], 1.0),
+            "reflectance + specular + transmittance = 1.1000 in band `blue`, must be at most 1; lower one of them",
+        ),
+        (phong([&[0.1; 3]; 3], -1.0), "exponent: -1, must be from 0 to 1000000000"),
+        (phong([&[0.1; 3], &[0.1; 3], &[0.1]], 1.0), "transmittance: 1 numbers"),
+        (cover(&[]), "a table without angles; give at least one"),
+        (cover(&[(91.0, 0.1)]), "angles_deg: 91, must be from 0 to 90"),
+        (cover(&[(40.0, 0.1), (20.0, 0.1)]), "angles_deg: an angle comes after one that is not"),
+        (
+            cover(&[(0.0, 0.1), (40.0, 0.5)]),
+            "direct + diffuse + reflectance at 40 degrees = 1.1000 in band `blue`, must be at most",
+        ),
+    ] {
+        let sentence = refused.expect(said).at("material").to_string();
+        assert!(sentence.contains(said), "{sentence}\nshould say\n{said}");
     }
 }
 

@@ -198,7 +198,7 @@ mod tests {
     }
 
     fn area(triangles: &[[DVec3; 3]]) -> f64 {
-        triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
+        triangles.iter().map(crate::math::geometry::area).sum()
     }
 
     /// Returns group name, material, line and number of triangles of each part.

@@ -298,18 +298,12 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     }
     for captor in result.captors.iter().filter(|_| !result.ratios.is_empty()) {
         let faces = [Some(&captor.front), captor.back.as_ref()];
-        let place = place_of(captor);
-        ratio_rows(result, faces, &captor.absorbed_ratios, |face, name, quantity, found| {
-            let (value, error) = found;
-            write_row(&mut table, [&captor.id, face, name, quantity], value, error, &place)
-        })?;
+        let of = (&*captor.id, &place_of(captor));
+        ratio_rows(&mut table, result, of, faces, &captor.absorbed_ratios)?;
     }
     for captor in &result.captors {
         let Some(found) = &captor.absorbed_by_face else { continue };
-        face_absorbed_rows(result, found, |face, name, value, error| {
-            let key = [&captor.id, face, name, "absorbed_by_face"];
-            write_row(&mut table, key, value, error, &place_of(captor))
-        })?;
+        face_absorbed_rows(&mut table, result, (&captor.id, &place_of(captor)), found)?;
     }
     for captor in &result.captors {
         if let Some(share) = captor.sunlit {
@@ -339,15 +333,10 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
         }
         if group.captors > 1 {
             let faces = [Some(&group.front), group.back.as_ref()];
-            ratio_rows(result, faces, &group.absorbed_ratios, |face, name, quantity, found| {
-                let (value, error) = found;
-                write_row(&mut table, [&group.id, face, name, quantity], value, error, &place)
-            })?;
+            let of = (&*group.id, &place);
+            ratio_rows(&mut table, result, of, faces, &group.absorbed_ratios)?;
             if let Some(found) = &group.absorbed_by_face {
-                face_absorbed_rows(result, found, |face, name, value, error| {
-                    let key = [&group.id, face, name, "absorbed_by_face"];
-                    write_row(&mut table, key, value, error, &place)
-                })?;
+                face_absorbed_rows(&mut table, result, of, found)?;
             }
         }
     }
@@ -373,24 +362,19 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
         let quantity = format!("share_{share}");
         for (b, band) in result.bands.iter().enumerate() {
             let key = ["canopy", "", &band.name, &quantity];
-            write_row(
-                &mut table,
-                key,
-                values[b],
-                errors[b],
-                &["", "", "", "", ""].map(String::from),
-            )?;
+            write_row(&mut table, key, values[b], errors[b], &Default::default())?;
         }
     }
     table.flush()
 }
 
 /// Writes each ratio of a captor or group that has a value, with its face, name and quantity.
-fn ratio_rows(
+fn ratio_rows<W: Write>(
+    table: &mut csv::Writer<W>,
     result: &RunResult,
+    (id, place): (&str, &[String; 5]),
     [front, back]: [Option<&FaceResult>; 2],
     absorbed: &Option<Ratios>,
-    mut write: impl FnMut(&str, &str, &str, (f64, Option<f64>)) -> io::Result<()>,
 ) -> io::Result<()> {
     let of = |face: Option<&'_ FaceResult>| face.and_then(|face| face.ratios.clone());
     for (face, quantity, found) in [
@@ -399,23 +383,24 @@ fn ratio_rows(
         ("", "absorbed_ratio", absorbed.clone()),
     ] {
         for (r, ratio) in result.ratios.iter().enumerate() {
-            if let Some(value) = found.as_ref().and_then(|found| found.get(r)) {
-                write(face, &ratio.name, quantity, value)?;
+            if let Some((value, error)) = found.as_ref().and_then(|found| found.get(r)) {
+                write_row(table, [id, face, &ratio.name, quantity], value, error, place)?;
             }
         }
     }
     Ok(())
 }
 
-fn face_absorbed_rows(
+fn face_absorbed_rows<W: Write>(
+    table: &mut csv::Writer<W>,
     result: &RunResult,
+    (id, place): (&str, &[String; 5]),
     found: &AbsorbedByFace,
-    mut write: impl FnMut(&str, &str, f64, Option<f64>) -> io::Result<()>,
 ) -> io::Result<()> {
     let AbsorbedByFace { front, front_se, back, back_se } = found;
     for (face, values, errors) in [("front", front, front_se), ("back", back, back_se)] {
         for ((band, value), error) in result.bands.iter().zip(values).zip(errors) {
-            write(face, &band.name, *value, *error)?;
+            write_row(table, [id, face, &band.name, "absorbed_by_face"], *value, *error, place)?;
         }
     }
     Ok(())

@@ -465,6 +465,11 @@ impl Transform {
     }
 }
 
+/// Returns the area of a triangle, m2.
+pub fn area([a, b, c]: &[DVec3; 3]) -> f64 {
+    0.5 * (*b - *a).cross(*c - *a).length()
+}
+
 /// Returns twice the vector area of a polygon (Newell), which is robust for collinear corners and
 /// slightly bent outlines. It is computed relative to the first corner, as otherwise nothing would
 /// be left of a small polygon far from the origin.

@@ -33,7 +33,7 @@ pub use light::{
 pub use material::{
     Basis, Bsdf, BsdfFaces, BsdfSample, Cover, CoverRow, Dielectric, FaceValues, Interaction,
     Lambert, Leaf, LeafFace, LeafSpectra, LobeKind, Material, Mirror, PairValues, Pane, Phong,
-    PhongFractions, Prospect, Table, Transport,
+    PhongFractions, Prospect, Scatterer, Table, Transport,
 };
 pub use patches::Patches;
 pub use world::{

@@ -3,7 +3,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::error::Problem;
+use crate::{error::Problem, math::geometry::area};
 
 /// The largest number of layers.
 const MOST: f64 = 10_000.0;
@@ -89,8 +89,7 @@ impl LayerBins {
         for (triangle, copies) in triangles {
             let mut below = 0.0;
             let heights = triangle.map(|corner| corner.z);
-            let area = 0.5 * (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).length();
-            let area = copies as f64 * area;
+            let area = copies as f64 * area(&triangle);
             let bottom = heights.into_iter().fold(f64::INFINITY, f64::min);
             let top = heights.into_iter().fold(f64::NEG_INFINITY, f64::max);
             let from = ((bottom / dz).floor() - low) as usize;

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use crate::{
     math::geometry::{Transform, Triangle},
-    scene::{captor::CaptorKind, world::Scene},
+    scene::{captor::CaptorKind, material::Scatterer, world::Scene},
 };
 
 /// Limit on the number of tiles that cutting adds.

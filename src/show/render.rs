@@ -30,7 +30,7 @@ use crate::{
         rng::{Purpose, Stream, Streams},
         spectrum::{Spectrum, with_lanes},
     },
-    scene::world::SurfaceHit,
+    scene::{material::Scatterer, world::SurfaceHit},
     transport::{
         simulate::{Control, Progress},
         surface_light::SurfaceLight,

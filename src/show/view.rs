@@ -19,6 +19,7 @@ use crate::{
     scene::{
         captor::{CHANNELS, Channel},
         lattice::Period,
+        material::Scatterer,
         world::Scene,
     },
     show::{picture::Scale, rendered::RenderedScene, xml::allowed},

@@ -27,7 +27,7 @@ use crate::{
         captor::{Captor, CaptorKind},
         daylight::InfiniteLight,
         light::Entrance,
-        material::Material,
+        material::{Material, Scatterer},
         world::{FlushLight, LOOKED_AT, Scene, Standing},
     },
 };

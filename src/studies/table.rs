@@ -27,16 +27,16 @@ impl<W: Write + Send> TableFile<W> {
 
     /// Begins a table with columns of these names, as Parquet if `parquet` is set and this build
     /// supports it.
-    pub fn begin(file: W, columns: &[(&str, Kind)], parquet: bool) -> io::Result<Self> {
+    pub fn begin(file: W, columns: &[(impl AsRef<str>, Kind)], parquet: bool) -> io::Result<Self> {
         #[cfg(feature = "parquet")]
         if parquet {
-            let columns: Vec<(String, Kind)> =
-                columns.iter().map(|(name, kind)| (name.to_string(), *kind)).collect();
-            return Ok(Self::Parquet(ParquetTable::begin(file, &columns)?));
+            return Ok(Self::Parquet(ParquetTable::begin(file, columns)?));
         }
         let _ = parquet;
         let mut csv = csv::Writer::from_writer(file);
-        csv.write_record(columns.iter().map(|(name, _)| csv_text::cell(name).into_owned()))?;
+        csv.write_record(
+            columns.iter().map(|(name, _)| csv_text::cell(name.as_ref()).into_owned()),
+        )?;
         Ok(Self::Csv(csv))
     }
 

@@ -14,7 +14,7 @@ use crate::{
     },
     scene::{
         captor::{Captor, CaptorKind, Channel},
-        material::Interaction,
+        material::{Interaction, Scatterer},
         world::Scene,
     },
     transport::photon_map::{Gathered, PhotonMap},

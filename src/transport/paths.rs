@@ -42,7 +42,7 @@ use crate::{
     },
     scene::{
         light::{Light, LightHit, Strata, Toward},
-        material::{LobeKind, Transport},
+        material::{LobeKind, Scatterer, Transport},
         world::{Arrived, ChosenImage, FlatMirrors, Scene, SurfaceHit},
     },
     transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
@@ -406,24 +406,18 @@ impl Path<'_, '_> {
                 let f: Spectrum<L> = material.evaluate(&arriving, -interaction.direction);
                 f.scaled(arriving.cos)
             };
-            if material.is_diffuse()
-                && let Some((towards, irradiance)) = self.next_event::<L>(&here, along)
-            {
-                radiance += scattered(towards) * &throughput * irradiance;
+            let mut aim = Aim::Free;
+            if material.is_diffuse() {
+                let mut add = |lit: Option<(Vec3, Spectrum<L>)>| {
+                    if let Some((towards, irradiance)) = lit {
+                        radiance += scattered(towards) * &throughput * irradiance;
+                    }
+                };
+                add(self.next_event(&here, along));
+                add(self.mirrored_sun(&here));
+                add(self.sent(&here, along));
+                aim = self.aim(&here);
             }
-            if material.is_diffuse()
-                && let Some((towards, irradiance)) = self.mirrored_sun::<L>(&here)
-            {
-                radiance += scattered(towards) * &throughput * irradiance;
-            }
-
-            if material.is_diffuse()
-                && let Some((towards, irradiance)) = self.sent::<L>(&here, along)
-            {
-                radiance += scattered(towards) * &throughput * irradiance;
-            }
-
-            let aim = if material.is_diffuse() { self.aim(&here) } else { Aim::Free };
             match aim {
                 Aim::Nowhere => return radiance,
                 Aim::At(triangle, target) => {

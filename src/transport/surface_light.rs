@@ -18,7 +18,7 @@ use crate::{
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
-        material::{Interaction, Material, Transport},
+        material::{Interaction, Material, Scatterer, Transport},
         patches::Patches,
         world::Scene,
     },

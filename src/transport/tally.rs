@@ -9,6 +9,7 @@ use crate::{
     math::spectrum::{Lanes, Spectrum},
     scene::{
         captor::{ABSORBED_FRONT, Captor, CaptorKind, Channel},
+        material::Scatterer,
         stand::Balance,
         world::Scene,
     },

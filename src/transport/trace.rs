@@ -13,7 +13,7 @@ use crate::{
     },
     scene::{
         captor::{Captor, Channel},
-        material::{BsdfSample, Interaction, Lambert, LobeKind, Material, Transport},
+        material::{BsdfSample, Interaction, Lambert, LobeKind, Material, Scatterer, Transport},
         world::{Arrived, Crossing, Scene},
     },
 };

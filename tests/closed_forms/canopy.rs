@@ -67,7 +67,7 @@ fn run(width: f64, light: LightSource, captors: Vec<CaptorPart>, seed: u64) -> R
         bands: vec![Band { name: "all".into(), from_nm: None, to_nm: None }],
         materials: vec![NamedMaterial {
             name: "black".into(),
-            material: Material::Lambert(Lambert::new(&[0.0])),
+            material: Material::Lambert(Lambert::new(&[0.0]).unwrap()),
         }],
         surfaces: vec![SurfacePart {
             object: None,

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::math::geometry::triangulate;
+use crate::math::geometry::{area, triangulate};
 
 const SIDES: usize = 64;
 
@@ -92,16 +92,11 @@ pub fn sphere(center: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
             triangles.push([a, c, d]);
         }
     }
-    let scale = radius * (4.0 * PI / area(&triangles)).sqrt();
+    let scale = radius * (4.0 * PI / triangles.iter().map(area).sum::<f64>()).sqrt();
     triangles.iter().map(|corners| corners.map(|p| center + scale * p)).collect()
 }
 
 /// Turns the fronts of the triangles to the other side.
 pub fn inverted(triangles: Vec<[DVec3; 3]>) -> Vec<[DVec3; 3]> {
     triangles.into_iter().map(|[a, b, c]| [a, c, b]).collect()
-}
-
-/// Returns the total area of the triangles.
-pub fn area(triangles: &[[DVec3; 3]]) -> f64 {
-    triangles.iter().map(|[a, b, c]| 0.5 * (*b - *a).cross(*c - *a).length()).sum()
 }

@@ -9,6 +9,7 @@ use super::{content::RadPart, *};
 use crate::{
     error::Error,
     formats::spoil::{check_error, spoiled},
+    math::geometry::area,
 };
 
 fn parse(text: &str, dialect: Dialect) -> Result<RadFile> {
@@ -21,10 +22,6 @@ fn parse(text: &str, dialect: Dialect) -> Result<RadFile> {
         _ => Err("there is no such file".into()),
     };
     RadFile::parse(text.as_bytes(), Path::new("dir/a.rad"), dialect, &load)
-}
-
-fn area(triangles: &[[DVec3; 3]]) -> f64 {
-    triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
 }
 
 const WHITE: &str = "void plastic white 0 0 5 .8 .8 .8 0 0 # paint\n";
@@ -45,7 +42,7 @@ fn shapes_have_their_area() {
     ] {
         let file = parse(&format!("{WHITE}white {shape}"), Dialect::Radiance).unwrap();
         let triangles = &file.parts[0].triangles;
-        let found = area(triangles);
+        let found: f64 = triangles.iter().map(area).sum();
         assert!((found / true_area - 1.0).abs() < 1e-9, "{shape}: {found} {true_area}");
         for [a, b, c] in triangles {
             let normal = (b - a).cross(c - a);

@@ -10,14 +10,13 @@ use glam::DVec3;
 
 use super::{
     loader::{Loader, stem},
-    placed::area,
     spec::*,
 };
 use crate::{
     error::{Error, Result},
     formats::{captor_csv, input::quoted, json},
     math::{
-        geometry::{Transform, unit_vector},
+        geometry::{Transform, area, unit_vector},
         machine::{gib, memory_left},
         pattern,
     },

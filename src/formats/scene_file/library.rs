@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashSet};
 use crate::{
     error::{Error, Result},
     scene::{
-        material::Material,
+        material::{Material, Scatterer},
         world::{NamedMaterial, may_be_shared},
     },
 };

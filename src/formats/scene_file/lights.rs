@@ -9,14 +9,14 @@ use super::{
     daylight::Sky,
     loader::Loader,
     luminaires::{Aim, LampFile},
-    placed::{Turn, area},
+    placed::Turn,
     spec::*,
 };
 use crate::{
     error::{Checked, Result, number},
     formats::obj::longest_edge,
     math::{
-        geometry::{Transform, triangulate},
+        geometry::{Transform, area, triangulate},
         units::{Quantity, UMOL_PER_J_NM},
     },
     scene::{

@@ -8,7 +8,7 @@ use std::{
 
 use glam::DVec2;
 
-use super::{loader::Loader, placed::area, spec::ObjectSpec};
+use super::{loader::Loader, spec::ObjectSpec};
 use crate::{
     error::Result,
     formats::{
@@ -16,6 +16,7 @@ use crate::{
         mask::{Bitmap, Channel, Mask, Picture},
         obj::{MissingMtl, MtlEntry, ObjFile, TextureMap, textures},
     },
+    math::geometry::area,
     scene::world::MAX_TRIANGLES,
 };
 

@@ -8,7 +8,7 @@ use super::{
     spec::*,
 };
 use crate::{
-    error::{Error, Problem, Result, number},
+    error::{Checked, Error, Problem, Result, number},
     formats::{
         json,
         obj::{MtlEntry, MtlLibrary},
@@ -16,7 +16,7 @@ use crate::{
     math::curve::Curve,
     scene::material::{
         Dielectric, Lambert, Leaf, LeafFace, MAX_EXPONENT, Material, Mirror, Pane, Phong,
-        PhongFractions, Prospect, check_ior, normal_fresnel,
+        PhongFractions, Prospect, normal_fresnel,
     },
 };
 
@@ -60,8 +60,7 @@ impl Loader<'_> {
 
     /// Adds a perfectly black material, which no file has, and returns its index in the scene.
     pub(super) fn black(&mut self, name: String) -> usize {
-        let material = Material::Lambert(Lambert::new(&single(&vec![0.0; self.bands])));
-        self.materials.add_used(name, material)
+        self.materials.add_used(name, Lambert::black(self.bands).into())
     }
 
     /// Returns the index in the scene of the material that an OBJ file calls `name` at `place`: the
@@ -139,12 +138,15 @@ impl Loader<'_> {
         let fraction = |key: &str, rgb: Option<[f64; 3]>| {
             self.rgb_bands(entry, key, rgb.unwrap_or_default(), 1.0)
         };
-        let lambert = |fraction: Vec<f64>| Material::Lambert(Lambert::new(&single(&fraction)));
+        let at_place = |problem: Problem| problem.at(&place);
+        let lambert = |fraction: Vec<f64>| {
+            Lambert::new(&single(&fraction)).map(Material::from).map_err(at_place)
+        };
         let specular = entry.ks.is_some_and(|ks| ks.iter().any(|&v| v > 0.0));
         match entry.illum {
-            Some(1) => Ok(lambert(fraction("Kd", entry.kd)?)),
+            Some(1) => lambert(fraction("Kd", entry.kd)?),
             Some(3) => {
-                let material = lambert(fraction("Kd", entry.kd)?);
+                let material = lambert(fraction("Kd", entry.kd)?)?;
                 if specular {
                     self.warn(
                         place,
@@ -169,8 +171,11 @@ impl Loader<'_> {
                 );
                 Ok(material)
             }
-            Some(2) => Ok(lambert(fraction("Kd", entry.kd)?)),
-            Some(5) => Ok(Material::Mirror(Mirror::new(&single(&fraction("Ks", entry.ks)?)))),
+            Some(2) => lambert(fraction("Kd", entry.kd)?),
+            Some(5) => {
+                let mirror = Mirror::new(&single(&fraction("Ks", entry.ks)?));
+                mirror.map(Material::from).map_err(at_place)
+            }
             Some(6) => {
                 let given = entry.tf.filter(|tf| *tf != [1.0; 3]);
                 let leaf = LeafSpec {
@@ -190,13 +195,12 @@ impl Loader<'_> {
                 Ok(material)
             }
             Some(7) => {
-                let ior = entry.ni.unwrap_or(1.0);
-                check_ior(ior).map_err(|why| why.at(&place))?;
                 let tint = single(&fraction("Kd", entry.kd.or(Some([1.0; 3])))?);
-                Ok(Material::Dielectric(Dielectric::new(ior as f32, &tint)))
+                let glass = Dielectric::new(entry.ni.unwrap_or(1.0), &tint);
+                glass.map(Material::from).map_err(at_place)
             }
             other => {
-                let material = lambert(fraction("Kd", entry.kd)?);
+                let material = lambert(fraction("Kd", entry.kd)?)?;
                 let illum = other.map_or("no illum".into(), |illum| format!("illum {illum}"));
                 self.warn(place, format!("{illum}: read as lambert with Kd"));
                 Ok(material)
@@ -206,25 +210,23 @@ impl Loader<'_> {
 
     fn material(&mut self, pointer: &str, file: &MaterialSpec) -> Result<Material> {
         let place = json::place(&self.path.display().to_string(), pointer);
-        match file {
+        let made: Checked<Material> = match file {
             MaterialSpec::Lambert(m) => {
                 let reflectance =
                     self.per_band(&format!("{pointer}/reflectance"), &m.reflectance, 1.0)?;
-                Ok(Material::Lambert(Lambert::new(&single(&reflectance))))
+                Lambert::new(&single(&reflectance)).map(Material::from)
             }
             MaterialSpec::Mirror(m) => {
                 let reflectance =
                     self.per_band(&format!("{pointer}/reflectance"), &m.reflectance, 1.0)?;
-                Ok(Material::Mirror(Mirror::new(&single(&reflectance))))
+                Mirror::new(&single(&reflectance)).map(Material::from)
             }
             MaterialSpec::Transparent(m) => {
-                check_ior(m.ior).map_err(|why| why.at(&place))?;
-                let tint = self.fraction(pointer, "tint", m.tint.as_ref(), 1.0)?;
-                let (ior, tint) = (m.ior as f32, single(&tint));
-                Ok(match m.thin {
-                    true => Material::Pane(Pane::new(ior, &tint)),
-                    false => Material::Dielectric(Dielectric::new(ior, &tint)),
-                })
+                let tint = single(&self.fraction(pointer, "tint", m.tint.as_ref(), 1.0)?);
+                match m.thin {
+                    true => Pane::new(m.ior, &tint).map(Material::from),
+                    false => Dielectric::new(m.ior, &tint).map(Material::from),
+                }
             }
             MaterialSpec::Phong(m) => {
                 for (key, values) in [
@@ -237,16 +239,16 @@ impl Loader<'_> {
                 if let Some(exponent) = m.exponent {
                     self.in_range(&format!("{pointer}/exponent"), exponent, 0.0, MAX_EXPONENT)?;
                 }
-                self.phong(m).map_err(|why| why.at(&place))
+                self.phong(m)
             }
-            MaterialSpec::Table(m) => self.table_material(pointer, m),
+            MaterialSpec::Table(m) => return self.table_material(pointer, m),
             MaterialSpec::Leaf(m) if m.thin => {
                 let of_contents = self.leaf_of_contents(pointer, m)?;
                 let m = of_contents.as_ref().unwrap_or(m);
                 self.check_leaf_ranges(pointer, m)?;
                 let (material, warning) = self.thin_leaf(m).map_err(|why| why.at(&place))?;
                 if let Some(warning) = warning {
-                    self.warn(place, warning);
+                    self.warn(&place, warning);
                 }
                 Ok(material)
             }
@@ -259,12 +261,12 @@ impl Loader<'_> {
                 ];
                 let problem = "a solid leaf (thin: false) is a dielectric interface";
                 self.refuse_given(pointer, &of_sheets, problem, "leave it out, or drop `thin`")?;
-                let ior = m.ior.unwrap_or(LEAF_IOR);
-                check_ior(ior).map_err(|why| why.at(&place))?;
                 let tint = self.fraction(pointer, "tint", m.tint.as_ref(), 1.0)?;
-                Ok(Material::Dielectric(Dielectric::new(ior as f32, &single(&tint))))
+                let ior = m.ior.unwrap_or(LEAF_IOR);
+                Dielectric::new(ior, &single(&tint)).map(Material::from)
             }
-        }
+        };
+        made.map_err(|why| why.at(place))
     }
 
     /// Returns the fractions of a key per band, or `default` where the key is left out.
@@ -376,28 +378,22 @@ impl Loader<'_> {
         }
     }
 
-    fn phong(&self, file: &PhongSpec) -> std::result::Result<Material, Problem> {
+    fn phong(&self, file: &PhongSpec) -> Checked<Material> {
         let [reflectance, specular, transmittance] =
             [&file.reflectance, &file.specular, &file.transmittance]
                 .map(|values| self.checked(values.as_ref()));
-        let material = Material::Phong(Phong::new(
-            PhongFractions {
-                reflectance: &single(&reflectance),
-                specular: &single(&specular),
-                transmittance: &single(&transmittance),
-            },
-            file.exponent.map(|n| n as f32),
-        ));
-        material.check(&self.band_names()).map(|()| material)
+        let fractions = PhongFractions {
+            reflectance: &single(&reflectance),
+            specular: &single(&specular),
+            transmittance: &single(&transmittance),
+        };
+        let exponent = file.exponent.map(|n| n as f32);
+        Phong::new(fractions, exponent, &self.band_names()).map(Material::from)
     }
 
     /// Makes a thin leaf, and a warning where its cuticle alone reflects more than was measured.
-    fn thin_leaf(
-        &self,
-        file: &LeafSpec,
-    ) -> std::result::Result<(Material, Option<String>), Problem> {
+    fn thin_leaf(&self, file: &LeafSpec) -> Checked<(Material, Option<String>)> {
         let ior = file.ior.unwrap_or(LEAF_IOR);
-        check_ior(ior)?;
         let f0 = normal_fresnel(ior);
         let [r, t] = [&file.reflectance, &file.transmittance].map(|v| self.checked(v.as_ref()));
         let back = file.back.as_ref();
@@ -416,8 +412,7 @@ impl Loader<'_> {
         let [r, t, back_r, back_t] = [r, t, back_r, back_t].map(|v| single(&v));
         let front = LeafFace { reflectance: &r, transmittance: &t };
         let back = LeafFace { reflectance: &back_r, transmittance: &back_t };
-        let material = Material::Leaf(Leaf::new(ior as f32, front, back));
-        material.check(&self.band_names()).map(|()| (material, warning))
+        Ok((Leaf::new(ior, front, back, &self.band_names())?.into(), warning))
     }
 }
 

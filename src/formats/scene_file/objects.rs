@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::{
     loader::{Loader, stem},
     masks::Pieces,
-    placed::{Turn, area},
+    placed::Turn,
     spec::*,
 };
 use crate::{
@@ -18,7 +18,7 @@ use crate::{
         obj::{ObjFile, ObjPart},
         rad::RadFile,
     },
-    math::geometry::Transform,
+    math::geometry::{Transform, area},
     scene::{
         captor::{CaptorKind, Sensor},
         instances::is_even,

@@ -259,8 +259,3 @@ impl Loader<'_> {
         Ok(triangles.iter().map(place).collect())
     }
 }
-
-/// Area of a triangle, m2.
-pub(super) fn area([a, b, c]: &[DVec3; 3]) -> f64 {
-    0.5 * (*b - *a).cross(*c - *a).length()
-}

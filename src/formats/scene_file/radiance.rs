@@ -9,24 +9,22 @@ use super::{
     loader::{Loader, unknown},
     luminaires::LampFile,
     numbers::single,
-    placed::area,
     rooms::{RoomLamp, RoomLamps},
     spec::*,
 };
 use crate::{
-    error::{Error, Result},
+    error::{Error, Problem, Result},
     formats::{
         input::quoted,
         obj::{ObjFile, ObjGroup, ObjPart},
         rad::{Dialect, RadBsdf, RadFile, RadMaterial},
         scatter_table::Side,
     },
-    math::geometry::Transform,
+    math::geometry::{Transform, area},
     scene::{
         light::{Area, Lamp, Tube, Unplaced},
         material::{
             Dielectric, Lambert, MAX_EXPONENT, Material, Mirror, Pane, Phong, PhongFractions,
-            check_ior,
         },
         world::LightPart,
     },
@@ -179,11 +177,11 @@ impl Loader<'_> {
         {
             return refused("specularity and transmission are from 0 to 1");
         }
-        let material = match file.kind.as_str() {
+        let named = |problem: Problem| problem.of(quoted(&file.name));
+        let made = match file.kind.as_str() {
             "glass" => {
                 let ior = file.numbers.get(3).copied().unwrap_or(GLASS_IOR);
-                check_ior(ior).map_err(|problem| problem.or(OWN).at(&file.place))?;
-                Material::Pane(Pane::new(ior as f32, &single(&colour)))
+                Pane::new(ior, &single(&colour)).map(Material::from)
             }
             "dielectric" => {
                 if colour.iter().any(|&c| c < 1.0) {
@@ -191,10 +189,9 @@ impl Loader<'_> {
                         "a dielectric that absorbs along the way, which no material here does",
                     );
                 }
-                check_ior(s).map_err(|problem| problem.or(OWN).at(&file.place))?;
-                Material::Dielectric(Dielectric::new(s as f32, &single(&colour)))
+                Dielectric::new(s, &single(&colour)).map(Material::from)
             }
-            "mirror" => Material::Mirror(Mirror::new(&single(&colour))),
+            "mirror" => Mirror::new(&single(&colour)).map(Material::from),
             "plastic" | "metal" | "trans" => {
                 if file.kind == "trans" && !sec2 && straight > 0.0 {
                     return refused("a part that goes straight through (tspec); a `table` has one");
@@ -210,26 +207,24 @@ impl Loader<'_> {
                     _ => (times(1.0 - s), vec![0.0; self.bands]),
                 };
                 if s == 0.0 && transmitted.iter().all(|&t| t == 0.0) {
-                    Material::Lambert(Lambert::new(&single(&reflected)))
+                    Lambert::new(&single(&reflected)).map(Material::from)
                 } else {
                     // with this exponent Phong's lobe is about as wide as Ward's
                     let exponent = 0.5 / (roughness * roughness);
                     let rough = !sec2 && roughness > 0.0 && exponent <= MAX_EXPONENT;
-                    Material::Phong(Phong::new(
-                        PhongFractions {
-                            reflectance: &single(&reflected),
-                            specular: &single(&mirrored),
-                            transmittance: &single(&transmitted),
-                        },
-                        rough.then_some(exponent as f32),
-                    ))
+                    let fractions = PhongFractions {
+                        reflectance: &single(&reflected),
+                        specular: &single(&mirrored),
+                        transmittance: &single(&transmitted),
+                    };
+                    let exponent = rough.then_some(exponent as f32);
+                    let made = Phong::new(fractions, exponent, &self.band_names());
+                    made.map(Material::from).map_err(named)
                 }
             }
             _ => return refused("a lamp among the surfaces"),
         };
-        let checked = material.check(&self.band_names());
-        checked.map_err(|problem| problem.of(quoted(&file.name)).or(OWN).at(&file.place))?;
-        Ok(material)
+        made.map_err(|problem| problem.or(OWN).at(&file.place))
     }
 
     /// Keeps the lamps of a room, at the place of this copy of it, until a light of the scene gives

@@ -9,7 +9,7 @@ use crate::{
         json,
         scatter_table::{self, ScatterTable, Side, Wanted},
     },
-    scene::material::{Bsdf, Cover, CoverRow, Material, Table},
+    scene::material::{Bsdf, Cover, CoverRow, Material},
 };
 
 /// The most angles of incidence of a cover.
@@ -62,20 +62,16 @@ impl Loader<'_> {
         if reciprocal {
             faces.make_reciprocal();
         }
-        let mut bsdf = Bsdf::new(&faces);
-        let most = bsdf.largest_share();
-        if most > Bsdf::ROUNDED && most <= tolerated {
+        let made = Bsdf::tolerating(tolerated, &faces, &names);
+        let (bsdf, most) = made.map_err(|problem| problem.at(path.display()))?;
+        if most > Bsdf::ROUNDED {
             let problem = format!(
                 "of the light from one direction {most:.4} goes on, more than comes: all values are \
                  scaled by {:.4}",
                 1.0 / most
             );
             warnings.push(problem);
-            faces.scale(1.0 / most);
-            bsdf = Bsdf::new(&faces);
         }
-        let material = Material::Table(Box::new(Table::Bsdf(Box::new(bsdf))));
-        material.check(&names).map_err(|problem| problem.at(path.display()))?;
         for warning in warnings {
             self.warn(path.display(), warning);
         }
@@ -88,7 +84,7 @@ impl Loader<'_> {
             self.warn(path.display(), problem);
         }
         self.tables.push(TableNote { pointer: place.into(), reciprocity: found.error });
-        Ok(material)
+        Ok(Material::Table(bsdf.into()))
     }
 
     /// Loads a cover, whose values are given by the angle of incidence.
@@ -132,11 +128,9 @@ impl Loader<'_> {
             diffuse,
             reflectance,
         });
-        let cover = Table::Cover(Cover::new(rows.collect()));
-        let material = Material::Table(Box::new(cover));
+        let cover = Cover::new(rows.collect(), &self.band_names());
         let place = json::place(&self.path.display().to_string(), pointer);
-        material.check(&self.band_names()).map_err(|problem| problem.at(place))?;
-        Ok(material)
+        Ok(Material::Table(cover.map_err(|problem| problem.at(place))?.into()))
     }
 
     /// Returns one fraction per band at each of `angles` angles; all are 0 where `values` is

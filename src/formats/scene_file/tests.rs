@@ -7,7 +7,7 @@ use glam::Vec3;
 use serde_json::{Value, json};
 
 use super::*;
-use crate::scene::material::{Interaction, Material};
+use crate::scene::material::{Interaction, Material, Scatterer};
 
 type Files<'a> = BTreeMap<&'a str, String>;
 

@@ -8,7 +8,7 @@ use super::shape::{Outline, Unplaced};
 use crate::{
     error::{Checked, Problem},
     math::{
-        geometry::{Extent, ROUNDING, Triangle},
+        geometry::{Extent, ROUNDING, Triangle, area},
         rng::Stream,
         sampling::{uniform_triangle, weighted_choice},
     },
@@ -57,11 +57,6 @@ impl Chosen {
     pub fn off(&self, side: Vec3, distance: f32) -> Vec3 {
         self.point + (self.offset + ROUNDING * distance) * side
     }
-}
-
-/// Returns the area of a triangle, m2.
-fn area([a, b, c]: &[DVec3; 3]) -> f64 {
-    0.5 * (*b - *a).cross(*c - *a).length()
 }
 
 impl EmittingSurface {

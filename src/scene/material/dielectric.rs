@@ -1,12 +1,17 @@
 //! Smooth dielectrics: the interface of a closed solid, and the thin pane.
 
+use glam::Vec3;
+
 use super::{
-    BsdfSample, Checked, Fresnel, Interaction, Lobe, LobeKind, Transport, check_ior, choose,
+    BsdfSample, Fresnel, Interaction, Lobe, LobeKind, Scatterer, Transport, checked_ior, choose,
     complement,
 };
-use crate::math::{
-    rng::Stream,
-    spectrum::{Lanes, Spectrum},
+use crate::{
+    error::{Problem, check_length},
+    math::{
+        rng::Stream,
+        spectrum::{Lanes, Spectrum},
+    },
 };
 
 /// Smooth interface between air, on the front, and a solid, with Fresnel reflection and Snell
@@ -14,19 +19,15 @@ use crate::math::{
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dielectric {
     ior: f32,
-    pub(super) tint: Lobe,
+    tint: Lobe,
 }
 
 impl Dielectric {
-    /// Makes the material from the index of refraction (at least 1) and the tint per band, in
-    /// [0, 1]. The tint is a factor on the light that is transmitted at each crossing.
-    pub fn new(ior: f32, tint: &[f32]) -> Self {
-        Self { ior, tint: Lobe::new(tint) }
-    }
-
-    pub(super) fn check(&self, bands: usize) -> Checked {
-        check_ior(self.ior.into())?;
-        self.tint.check("tint", bands)
+    /// Makes the material from the index of refraction (1 to 1000) and the tint per band, in
+    /// [0, 1]. The tint is a factor on the light that is transmitted at each crossing. Error: a
+    /// number is out of its range.
+    pub fn new(ior: f64, tint: &[f32]) -> Result<Self, Problem> {
+        Ok(Self { ior: checked_ior(ior)?, tint: Lobe::checked("tint", tint)? })
     }
 
     /// Returns the index of refraction of the solid.
@@ -38,41 +39,6 @@ impl Dielectric {
     #[inline]
     fn eta(&self, at: &Interaction) -> f32 {
         if at.front { self.ior } else { 1.0 / self.ior }
-    }
-
-    #[inline(never)]
-    pub(super) fn sample<L: Lanes>(
-        &self,
-        at: &Interaction,
-        transport: Transport,
-        rng: &mut Stream,
-    ) -> Option<BsdfSample<L>> {
-        let fresnel = Fresnel::new(at.cos, self.eta(at));
-        let reflected = fresnel.unpolarised();
-        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng)?;
-        Some(match choice.lobe {
-            0 => self.reflected(at, &fresnel, choice.weight),
-            _ => {
-                let relative = self.tint.relative().scaled(choice.weight);
-                self.refracted(at, &fresnel, transport, relative)
-            }
-        })
-    }
-
-    /// Returns the reflected and the refracted direction, each with the fraction that it carries.
-    pub(super) fn ways<L: Lanes>(
-        &self,
-        at: &Interaction,
-        transport: Transport,
-    ) -> [Option<BsdfSample<L>>; 2] {
-        let fresnel = Fresnel::new(at.cos, self.eta(at));
-        let reflected = fresnel.unpolarised();
-        let beyond = self.tint.fraction().scaled(1.0 - reflected);
-        let crosses = !fresnel.is_total();
-        [
-            (reflected > 0.0).then(|| self.reflected(at, &fresnel, reflected)),
-            crosses.then(|| self.refracted(at, &fresnel, transport, beyond)),
-        ]
     }
 
     #[inline]
@@ -109,11 +75,71 @@ impl Dielectric {
         };
         BsdfSample { direction, weight: fraction.scaled(scale), lobe: LobeKind::Refraction }
     }
+}
+
+impl Scatterer for Dielectric {
+    fn lanes(&self) -> usize {
+        self.tint.len()
+    }
+
+    fn check_bands(&self, bands: usize) -> Result<(), Problem> {
+        check_length(self.lanes(), bands).map_err(|problem| problem.of("tint"))
+    }
+
+    fn placed(self, lanes: usize, _tangents: Vec<(u32, Vec3)>) -> Self {
+        Self { tint: self.tint.in_lanes(lanes), ..self }
+    }
+
+    #[inline(never)]
+    fn sample<L: Lanes>(
+        &self,
+        at: &Interaction,
+        transport: Transport,
+        rng: &mut Stream,
+    ) -> Option<BsdfSample<L>> {
+        let fresnel = Fresnel::new(at.cos, self.eta(at));
+        let reflected = fresnel.unpolarised();
+        let choice = choose([reflected, (1.0 - reflected) * self.tint.largest], rng)?;
+        Some(match choice.lobe {
+            0 => self.reflected(at, &fresnel, choice.weight),
+            _ => {
+                let relative = self.tint.relative().scaled(choice.weight);
+                self.refracted(at, &fresnel, transport, relative)
+            }
+        })
+    }
+
+    fn smooth_ways<L: Lanes>(
+        &self,
+        at: &Interaction,
+        transport: Transport,
+    ) -> [Option<BsdfSample<L>>; 2] {
+        let fresnel = Fresnel::new(at.cos, self.eta(at));
+        let reflected = fresnel.unpolarised();
+        let beyond = self.tint.fraction().scaled(1.0 - reflected);
+        let crosses = !fresnel.is_total();
+        [
+            (reflected > 0.0).then(|| self.reflected(at, &fresnel, reflected)),
+            crosses.then(|| self.refracted(at, &fresnel, transport, beyond)),
+        ]
+    }
 
     #[inline]
-    pub(super) fn absorptance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
+    fn absorptance<L: Lanes>(&self, at: &Interaction) -> Option<Spectrum<L>> {
         let transmitted = 1.0 - Fresnel::new(at.cos, self.eta(at)).unpolarised();
-        complement(self.tint.fraction()).scaled(transmitted)
+        Some(complement(self.tint.fraction()).scaled(transmitted))
+    }
+
+    fn has_mirror(&self) -> bool {
+        true
+    }
+
+    fn is_clear(&self) -> bool {
+        true
+    }
+
+    fn is_solid(&self) -> bool {
+        true
     }
 }
 
@@ -125,7 +151,7 @@ impl Dielectric {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pane {
     ior: f32,
-    pub(super) tint: Lobe,
+    tint: Lobe,
 }
 
 /// Fractions of the light that meets a pane; their sum is 1.
@@ -136,16 +162,12 @@ struct Shares {
 }
 
 impl Pane {
-    /// Makes the material from the index of refraction (at least 1) and the tint per band, in
+    /// Makes the material from the index of refraction (1 to 1000) and the tint per band, in
     /// [0, 1]. The tint is the internal transmittance: the fraction of light that one passage along
     /// the normal leaves. At an angle it is tint^(1 / cosine inside), by the Beer-Lambert law.
-    pub fn new(ior: f32, tint: &[f32]) -> Self {
-        Self { ior, tint: Lobe::new(tint) }
-    }
-
-    pub(super) fn check(&self, bands: usize) -> Checked {
-        check_ior(self.ior.into())?;
-        self.tint.check("tint", bands)
+    /// Error: a number is out of its range.
+    pub fn new(ior: f64, tint: &[f32]) -> Result<Self, Problem> {
+        Ok(Self { ior: checked_ior(ior)?, tint: Lobe::checked("tint", tint)? })
     }
 
     /// Returns the fractions for one value of the tint. `faces` holds the reflectances of one face.
@@ -192,10 +214,36 @@ impl Pane {
         [mirrored, passed]
     }
 
+    /// Returns the fraction that a pane of index `ior` without absorption transmits at a cosine of
+    /// incidence.
+    pub(super) fn lossless(cos: f32, ior: f32) -> f32 {
+        Self::shares(&Fresnel::new(cos, ior), 1.0).passed
+    }
+
+    /// Returns the fraction that goes straight through, per band.
+    pub fn transmittance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
+        self.per_band(at, |shares| shares.passed)
+    }
+}
+
+impl Scatterer for Pane {
+    fn lanes(&self) -> usize {
+        self.tint.len()
+    }
+
+    fn check_bands(&self, bands: usize) -> Result<(), Problem> {
+        check_length(self.lanes(), bands).map_err(|problem| problem.of("tint"))
+    }
+
+    fn placed(self, lanes: usize, _tangents: Vec<(u32, Vec3)>) -> Self {
+        Self { tint: self.tint.in_lanes(lanes), ..self }
+    }
+
     #[inline(never)]
-    pub(super) fn sample<L: Lanes>(
+    fn sample<L: Lanes>(
         &self,
         at: &Interaction,
+        _transport: Transport,
         rng: &mut Stream,
     ) -> Option<BsdfSample<L>> {
         let [mirrored, passed] = self.fractions::<L>(at);
@@ -209,19 +257,11 @@ impl Pane {
         })
     }
 
-    /// Returns the fraction that a pane of index `ior` without absorption transmits at a cosine of
-    /// incidence.
-    pub(super) fn lossless(cos: f32, ior: f32) -> f32 {
-        Self::shares(&Fresnel::new(cos, ior), 1.0).passed
-    }
-
-    #[inline]
-    pub(super) fn absorptance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
-        self.per_band(at, |shares| shares.absorbed)
-    }
-
-    /// Returns the mirrored and the straight direction, each with the fraction that it carries.
-    pub(super) fn ways<L: Lanes>(&self, at: &Interaction) -> [Option<BsdfSample<L>>; 2] {
+    fn smooth_ways<L: Lanes>(
+        &self,
+        at: &Interaction,
+        _transport: Transport,
+    ) -> [Option<BsdfSample<L>>; 2] {
         let [mirrored, passed] = self.fractions(at);
         [
             (self.ior > 1.0).then(|| BsdfSample::mirrored(at, mirrored)),
@@ -229,8 +269,21 @@ impl Pane {
         ]
     }
 
-    /// Returns the fraction that goes straight through, per band.
-    pub fn transmittance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
-        self.per_band(at, |shares| shares.passed)
+    #[inline]
+    fn straight<L: Lanes>(&self, direction: Vec3, front_normal: Vec3) -> Option<Spectrum<L>> {
+        Some(self.transmittance(&Interaction::new(direction, front_normal)))
+    }
+
+    #[inline]
+    fn absorptance<L: Lanes>(&self, at: &Interaction) -> Option<Spectrum<L>> {
+        Some(self.per_band(at, |shares| shares.absorbed))
+    }
+
+    fn has_mirror(&self) -> bool {
+        true
+    }
+
+    fn is_clear(&self) -> bool {
+        true
     }
 }

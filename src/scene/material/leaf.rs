@@ -5,14 +5,17 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::{
-    BsdfSample, Checked, Fresnel, Interaction, Lobe, Transport, check_ior, check_sum, choose,
-    complement, diffuse_fresnel, normal_fresnel,
+    BsdfSample, Fresnel, Interaction, Lobe, Scatterer, Transport, check_per_band, check_sum,
+    checked_ior, choose, complement, diffuse_fresnel, mirrored_way, normal_fresnel,
 };
-use crate::math::{
-    geometry::Frame,
-    rng::Stream,
-    sampling::cosine_hemisphere,
-    spectrum::{Lanes, Spectrum},
+use crate::{
+    error::{Checked, Problem},
+    math::{
+        geometry::Frame,
+        rng::Stream,
+        sampling::cosine_hemisphere,
+        spectrum::{Lanes, Spectrum},
+    },
 };
 
 /// A leaf of index of refraction n. At the angle theta the cuticle mirrors F(theta). Of the light
@@ -46,56 +49,51 @@ pub struct LeafFace<'a> {
     pub transmittance: &'a [f32],
 }
 
+impl LeafFace<'_> {
+    /// Checks the values of the face, with `side` before their names, below a cuticle that reflects
+    /// `f0`. `bands` are the names of the bands.
+    fn check(&self, side: &str, f0: f64, bands: &[&str]) -> Checked {
+        let Self { reflectance, transmittance } = self;
+        check_per_band(&format!("{side}reflectance"), reflectance, bands.len())?;
+        check_per_band(&format!("{side}transmittance"), transmittance, bands.len())?;
+        (0..bands.len()).try_for_each(|band| {
+            let [r, t] = [reflectance[band], transmittance[band]].map(f64::from);
+            let shown = if r <= f0 && f0 > 0.0 { " (of the cuticle alone)" } else { "" };
+            let fractions = format!("{side}reflectance{shown} + transmittance");
+            check_sum(&fractions, r.max(f0) + t, band, bands)
+        })
+    }
+}
+
+impl Face {
+    /// Makes a face below a cuticle that reflects `f0` along the normal.
+    fn new(face: &LeafFace, f0: f32) -> Self {
+        let inside = |a: f32| a / (1.0 - f0);
+        let below = |r: f32| if r < f0 { 0.0 } else { inside(r - f0) };
+        let reflected: Vec<f32> = face.reflectance.iter().map(|&r| below(r)).collect();
+        let transmitted: Vec<f32> = face.transmittance.iter().map(|&t| inside(t)).collect();
+        Self { reflected: Lobe::new(&reflected), transmitted: Lobe::new(&transmitted) }
+    }
+
+    fn in_lanes(self, lanes: usize) -> Self {
+        let Self { reflected, transmitted } = self;
+        Self { reflected: reflected.in_lanes(lanes), transmitted: transmitted.in_lanes(lanes) }
+    }
+}
+
 impl Leaf {
-    /// Makes the material from the index of refraction (at least 1; with 1 it is a bi-Lambertian
-    /// sheet) and the measured values of both faces.
-    pub fn new(ior: f32, front: LeafFace, back: LeafFace) -> Self {
-        let f0 = normal_fresnel(f64::from(ior)) as f32;
-        let face = |face: LeafFace| {
-            let inside = |a: f32| a / (1.0 - f0);
-            let below = |r: f32| if (0.0..f0).contains(&r) { 0.0 } else { inside(r - f0) };
-            let reflected: Vec<f32> = face.reflectance.iter().map(|&r| below(r)).collect();
-            let transmitted: Vec<f32> = face.transmittance.iter().map(|&t| inside(t)).collect();
-            Face { reflected: Lobe::new(&reflected), transmitted: Lobe::new(&transmitted) }
-        };
-        let diffuse_transmittance = 1.0 - diffuse_fresnel(f64::from(ior)) as f32;
-        Self { ior, diffuse_transmittance, front: face(front), back: face(back) }
-    }
-
-    pub(super) fn check(&self, names: &[&str]) -> Checked {
-        let bands = names.len();
-        check_ior(self.ior.into())?;
-        let f0 = normal_fresnel(self.ior.into());
-        for (side, face) in [("", &self.front), ("back: ", &self.back)] {
-            let measured = |r: f64| if r == 0.0 { 0.0 } else { f0 + (1.0 - f0) * r };
-            face.reflected.check_as(&format!("{side}reflectance"), bands, measured)?;
-            let measured = |t| (1.0 - f0) * t;
-            face.transmitted.check_as(&format!("{side}transmittance"), bands, measured)?;
-            for band in 0..bands {
-                let reflected = face.reflected.of_band(band);
-                let sum = f0 + (1.0 - f0) * (reflected + face.transmitted.of_band(band));
-                let shown =
-                    if reflected == 0.0 && f0 > 0.0 { " (of the cuticle alone)" } else { "" };
-                let fractions = format!("{side}reflectance{shown} + transmittance");
-                check_sum(&fractions, sum, band, names)?;
-            }
-        }
-        Ok(())
-    }
-
-    pub(super) fn lobes_mut(&mut self) -> [&mut Lobe; 4] {
-        let Self { front, back, .. } = self;
-        [&mut front.reflected, &mut front.transmitted, &mut back.reflected, &mut back.transmitted]
-    }
-
-    /// Returns whether the cuticle mirrors: an index of 1 makes a plain bi-Lambertian sheet.
-    pub(super) fn has_cuticle(&self) -> bool {
-        self.ior > 1.0
-    }
-
-    /// Returns the fraction per band that the cuticle mirrors.
-    pub(super) fn mirrored<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
-        self.front.reflected.all(if self.has_cuticle() { self.cuticle(at.cos) } else { 0.0 })
+    /// Makes the material from the index of refraction (1 to 1000; with 1 it is a bi-Lambertian
+    /// sheet) and the measured values of both faces. `bands` are the names of the bands. Error: a
+    /// number is out of its range, there is not one for each band, or a face would send on more
+    /// light than comes.
+    pub fn new(ior: f64, front: LeafFace, back: LeafFace, bands: &[&str]) -> Result<Self, Problem> {
+        let ior = checked_ior(ior)?;
+        let f0 = normal_fresnel(ior.into());
+        front.check("", f0, bands)?;
+        back.check("back: ", f0, bands)?;
+        let [front, back] = [front, back].map(|face| Face::new(&face, f0 as f32));
+        let diffuse_transmittance = 1.0 - diffuse_fresnel(ior.into()) as f32;
+        Ok(Self { ior, diffuse_transmittance, front, back })
     }
 
     #[inline]
@@ -108,12 +106,6 @@ impl Leaf {
         if front { &self.front } else { &self.back }
     }
 
-    /// Returns the radiance that leaves the sheet at an angle of this cosine, relative to the
-    /// radiance along the normal.
-    pub(super) fn relative_radiance(&self, cos: f32) -> f32 {
-        (1.0 - self.cuticle(cos)) / (1.0 - self.cuticle(1.0))
-    }
-
     /// Returns the lobe of light that crosses the sheet, for a path at `at`. It belongs to the face
     /// that the light enters, which for a path of importance is the face on the other side.
     #[inline]
@@ -121,8 +113,29 @@ impl Leaf {
         &self.face(at.front == (transport == Transport::Light)).transmitted
     }
 
+    /// Draws a direction out of the sheet about `normal`, with density (1-F) cos / (pi (1-Fbar)).
+    #[inline]
+    fn leave(&self, normal: Vec3, rng: &mut Stream) -> Vec3 {
+        loop {
+            let local = cosine_hemisphere(rng.square());
+            if rng.uniform() >= self.cuticle(local.z) {
+                return Frame::new(normal).to_world(local);
+            }
+        }
+    }
+}
+
+impl Scatterer for Leaf {
+    fn lanes(&self) -> usize {
+        self.front.reflected.len()
+    }
+
+    fn placed(self, lanes: usize, _tangents: Vec<(u32, Vec3)>) -> Self {
+        Self { front: self.front.in_lanes(lanes), back: self.back.in_lanes(lanes), ..self }
+    }
+
     #[inline(never)]
-    pub(super) fn sample<L: Lanes>(
+    fn sample<L: Lanes>(
         &self,
         at: &Interaction,
         transport: Transport,
@@ -148,18 +161,7 @@ impl Leaf {
         })
     }
 
-    /// Draws a direction out of the sheet about `normal`, with density (1-F) cos / (pi (1-Fbar)).
-    #[inline]
-    fn leave(&self, normal: Vec3, rng: &mut Stream) -> Vec3 {
-        loop {
-            let local = cosine_hemisphere(rng.square());
-            if rng.uniform() >= self.cuticle(local.z) {
-                return Frame::new(normal).to_world(local);
-            }
-        }
-    }
-
-    pub(super) fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
+    fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
         let cos = outgoing.dot(at.normal);
         let face = self.face(at.front);
         let lobe = if cos > 0.0 { &face.reflected } else { &face.transmitted };
@@ -167,7 +169,7 @@ impl Leaf {
         lobe.fraction().scaled(through / (PI * self.diffuse_transmittance))
     }
 
-    pub(super) fn pdf(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
+    fn pdf(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
         let cos = outgoing.dot(at.normal);
         let mirrored = self.cuticle(at.cos);
         let reflected = self.face(at.front).reflected.largest;
@@ -179,10 +181,36 @@ impl Leaf {
         chance * leaves / (PI * self.diffuse_transmittance)
     }
 
+    fn smooth_ways<L: Lanes>(
+        &self,
+        at: &Interaction,
+        _transport: Transport,
+    ) -> [Option<BsdfSample<L>>; 2] {
+        let mirrored = if self.has_mirror() { self.cuticle(at.cos) } else { 0.0 };
+        mirrored_way(at, self.front.reflected.all(mirrored))
+    }
+
     #[inline]
-    pub(super) fn absorptance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
+    fn absorptance<L: Lanes>(&self, at: &Interaction) -> Option<Spectrum<L>> {
         let face = self.face(at.front);
         let scattered = face.reflected.fraction() + face.transmitted.fraction();
-        complement(scattered).scaled(1.0 - self.cuticle(at.cos))
+        Some(complement(scattered).scaled(1.0 - self.cuticle(at.cos)))
+    }
+
+    fn relative_radiance(&self, cos: f32) -> Option<f32> {
+        Some((1.0 - self.cuticle(cos)) / (1.0 - self.cuticle(1.0)))
+    }
+
+    fn is_diffuse(&self) -> bool {
+        true
+    }
+
+    fn transmits_diffusely(&self) -> bool {
+        true
+    }
+
+    /// Returns whether the cuticle mirrors: an index of 1 makes a plain bi-Lambertian sheet.
+    fn has_mirror(&self) -> bool {
+        self.ior > 1.0
     }
 }

@@ -4,9 +4,12 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::{BsdfSample, Checked, Interaction, Lobe, check_sum, choose, complement, diffuse};
+use super::{
+    BsdfSample, Interaction, Lobe, Scatterer, Transport, check_per_band, check_sum, choose,
+    complement, diffuse, mirrored_way,
+};
 use crate::{
-    error::check_range,
+    error::{Problem, check_range},
     math::{
         geometry::Frame,
         rng::Stream,
@@ -45,65 +48,62 @@ pub struct PhongFractions<'a> {
 
 impl Phong {
     /// Makes the material from its fractions and the exponent of the lobe (0 to 10^9), or `None`
-    /// for a mirror.
-    pub fn new(fractions: PhongFractions, exponent: Option<f32>) -> Self {
-        Self {
-            reflected: Lobe::new(fractions.reflectance),
-            specular: Lobe::new(fractions.specular),
-            transmitted: Lobe::new(fractions.transmittance),
-            exponent,
+    /// for a mirror. `bands` are the names of the bands. Error: a number is out of its range, there
+    /// is not one for each band, or the sum of the fractions is above 1.
+    pub fn new(
+        fractions: PhongFractions,
+        exponent: Option<f32>,
+        bands: &[&str],
+    ) -> Result<Self, Problem> {
+        let PhongFractions { reflectance, specular, transmittance } = fractions;
+        let named = [
+            ("reflectance", reflectance),
+            ("specular", specular),
+            ("transmittance", transmittance),
+        ];
+        for (name, values) in named {
+            check_per_band(name, values, bands.len())?;
         }
-    }
-
-    pub(super) fn check(&self, names: &[&str]) -> Checked {
-        let bands = names.len();
-        let Self { reflected, specular, transmitted, exponent } = self;
-        reflected.check("reflectance", bands)?;
-        specular.check("specular", bands)?;
-        transmitted.check("transmittance", bands)?;
-        if let Some(exponent) = *exponent {
+        if let Some(exponent) = exponent {
             let problem = check_range(exponent.into(), 0.0, MAX_EXPONENT);
             problem.map_err(|problem| problem.of("exponent"))?;
         }
-        (0..bands).try_for_each(|band| {
-            let sum = [reflected, specular, transmitted].map(|lobe| lobe.of_band(band));
-            let sum = sum.iter().sum();
-            check_sum("reflectance + specular + transmittance", sum, band, names)
-        })
-    }
-
-    pub(super) fn lobes_mut(&mut self) -> [&mut Lobe; 3] {
-        [&mut self.reflected, &mut self.specular, &mut self.transmitted]
-    }
-
-    /// Returns whether the specular lobe is a mirror and reflects some light.
-    pub(super) fn has_mirror(&self) -> bool {
-        self.exponent.is_none() && self.specular.largest > 0.0
-    }
-
-    /// Returns the largest specular fraction in any band, or 0 where the lobe is a mirror.
-    pub(super) fn glossy(&self) -> f32 {
-        if self.exponent.is_some() { self.specular.largest } else { 0.0 }
-    }
-
-    /// Returns the fraction per band that is mirrored; 0 for a glossy lobe.
-    pub(super) fn mirrored<L: Lanes>(&self) -> Spectrum<L> {
-        if self.has_mirror() { self.specular.fraction() } else { self.specular.nothing() }
-    }
-
-    /// Returns whether some light is transmitted.
-    pub(super) fn transmits(&self) -> bool {
-        self.transmitted.largest > 0.0
+        for band in 0..bands.len() {
+            let sum = named.iter().map(|(_, values)| f64::from(values[band])).sum();
+            check_sum("reflectance + specular + transmittance", sum, band, bands)?;
+        }
+        let [reflected, specular, transmitted] = named.map(|(_, values)| Lobe::new(values));
+        Ok(Self { reflected, specular, transmitted, exponent })
     }
 
     fn fractions(&self) -> [f32; 3] {
         [self.reflected.largest, self.specular.largest, self.transmitted.largest]
     }
 
+    /// Returns the density, 1/sr, of the lobe around the mirror direction. The lobe may reach below
+    /// the surface.
+    fn lobe_density(exponent: f32, at: &Interaction, outgoing: Vec3) -> f32 {
+        cosine_power_density(exponent, 0.5 * outgoing.distance_squared(at.mirrored()))
+    }
+}
+
+impl Scatterer for Phong {
+    fn lanes(&self) -> usize {
+        self.reflected.len()
+    }
+
+    fn placed(self, lanes: usize, _tangents: Vec<(u32, Vec3)>) -> Self {
+        let Self { reflected, specular, transmitted, exponent } = self;
+        let [reflected, specular, transmitted] =
+            [reflected, specular, transmitted].map(|lobe| lobe.in_lanes(lanes));
+        Self { reflected, specular, transmitted, exponent }
+    }
+
     #[inline(never)]
-    pub(super) fn sample<L: Lanes>(
+    fn sample<L: Lanes>(
         &self,
         at: &Interaction,
+        _transport: Transport,
         rng: &mut Stream,
     ) -> Option<BsdfSample<L>> {
         let choice = choose(self.fractions(), rng)?;
@@ -137,7 +137,7 @@ impl Phong {
         })
     }
 
-    pub(super) fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
+    fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
         if outgoing.dot(at.normal) <= 0.0 {
             return self.transmitted.fraction().scaled(1.0 / PI);
         }
@@ -147,13 +147,7 @@ impl Phong {
         diffuse + self.specular.fraction().scaled(lobe)
     }
 
-    /// Returns the density, 1/sr, of the lobe around the mirror direction. The lobe may reach below
-    /// the surface.
-    fn lobe_density(exponent: f32, at: &Interaction, outgoing: Vec3) -> f32 {
-        cosine_power_density(exponent, 0.5 * outgoing.distance_squared(at.mirrored()))
-    }
-
-    pub(super) fn pdf(&self, at: &Interaction, outgoing: Vec3) -> f32 {
+    fn pdf(&self, at: &Interaction, _transport: Transport, outgoing: Vec3) -> f32 {
         let [reflected, specular, transmitted] = self.fractions();
         let total = (reflected + specular + transmitted).max(f32::MIN_POSITIVE);
         let cos = outgoing.dot(at.normal);
@@ -166,12 +160,40 @@ impl Phong {
         density / total
     }
 
+    fn smooth_ways<L: Lanes>(
+        &self,
+        at: &Interaction,
+        _transport: Transport,
+    ) -> [Option<BsdfSample<L>>; 2] {
+        if self.has_mirror() { mirrored_way(at, self.specular.fraction()) } else { [None, None] }
+    }
+
     #[inline]
-    pub(super) fn absorptance<L: Lanes>(&self) -> Option<Spectrum<L>> {
+    fn absorptance<L: Lanes>(&self, _at: &Interaction) -> Option<Spectrum<L>> {
         if self.exponent.is_some() && self.specular.largest > 0.0 {
             return None;
         }
         let diffuse = self.reflected.fraction() + self.transmitted.fraction();
         Some(complement(diffuse + self.specular.fraction()))
+    }
+
+    fn relative_radiance(&self, _cos: f32) -> Option<f32> {
+        (self.glossy() == 0.0).then_some(1.0)
+    }
+
+    fn is_diffuse(&self) -> bool {
+        true
+    }
+
+    fn transmits_diffusely(&self) -> bool {
+        self.transmitted.largest > 0.0
+    }
+
+    fn has_mirror(&self) -> bool {
+        self.exponent.is_none() && self.specular.largest > 0.0
+    }
+
+    fn glossy(&self) -> f32 {
+        if self.exponent.is_some() { self.specular.largest } else { 0.0 }
     }
 }

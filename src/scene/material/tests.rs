@@ -15,6 +15,7 @@ use crate::math::{
 };
 
 const BANDS: usize = 4;
+const NAMES: [&str; BANDS] = ["a", "b", "c", "d"];
 type Bands = [f64; BANDS];
 type Lanes4 = [f32; BANDS];
 
@@ -40,11 +41,11 @@ fn at_degrees(front: bool, degrees: f64) -> Interaction {
 }
 
 fn lambert(reflectance: [f32; BANDS]) -> Material {
-    Material::Lambert(Lambert::new(&reflectance))
+    Lambert::new(&reflectance).unwrap().into()
 }
 
 fn mirror(reflectance: [f32; BANDS]) -> Material {
-    Material::Mirror(Mirror::new(&reflectance))
+    Mirror::new(&reflectance).unwrap().into()
 }
 
 /// Reflectance and transmittance of one face of a leaf.
@@ -54,7 +55,7 @@ fn leaf(ior: f32, front: FaceBands, back: FaceBands) -> Material {
     fn face([r, t]: &FaceBands) -> LeafFace<'_> {
         LeafFace { reflectance: r, transmittance: t }
     }
-    Material::Leaf(Leaf::new(ior, face(&front), face(&back)))
+    Leaf::new(ior.into(), face(&front), face(&back), &NAMES).unwrap().into()
 }
 
 const GREEN: FaceBands = [[0.08, 0.45, 0.5, 0.0], [0.04, 0.45, 0.1, 0.3]];
@@ -64,7 +65,7 @@ const OPPOSED: FaceBands = [[0.9, 0.05, 0.3, 0.0], [0.05, 0.9, 0.3, 0.0]];
 
 fn phong(kd: [f32; BANDS], ks: [f32; BANDS], kt: [f32; BANDS], exponent: Option<f32>) -> Material {
     let fractions = PhongFractions { reflectance: &kd, specular: &ks, transmittance: &kt };
-    Material::Phong(Phong::new(fractions, exponent))
+    Phong::new(fractions, exponent, &NAMES).unwrap().into()
 }
 
 fn glossy(exponent: Option<f32>) -> Material {
@@ -76,11 +77,11 @@ fn only_lobe(exponent: f32) -> Material {
 }
 
 fn dielectric(ior: f32, tint: [f32; BANDS]) -> Material {
-    Material::Dielectric(Dielectric::new(ior, &tint))
+    Dielectric::new(ior.into(), &tint).unwrap().into()
 }
 
 fn pane(ior: f32, tint: [f32; BANDS]) -> Material {
-    Material::Pane(Pane::new(ior, &tint))
+    Pane::new(ior.into(), &tint).unwrap().into()
 }
 
 fn wide(spectrum: Spectrum<Lanes4>) -> Bands {
@@ -265,7 +266,7 @@ fn panes_and_slabs_transmit_what_is_published() {
         let entered = entered(&dielectric(1.52, [0.0; 4]), cos);
         entered / (2.0 - entered)
     };
-    let lossless = Pane::new(1.52, &[1.0; BANDS]);
+    let lossless = Pane::new(1.52, &[1.0; BANDS]).unwrap();
     let through_pane = |cos: f64| {
         let through: Spectrum<Lanes4> = lossless.transmittance(&incident(true, cos, 0.0));
         wide(through)[0]

@@ -5,8 +5,8 @@ use std::{collections::HashMap, ops::Range, sync::OnceLock};
 use glam::{DVec3, Vec3};
 
 use super::{
-    Common, CopyPart, LightPart, NO_CAPTOR, ObjectCopy, Scene, SceneParts, SharedPart, Surface,
-    SurfacePart, flush,
+    Common, CopyPart, LightPart, NO_CAPTOR, NamedMaterial, ObjectCopy, Scene, SceneParts,
+    SharedPart, Surface, SurfacePart, flush,
     images::LightImages,
     mirrors::FlatMirrors,
     shapes::{KeptShapes, Outlines},
@@ -25,6 +25,7 @@ use crate::{
         instances::Placed,
         lattice::{Images, Layers, Repeats},
         light::{Entrance, Light, LightTree, MARGIN, Prism},
+        material::Scatterer,
         stand::{LayerBins, Stand},
     },
 };
@@ -45,12 +46,10 @@ impl Scene {
         pool.map_err(|e| Error::run("threads", e))?.install(|| Self::build(parts, kept))
     }
 
-    fn build(mut parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
+    fn build(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
         let name = parts.name.clone();
         let place = || format!("scene {name}");
         parts.validate(&place())?;
-        let lanes = lanes(parts.bands.len());
-        parts.materials.iter_mut().for_each(|named| named.material.pad(lanes));
         let bounds = Bounds::of(&parts);
         if !bounds.finite {
             return Err(Error::input(place(), "a coordinate is not finite once it is placed")
@@ -188,9 +187,11 @@ impl Scene {
         }
         let boxes = placed.boxes();
 
-        for (named, tangents) in parts.materials.iter_mut().zip(tangents) {
-            named.material.set_tangents(tangents);
-        }
+        let lanes = lanes(parts.bands.len());
+        let materials = parts.materials.into_iter().zip(tangents).map(|(named, tangents)| {
+            NamedMaterial { material: named.material.placed(lanes, tangents), ..named }
+        });
+        let materials: Vec<NamedMaterial> = materials.collect();
 
         let mut captors: Vec<Captor> = Vec::with_capacity(parts.captors.len());
         let mut captor_triangles = Vec::new();
@@ -285,7 +286,7 @@ impl Scene {
                 &lights,
                 &shapes.triangles,
                 &surfaces,
-                &parts.materials,
+                &materials,
                 MARGIN * closeness(Vec3::splat(radius)),
             )
         };
@@ -301,7 +302,7 @@ impl Scene {
             absorbed_by_face: parts.absorbed_by_face,
             sunlit: parts.sunlit,
             watts: parts.watts,
-            materials: parts.materials,
+            materials,
             objects: parts.objects,
             has_openings: lights.iter().filter_map(Light::entrance).any(Entrance::has_openings),
             flat_mirrors,

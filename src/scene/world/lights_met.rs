@@ -13,6 +13,7 @@ use crate::{
         daylight::InfiniteLight,
         lattice::Lattice,
         light::{Emission, EmitterHit, Light, LightHit, LightSample, Strata, Toward},
+        material::Scatterer,
     },
 };
 

@@ -10,7 +10,7 @@ use crate::{
         sampling::{cosine_hemisphere, uniform_triangle, weighted_choice},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
-    scene::light::Entrance,
+    scene::{light::Entrance, material::Scatterer},
 };
 
 /// Number of rays to the sky from the openings of a light.

@@ -21,6 +21,7 @@ use crate::{
         bvh::Hit,
         lattice::{Cell, Repeats, Stretch, Walk},
         light::EmitterHit,
+        material::Scatterer,
     },
 };
 

@@ -14,7 +14,7 @@ use crate::{
         instances::is_even,
         lattice::Lattice,
         light::{LightSource, check_power},
-        material::Material,
+        material::{Material, Scatterer},
     },
 };
 
@@ -56,9 +56,9 @@ impl SceneParts {
                 check(sum.check(bands), format_args!("ratio `{}`", ratio.name), place)?;
             }
         }
-        let names: Vec<&str> = self.bands.iter().map(|band| band.name.as_str()).collect();
         for named in &self.materials {
-            check(named.material.check(&names), format_args!("material `{}`", named.name), place)?;
+            let checked = named.material.check_bands(bands);
+            check(checked, format_args!("material `{}`", named.name), place)?;
         }
         for light in &self.lights {
             check(light.check(bands), format_args!("light `{}`", light.name), place)?;

@@ -20,7 +20,7 @@ use crate::{
     },
     scene::{
         light::LightHit,
-        material::{Lambert, Material, Transport},
+        material::{Lambert, Material, Scatterer, Transport},
         world::{Arrived, SurfaceHit},
     },
     transport::{
@@ -91,7 +91,7 @@ impl<'a> Gather<'a> {
         let focused = focused_light(light, settings, control)?;
         let focused_cache = RadianceCache::new(&focused, settings.threads)?;
         let focused = SurfaceLight { k: FOCUSED * focused.k, ..focused };
-        let white = Material::Lambert(Lambert::new(&vec![1.0; light.scene.lanes()]));
+        let white = Lambert::white(light.scene.lanes()).into();
         Ok(Self { directions, cache, focused, focused_cache, white })
     }
 

@@ -14,7 +14,7 @@ use crate::{
     },
     scene::{
         light::LightHit,
-        material::{LobeKind, Transport},
+        material::{LobeKind, Scatterer, Transport},
         world::Arrived,
     },
     transport::surface_light::SurfaceLight,

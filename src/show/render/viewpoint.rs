@@ -7,6 +7,7 @@ use crate::{
     math::geometry::{Extent, ROUNDING, Ray, closeness},
     scene::{
         camera::{Camera, View},
+        material::Scatterer,
         patches::Patches,
         world::{Scene, SurfaceHit},
     },

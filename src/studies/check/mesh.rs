@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::{
-    math::geometry::{Extent, Triangle},
+    math::geometry::{Extent, Triangle, area},
     scene::world::Scene,
 };
 
@@ -69,9 +69,10 @@ impl Piece {
 
     fn add(&mut self, triangle: usize, shape: &Triangle, anchor: &Triangle) {
         let corners = [shape.a, shape.b, shape.c];
-        let [a, b, c] = corners.map(|p| (p - anchor.a).as_dvec3());
+        let at_anchor = corners.map(|p| (p - anchor.a).as_dvec3());
+        let [a, b, c] = at_anchor;
         self.triangles.push(triangle);
-        self.area += 0.5 * (b - a).cross(c - a).length();
+        self.area += area(&at_anchor);
         self.volume += a.dot(b.cross(c)) / 6.0;
         self.extent = self.extent.join(Extent::of(corners));
     }

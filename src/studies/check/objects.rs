@@ -12,6 +12,7 @@ use crate::{
     scene::{
         captor::{Captor, CaptorKind},
         light::Light,
+        material::Scatterer,
         world::Scene,
     },
     transport::{

@@ -1,25 +1,18 @@
-//! A table that is written row by row as CSV and, with the feature `parquet`, at the same time as
-//! Parquet.
+//! A table of a sweep, which is written row by row as CSV and, with the feature `parquet`, at the
+//! same time as Parquet.
 
 use std::io;
 
-#[cfg(feature = "parquet")]
-use crate::studies::table::ParquetTable;
 use crate::{
     error::{Error, Result},
-    formats::{
-        csv_text,
-        written::{OwnFile, Written},
-    },
-    studies::table::{Cell, Kind},
+    formats::written::{OwnFile, Written},
+    studies::table::{Cell, Kind, TableFile},
 };
 
 /// A table that is being written.
 pub struct Table<'a> {
     name: &'a str,
-    csv: csv::Writer<OwnFile<'a>>,
-    #[cfg(feature = "parquet")]
-    parquet: ParquetTable<OwnFile<'a>>,
+    files: Vec<TableFile<OwnFile<'a>>>,
 }
 
 impl<'a> Table<'a> {
@@ -27,42 +20,27 @@ impl<'a> Table<'a> {
     pub const ENDINGS: [&'static str; 2] = ["csv", "parquet"];
 
     /// Begins a table in a folder. The names of the columns must differ.
-    pub fn create(
-        written: &'a Written,
-        name: &'a str,
-        columns: Vec<(String, Kind)>,
-    ) -> Result<Self> {
-        let open = |ending| written.create(&format!("{name}.{ending}"));
-        let csv = open("csv")?;
-        #[cfg(feature = "parquet")]
-        let parquet = ParquetTable::begin(open("parquet")?, &columns);
-        let mut csv = csv::Writer::from_writer(csv);
-        csv.write_record(columns.iter().map(|(name, _)| csv_text::cell(name).into_owned()))
-            .map_err(|e| unwritten(name, e.into()))?;
-        Ok(Self {
-            #[cfg(feature = "parquet")]
-            parquet: parquet.map_err(|e| unwritten(name, e))?,
-            name,
-            csv,
-        })
+    pub fn create(written: &'a Written, name: &'a str, columns: &[(String, Kind)]) -> Result<Self> {
+        let begin = |ending: &str| {
+            let file = written.create(&format!("{name}.{ending}"))?;
+            let begun = TableFile::begin(file, columns, ending == "parquet");
+            begun.map_err(|e| unwritten(name, e))
+        };
+        let endings = &Self::ENDINGS[..if cfg!(feature = "parquet") { 2 } else { 1 }];
+        Ok(Self { name, files: endings.iter().map(|ending| begin(ending)).collect::<Result<_>>()? })
     }
 
     /// Adds a row with one cell for each column.
     pub fn row(&mut self, cells: &[Cell]) -> Result<()> {
-        let written = self.csv.write_record(cells.iter().map(Cell::csv));
-        written.map_err(|e| unwritten(self.name, e.into()))?;
-        #[cfg(feature = "parquet")]
-        self.parquet.row(cells).map_err(|e| unwritten(self.name, e))?;
-        Ok(())
+        let added = self.files.iter_mut().try_for_each(|file| file.row(cells));
+        added.map_err(|e| unwritten(self.name, e))
     }
 
     /// Ends the table and puts its files in their places.
     pub fn finish(self) -> Result<()> {
-        let Self { name, csv, .. } = self;
-        let csv = csv.into_inner().map_err(|e| unwritten(name, e.into_error()))?;
-        #[cfg(feature = "parquet")]
-        self.parquet.end().map_err(|e| unwritten(name, e))?.finish()?;
-        csv.finish()
+        let Self { name, files } = self;
+        let ended = files.into_iter().map(|file| file.end().map_err(|e| unwritten(name, e)));
+        ended.collect::<Result<Vec<_>>>()?.into_iter().try_for_each(OwnFile::finish)
     }
 }
 

@@ -77,7 +77,7 @@ pub fn write(
         ],
     ];
     let create = |name, after: &[(&str, Kind)]| {
-        Table::create(folder.written(), name, columns(&[run], after))
+        Table::create(folder.written(), name, &columns(&[run], after))
     };
     let mut captors = create(TABLES[0], &of_captors)?;
     let mut groups = create(TABLES[1], &of_groups.concat())?;
@@ -160,7 +160,7 @@ pub fn write(
     let energy = balance.columns().map(|(word, band)| (format!("{word}{band}"), Kind::Number));
     of_runs.extend(energy);
     of_runs.push(("error".into(), Kind::Text));
-    let mut runs = Table::create(folder.written(), TABLES[2], of_runs)?;
+    let mut runs = Table::create(folder.written(), TABLES[2], &of_runs)?;
     for ((run, state), found) in sweep.runs().zip(states).zip(&balance.runs) {
         let file = format!("{}.json", sweep.key(&run));
         let mut cells = vec![Cell::Whole(run.number as u64), Cell::Text(&file)];

@@ -40,7 +40,7 @@ enum Values {
 }
 
 impl<W: Write + Send> ParquetTable<W> {
-    pub fn begin(file: W, columns: &[(String, Kind)]) -> io::Result<Self> {
+    pub fn begin(file: W, columns: &[(impl AsRef<str>, Kind)]) -> io::Result<Self> {
         let writer = begin(file, columns)?;
         let columns = columns.iter().map(|(_, kind)| Column::new(*kind)).collect();
         Ok(Self { writer, columns })
@@ -71,18 +71,18 @@ impl<W: Write + Send> ParquetTable<W> {
     }
 }
 
-fn begin<W: Write + Send>(
+fn begin<W: Write + Send, N: AsRef<str>>(
     file: W,
-    columns: &[(String, Kind)],
+    columns: &[(N, Kind)],
 ) -> std::result::Result<SerializedFileWriter<W>, ParquetError> {
-    let field = |(name, kind): &(String, Kind)| {
+    let field = |(name, kind): &(N, Kind)| {
         let (physical, logical) = match kind {
             Kind::Whole => (Physical::INT64, Some(LogicalType::integer(64, false))),
             Kind::Number => (Physical::DOUBLE, None),
             Kind::Single => (Physical::FLOAT, None),
             Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         };
-        let field = Type::primitive_type_builder(name, physical);
+        let field = Type::primitive_type_builder(name.as_ref(), physical);
         field.with_repetition(Repetition::OPTIONAL).with_logical_type(logical).build().map(Arc::new)
     };
     let fields = columns.iter().map(field).collect::<std::result::Result<_, _>>()?;

@@ -22,6 +22,7 @@ use crate::{
     scene::{
         captor::{CHANNELS, Channel},
         daylight::{InfiniteLight, InfinitePart, InfiniteShape, Suns},
+        material::Scatterer,
         world::Scene,
     },
     transport::{

@@ -3,13 +3,13 @@
 use std::{
     io::{self, Read, Seek, SeekFrom, Write},
     path::Path,
-    sync::{Mutex, PoisonError},
+    sync::Mutex,
 };
 
 use tempfile::SpooledTempFile;
 
 use super::kept::{decode, encode};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, lock};
 
 /// The most bytes of the rows of lights that are kept in memory.
 pub(super) const IN_MEMORY: u64 = 96 << 20;
@@ -55,7 +55,7 @@ impl LightRows {
             starts.push(self.end + bytes.len() as u64);
             values = others;
         }
-        let store = self.store.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let mut store = lock(&self.store);
         let written = store.seek(SeekFrom::Start(self.end)).and_then(|_| store.write_all(&bytes));
         written.map_err(|e| {
             Error::run("the light of all hours", format!("does not fit on the disk: {e}"))
@@ -74,7 +74,7 @@ impl LightRows {
         };
         let failed = |e| Error::run("the light of all hours", format!("cannot be read: {e}"));
         let mut bytes = vec![0; (end - start) as usize];
-        let mut store = self.store.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut store = lock(&self.store);
         let read = store.seek(SeekFrom::Start(start)).and_then(|_| store.read_exact(&mut bytes));
         drop(store);
         read.map_err(failed)?;

@@ -24,7 +24,7 @@ use crate::{
     },
     scene::{
         light::{Emission, EntryFace, Light, Start},
-        material::{Interaction, LobeKind, Material},
+        material::{Interaction, LobeKind, Material, Scatterer},
         world::{Arrived, Crossing, Scene},
     },
     transport::trace::{Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, Onward, scatter},

@@ -19,7 +19,7 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        material::{BsdfSample, Transport},
+        material::{BsdfSample, Scatterer, Transport},
         world::{Arrived, Crossing, Scene},
     },
     transport::{

@@ -8,7 +8,7 @@ use super::Cells;
 use crate::{
     math::spectrum::with_lanes,
     scene::{
-        material::{Interaction, Material},
+        material::{Interaction, Material, Scatterer},
         world::{Scene, SurfaceHit},
     },
 };

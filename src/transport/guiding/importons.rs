@@ -16,7 +16,7 @@ use crate::{
     },
     scene::{
         captor::Channel,
-        material::{BsdfSample, Transport},
+        material::{BsdfSample, Scatterer, Transport},
         world::{Outline, Scene},
     },
     transport::trace::roulette,

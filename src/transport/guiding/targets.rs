@@ -18,7 +18,7 @@ use crate::{
     },
     scene::{
         captor::{Captor, CaptorKind, Moments},
-        material::Material,
+        material::{Material, Scatterer},
         world::{MirrorPlane, Scene},
     },
 };

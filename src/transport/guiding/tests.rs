@@ -62,9 +62,9 @@ fn squares(side: usize, material: Material) -> Scene {
 /// comparisons with odds of 1e-6 each.
 #[test]
 fn directions_have_their_density() {
-    let wall = Material::Lambert(Lambert::new(&[0.5]));
-    let glass = Material::Dielectric(Dielectric::new(1.5, &[1.0]));
-    let pane = Material::Pane(Pane::new(1.5, &[1.0]));
+    let wall = Material::Lambert(Lambert::new(&[0.5]).unwrap());
+    let glass = Material::Dielectric(Dielectric::new(1.5, &[1.0]).unwrap());
+    let pane = Material::Pane(Pane::new(1.5, &[1.0]).unwrap());
     for (side, material) in
         [(3, &wall), (20, &wall), (3, &glass), (20, &glass), (3, &pane), (20, &pane)]
     {
@@ -97,9 +97,9 @@ fn directions_have_their_density() {
 #[test]
 fn places_across_a_beam_have_their_density() {
     const SIDE: f32 = 20.0;
-    let wall = Material::Lambert(Lambert::new(&[0.5]));
-    let glass = Material::Dielectric(Dielectric::new(1.5, &[1.0]));
-    let pane = Material::Pane(Pane::new(1.5, &[1.0]));
+    let wall = Material::Lambert(Lambert::new(&[0.5]).unwrap());
+    let glass = Material::Dielectric(Dielectric::new(1.5, &[1.0]).unwrap());
+    let pane = Material::Pane(Pane::new(1.5, &[1.0]).unwrap());
     for (side, material) in
         [(3, &wall), (20, &wall), (3, &glass), (20, &glass), (3, &pane), (20, &pane)]
     {

@@ -155,7 +155,8 @@ fn radiance_joins_both_faces() {
         reflectance,
         transmittance,
     };
-    let leaf = Leaf::new(1.0, face(&[0.4, 0.1], &[0.2, 0.3]), face(&[0.5, 0.25], &[0.1, 0.05]));
+    let [front, back] = [face(&[0.4, 0.1], &[0.2, 0.3]), face(&[0.5, 0.25], &[0.1, 0.05])];
+    let leaf = Leaf::new(1.0, front, back, &["PAR", "NIR"]).unwrap();
     let scene = scene_of(rectangle(0.0, 0.0, 1.0, 1.0), Some(leaf));
     // 4 photons on the front, 10 on the back
     let arrival = |i: usize| {

@@ -21,7 +21,7 @@ use crate::{
     scene::{
         captor::{Captor, CaptorKind, Channel},
         daylight::InfiniteLight,
-        material::{Interaction, Transport},
+        material::{Interaction, Scatterer, Transport},
         world::{Outline, Scene, Surface},
     },
 };

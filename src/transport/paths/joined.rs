@@ -9,7 +9,7 @@ use crate::{
     },
     scene::{
         light::LightHit,
-        material::Transport,
+        material::{Scatterer, Transport},
         world::{Arrived, Scene},
     },
 };

@@ -8,7 +8,7 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        material::{LobeKind, Transport},
+        material::{LobeKind, Scatterer, Transport},
         world::{FlatMirrors, Scene},
     },
     transport::trace::MAX_INTERACTIONS,

@@ -18,7 +18,7 @@ use crate::{
         rng::{Purpose, Stream, Streams},
         sampling::{Chosen, uniform_triangle, weighted_choice},
     },
-    scene::{light::Light, world::Scene},
+    scene::{light::Light, material::Scatterer, world::Scene},
 };
 
 /// Number of photons of each light, which find the triangles that it shines on, and the largest

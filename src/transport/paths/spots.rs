@@ -17,7 +17,7 @@ use crate::{
     },
     scene::{
         light::{EmitterHit, Light},
-        material::{LobeKind, Transport},
+        material::{LobeKind, Scatterer, Transport},
         world::{Arrived, Crossing, Scene},
     },
     transport::trace::MAX_INTERACTIONS,

@@ -37,7 +37,9 @@ fn lamps() -> SceneParts {
     let metal = Phong::new(
         PhongFractions { reflectance: &[0.1], specular: &[0.8], transmittance: &[0.0] },
         Some(100.0),
-    );
+        &["PAR"],
+    )
+    .unwrap();
     let corners = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
     SceneParts {
         bands: vec![Band { name: "PAR".into(), from_nm: None, to_nm: None }],
@@ -116,7 +118,7 @@ fn reflectors_are_chosen_with_their_density() {
 #[test]
 fn what_no_lamp_shines_on_is_no_reflector() {
     let mut dull = lamps();
-    dull.materials[0].material = Material::Lambert(Lambert::new(&[0.8]));
+    dull.materials[0].material = Material::Lambert(Lambert::new(&[0.8]).unwrap());
     assert!(Reflectors::find(&Scene::new(dull).unwrap(), 1).is_none());
     let mut dark = lamps();
     let spot = Cone::spot(DVec3::Z, -DVec3::Z, 0.5).unwrap();

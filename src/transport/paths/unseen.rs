@@ -13,7 +13,7 @@ use crate::{
     },
     scene::{
         light::{Emission, Light, Strata},
-        material::{LobeKind, Material},
+        material::{LobeKind, Material, Scatterer},
         world::{FlatMirrors, Scene},
     },
     transport::trace::{Event, trace},

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::choice::LightChoice;
 use crate::scene::{
-    material::Material,
+    material::{Material, Scatterer},
     world::{Arrived, Scene},
 };
 

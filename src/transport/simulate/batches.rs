@@ -50,6 +50,14 @@ impl Run<'_> {
         self.batches(&|_| *schedule, from, rounds, batches, of, &mut take, map)
     }
 
+    /// Runs one round alone, and returns what it has found. Rounds of different numbers, and of
+    /// runs of different purposes, have random numbers of their own.
+    pub(super) fn round(&self, round: u64, schedule: &Schedule) -> Result<Totals> {
+        let mut totals = self.totals();
+        self.rounds(schedule, (round, 0, 0), round..round + 1, None, &mut totals, None)?;
+        Ok(totals)
+    }
+
     /// Runs some batches of some rounds, and hands them to `take` in order. Threads take task after
     /// task, whichever batch it belongs to. The sums of the tasks are added in the order of the
     /// tasks, so that rounding does not depend on threads. Between tasks, and when the run is

@@ -199,10 +199,7 @@ impl TriedPhotons {
         let totals = |by_photons: Arc<[bool]>| {
             let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
             let work = super::Work::Paths(Vec::new(), pilot.clone());
-            let run = Run { work, beside, by_photons, purpose: Purpose::Trial, ..run };
-            let mut totals = run.totals();
-            run.rounds(&schedule, (2, 0, 0), 2..3, None, &mut totals, None)?;
-            Ok(totals)
+            Run { work, beside, by_photons, purpose: Purpose::Trial, ..run }.round(2, &schedule)
         };
         let channels = scene.channels();
         let beside = totals(vec![false; channels].into())?;

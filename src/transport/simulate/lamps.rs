@@ -10,6 +10,7 @@ use crate::{
     },
     scene::{
         light::{Emission, Strata, sources},
+        material::Scatterer,
         world::Scene,
     },
     transport::{

@@ -13,7 +13,7 @@ use crate::{
         rng::{Purpose, Streams},
         spectrum::{Lanes, with_lanes},
     },
-    scene::{light::Strata, world::Scene},
+    scene::{light::Strata, material::Scatterer, world::Scene},
     transport::{
         guiding::{self, Cells, Guidance, Importance, Lamps, Sources, Windows},
         settings::Settings,
@@ -133,12 +133,9 @@ impl<'a, 'c> ImportancePilot<'a, 'c> {
         let run = Run::new(scene, &self.settings, Vec::new(), Keep::OnCaptors, &control)?;
         let guidance = Some(self.guidance.clone());
         let run = Run { purpose: Purpose::Pilot, ..run.guided_by(guidance) };
-        let mut totals = run.totals();
         let photons = PHOTONS.max(scene.sources() as u64);
         let photons = affordable(scene, &self.settings, &control, photons)?;
-        let schedule = run.schedule(photons)?;
-        run.rounds(&schedule, (round, 0, 0), round..round + 1, None, &mut totals, None)?;
-        Ok(totals)
+        run.round(round, &run.schedule(photons)?)
     }
 }
 

@@ -188,8 +188,7 @@ fn try_guiding<'a>(
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = Run { purpose: Purpose::Guiding, ..run.guided_by(guidance) };
-    let mut totals = run.totals();
-    run.rounds(&run.schedule(photons)?, (0, 0, 0), 0..1, None, &mut totals, None)?;
+    let totals = run.round(0, &run.schedule(photons)?)?;
     let found = Found::new(scene, &totals, totals.histories, channels(scene));
     Ok(TriedGuiding { seen: sees_enough(scene, &totals), found })
 }

@@ -10,7 +10,7 @@ use crate::{
     },
     scene::{
         light::{Emission, Strata},
-        material::LobeKind,
+        material::{LobeKind, Scatterer},
         world::Scene,
     },
     transport::{

@@ -48,9 +48,8 @@ pub(super) fn affordable(
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = Run { purpose: Purpose::Guiding, ..run };
-    let mut totals = run.totals();
     let few = BATCHES.max(scene.sources() as u64);
-    run.rounds(&run.schedule(few)?, (0, 0, 0), 0..1, None, &mut totals, None)?;
+    let totals = run.round(0, &run.schedule(few)?)?;
     Ok(photons.min((RAYS * few / totals.segments.max(1)).max(few)))
 }
 
@@ -205,12 +204,7 @@ pub(super) fn tried(
     (first, most, rays): (u64, u64, u64),
 ) -> Result<(Totals, u64)> {
     let run = Run { purpose: Purpose::Trial, ..run };
-    let of = |histories: u64| {
-        let mut totals = run.totals();
-        let schedule = run.schedule(histories * run.unit())?;
-        run.rounds(&schedule, (round, 0, 0), round..round + 1, None, &mut totals, None)?;
-        Ok(totals)
-    };
+    let of = |histories: u64| run.round(round, &run.schedule(histories * run.unit())?);
     let few = of(first)?;
     let each = few.segments as f64 / first as f64;
     let mut histories = first;
@@ -251,7 +245,7 @@ mod tests {
     fn fewer_photons_are_tried_where_paths_are_long() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let photons = |reflectance: f32| {
-            let wall = Material::Lambert(Lambert::new(&[reflectance]));
+            let wall = Material::Lambert(Lambert::new(&[reflectance]).unwrap());
             let scene = Scene::new(SceneParts {
                 bands: vec![Band { name: "PAR".into(), from_nm: None, to_nm: None }],
                 lights: vec![LightPart::new(

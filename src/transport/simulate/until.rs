@@ -146,7 +146,7 @@ impl Run<'_> {
         let mut parts = 1;
         while parts < most {
             let began = Instant::now();
-            self.rounds(&cut(parts), (0, 0, 0), 0..1, None, &mut self.totals(), None)?;
+            self.round(0, &cut(parts))?;
             self.done.store(0, Ordering::Relaxed);
             self.brightest.iter().for_each(|most| most.store(0, Ordering::Relaxed));
             let taken = began.elapsed();

@@ -10,6 +10,7 @@ use super::SurfaceLight;
 use crate::{
     error::Result,
     math::machine,
+    scene::material::Scatterer,
     transport::photon_map::{Arrival, PackedDirection, PhotonMap, StoredPhoton},
 };
 

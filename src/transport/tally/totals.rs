@@ -238,55 +238,38 @@ impl Totals {
     /// are no longer split.
     pub fn mixed(&self, factors: &[Vec<f64>]) -> Self {
         let ratios = self.pairs.len().checked_div(self.photons.len()).unwrap_or(0);
-        let pair = |i: usize| {
-            let parts = self.parts.iter().zip(factors);
-            let parts = parts.map(|(part, by)| (part.pairs[i], by[self.columns + i % ratios]));
-            RunningPair::mixed(parts, self.batches)
-        };
         let parts = || self.parts.iter().zip(factors);
-        let mix = |i: usize| {
-            let parts = parts().map(|(part, factors)| (part.running[i], factors[i % self.columns]));
-            Running::mixed(parts, self.batches)
+        let pair = |i: usize| {
+            let pairs = parts().map(|(part, by)| (part.pairs[i], by[self.columns + i % ratios]));
+            RunningPair::mixed(pairs, self.batches)
+        };
+        let mixed = |of: fn(&Self) -> &[Running]| -> Vec<Running> {
+            let mix = |i: usize| {
+                let some = |(part, by): (&Self, &Vec<f64>)| {
+                    Some((*of(part).get(i)?, by[i % self.columns]))
+                };
+                Running::mixed(parts().filter_map(some), self.batches)
+            };
+            (0..of(self).len()).map(mix).collect()
         };
         let mut ledger = Ledger::new(self.ledger.emitted.len(), 0);
         ledger.absorbed = vec![0.0; self.ledger.absorbed.len()];
         parts().for_each(|(part, factors)| ledger.add(&part.ledger, |band| factors[band]));
         Self {
-            running: (0..self.running.len()).map(mix).collect(),
+            running: mixed(|part| &part.running),
             pairs: (0..self.pairs.len()).map(pair).collect(),
             photons: self.photons.clone(),
             arrived: self.arrived.clone(),
             weighed: self.weighed.clone(),
             ledger,
             by_photons: Vec::new(),
-            spent: self.mixed_spent(factors),
-            chance: self.mixed_chance(factors),
+            spent: mixed(|part| &part.spent),
+            chance: mixed(|part| &part.chance),
             captor_of_channel: self.captor_of_channel.clone(),
             group_values: Vec::new(),
             parts: Vec::new(),
             ..*self
         }
-    }
-
-    /// Returns where the power went, summed over the parts, each multiplied by its factors.
-    fn mixed_spent(&self, factors: &[Vec<f64>]) -> Vec<Running> {
-        let mix = |i: usize| {
-            let parts = self.parts.iter().zip(factors);
-            let spent = parts.map(|(part, by)| (part.spent[i], by[i % self.columns]));
-            Running::mixed(spent, self.batches)
-        };
-        (0..self.spent.len()).map(mix).collect()
-    }
-
-    /// Returns what games of chance took, summed over the parts, each multiplied by its factors.
-    fn mixed_chance(&self, factors: &[Vec<f64>]) -> Vec<Running> {
-        let mix = |column: usize| {
-            let parts = self.parts.iter().zip(factors);
-            let taken =
-                parts.filter_map(|(part, by)| Some((*part.chance.get(column)?, by[column])));
-            Running::mixed(taken, self.batches)
-        };
-        (0..self.chance.len()).map(mix).collect()
     }
 
     /// Returns the power that games of chance took, less the power that they gave, per band, then

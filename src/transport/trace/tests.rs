@@ -31,7 +31,7 @@ fn room(power: [f64; 2]) -> Scene {
         )],
         materials: vec![NamedMaterial {
             name: "wall".into(),
-            material: Material::Lambert(Lambert::new(&[0.1, 0.98])),
+            material: Material::Lambert(Lambert::new(&[0.1, 0.98]).unwrap()),
         }],
         surfaces: vec![SurfacePart {
             object: None,

@@ -1,5 +1,7 @@
 //! The scattering function of a thin sheet, measured for pairs of directions.
 
+use std::fmt;
+
 use glam::Vec3;
 
 use super::{
@@ -7,13 +9,13 @@ use super::{
     part::{PairValues, Part, View},
 };
 use crate::{
-    error::{Problem, check_length},
+    error::{Checked, Problem, check_length},
     math::{
         geometry::Frame,
         rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
-    scene::material::{BsdfSample, Checked, Interaction, Transport, choose, complement},
+    scene::material::{BsdfSample, Interaction, Scatterer, Transport, choose, complement},
 };
 
 /// Amount by which the sum of reflectance and transmittance of a table may exceed 1, because of its
@@ -24,13 +26,11 @@ const TOLERATED: f64 = 1e-3;
 /// that comes to a face is reflected and transmitted by tables of that face. If there are none for
 /// the back, it reflects like the front, and its transmission is that of the front in the opposite
 /// direction. Directions are sampled by the largest value of the table in any band.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Bsdf {
-    front: Face,
-    back: Option<Face>,
+    front: Box<Face>,
+    back: Option<Box<Face>>,
     bands: usize,
-    /// Fault of the values, if they have one.
-    wrong: Option<Problem>,
     /// Axis of azimuth 0 on each triangle of the sheet, with the index of the triangle. It is empty
     /// where only the difference of azimuths counts.
     tangents: Vec<(u32, Vec3)>,
@@ -92,13 +92,35 @@ impl BsdfFaces {
         }
     }
 
-    /// Multiplies all values by a factor.
-    pub fn scale(&mut self, by: f64) {
-        for face in [Some(&mut self.front), self.back.as_mut()].into_iter().flatten() {
+    /// Returns the same with all values multiplied by a factor.
+    fn scaled(&self, by: f64) -> Self {
+        let mut faces = self.clone();
+        for face in [&mut faces.front].into_iter().chain(&mut faces.back) {
             for part in [&mut face.reflected, &mut face.transmitted] {
                 part.values.iter_mut().for_each(|f| *f = (f64::from(*f) * by) as f32);
             }
         }
+        faces
+    }
+
+    /// Refuses values that are no scattering function in so many bands.
+    fn check(&self, bands: usize) -> Checked {
+        check_length(self.bands, bands)?;
+        for face in [&self.front].into_iter().chain(&self.back) {
+            for part in [&face.reflected, &face.transmitted] {
+                let (values, pairs) = (&part.values, part.pairs());
+                if values.len() != pairs * bands || bands == 0 {
+                    let problem = format!("{} values for {pairs} pairs", values.len());
+                    let remedy = "give one per band for each pair of directions";
+                    return Err(Problem::new(problem, remedy));
+                }
+                if values.iter().any(|&f| !(f >= 0.0 && f.is_finite())) {
+                    let problem = "a value that is below 0 or not finite";
+                    return Err(Problem::new(problem, "noise below 0 counts as 0"));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Returns how far the values are from reciprocity.
@@ -165,67 +187,51 @@ fn difference(values: &PairValues, opposite: &Part, bands: usize) -> f64 {
 
 impl Bsdf {
     /// The largest share of light that goes on which is taken for 1.
-    pub const ROUNDED: f64 = 1.0 + TOLERATED;
+    pub(crate) const ROUNDED: f64 = 1.0 + TOLERATED;
 
-    /// Makes the material from its values. They must be at least 0, one for each pair and band;
-    /// `check` reports those that are not. Where slightly more light would go on than came, all
-    /// values are scaled down.
-    pub fn new(faces: &BsdfFaces) -> Self {
-        let isotropic = faces.front.reflected.turns.is_some();
-        let mut scale = 1.0;
-        loop {
-            let bsdf = Self::scaled(faces, scale, isotropic);
-            let most = bsdf.largest_share();
-            // once scaled, the largest fraction is 1, up to rounding
-            if scale < 1.0 || most <= 1.0 || most > 1.0 + TOLERATED || bsdf.wrong.is_some() {
-                return bsdf;
-            }
-            scale = 1.0 / most;
+    /// Makes the material from its values. `bands` are the names of the bands. Where slightly more
+    /// light would go on than came, all values are scaled down. Error: there is not one value for
+    /// each pair and band, a value is below 0 or not finite, or more light would go on.
+    pub fn new(faces: &BsdfFaces, bands: &[&str]) -> Result<Self, Problem> {
+        Self::tolerating(1.0, faces, bands).map(|(made, _)| made)
+    }
+
+    /// Makes the material like [`new`](Self::new), but scales all values down, too, where of the
+    /// light from one direction up to `tolerated` would go on. Returns with it the largest fraction
+    /// that went on before.
+    pub(crate) fn tolerating(
+        tolerated: f64,
+        faces: &BsdfFaces,
+        bands: &[&str],
+    ) -> Checked<(Self, f64)> {
+        faces.check(bands.len())?;
+        let made = Self::made(faces);
+        let most = made.largest_share();
+        if most > Self::ROUNDED && most <= tolerated {
+            return Ok((Self::new(&faces.scaled(1.0 / most), bands)?, most));
         }
+        if let Some(sum) = made.sums().find(|sum| sum.share > Self::ROUNDED) {
+            return Err(sum.problem(bands));
+        }
+        let made = if most > 1.0 { Self::made(&faces.scaled(1.0 / most)) } else { made };
+        Ok((made, most))
     }
 
-    fn scaled(faces: &BsdfFaces, scale: f64, isotropic: bool) -> Self {
-        let BsdfFaces { bands, .. } = *faces;
-        let mut wrong = None;
-        let mut part = |values: &PairValues| {
-            let mut values = values.clone();
-            if values.values.len() != values.pairs() * bands || bands == 0 {
-                let problem =
-                    format!("{} values for {} pairs", values.values.len(), values.pairs());
-                wrong =
-                    Some(Problem::new(problem, "give one per band for each pair of directions"));
-                values.values = vec![0.0; values.pairs() * bands];
-            }
-            if values.values.iter().any(|&f| !(f >= 0.0 && f.is_finite())) {
-                let problem = "a value that is below 0 or not finite";
-                wrong = Some(Problem::new(problem, "noise below 0 counts as 0"));
-            }
-            values.values.iter_mut().for_each(|f| *f = (f64::from(*f) * scale) as f32);
-            Part::new(&values, bands)
+    fn made(faces: &BsdfFaces) -> Self {
+        let bands = faces.bands;
+        let face = |values: &FaceValues| {
+            let [reflected, transmitted] =
+                [&values.reflected, &values.transmitted].map(|values| Part::new(values, bands));
+            Box::new(Face { reflected, transmitted })
         };
-        let mut face = |values: &FaceValues| Face {
-            reflected: part(&values.reflected),
-            transmitted: part(&values.transmitted),
-        };
-        let front = face(&faces.front);
-        let back = faces.back.as_ref().map(&mut face);
-        Self { front, back, bands, wrong, tangents: Vec::new(), isotropic }
-    }
-
-    /// Returns whether the table needs the direction of azimuth 0 on each triangle.
-    pub(super) fn needs_tangents(&self) -> bool {
-        !self.isotropic
-    }
-
-    /// Sets the direction of azimuth 0 on each triangle, in rising order of the indices of the
-    /// triangles.
-    pub(super) fn set_tangents(&mut self, tangents: Vec<(u32, Vec3)>) {
-        self.tangents = tangents;
+        let isotropic = faces.front.reflected.turns.is_some();
+        let back = faces.back.as_ref().map(face);
+        Self { front: face(&faces.front), back, bands, tangents: Vec::new(), isotropic }
     }
 
     /// Returns the largest fraction of light that goes on, over all directions of incidence and
     /// bands.
-    pub fn largest_share(&self) -> f64 {
+    fn largest_share(&self) -> f64 {
         self.sums().map(|sum| sum.share).fold(0.0, f64::max)
     }
 
@@ -248,7 +254,7 @@ impl Bsdf {
         match &self.back {
             Some(back) => sums.extend(of_face(back, false)),
             None => {
-                let Face { reflected, transmitted } = &self.front;
+                let Face { reflected, transmitted } = &*self.front;
                 let columns = transmitted.columns();
                 for column in 0..columns.len() {
                     let from = columns.middle(column);
@@ -267,30 +273,6 @@ impl Bsdf {
             }
         }
         sums.into_iter()
-    }
-
-    pub(super) fn check(&self, names: &[&str]) -> Checked {
-        check_length(self.bands, names.len())?;
-        if let Some(problem) = &self.wrong {
-            return Err(problem.clone());
-        }
-        match self.sums().find(|sum| sum.share > 1.0 + TOLERATED) {
-            Some(sum) => Err(sum.problem(names)),
-            None => Ok(()),
-        }
-    }
-
-    pub(super) fn pad(&mut self, lanes: usize) {
-        let faces = [&mut self.front].into_iter().chain(&mut self.back);
-        for part in faces.flat_map(|face| [&mut face.reflected, &mut face.transmitted]) {
-            part.pad(lanes);
-        }
-    }
-
-    /// Returns whether some light is transmitted.
-    pub(super) fn transmits(&self) -> bool {
-        let faces = [&self.front].into_iter().chain(&self.back);
-        faces.into_iter().any(|face| !face.transmitted.is_black())
     }
 
     /// Returns reflection and transmission, as views from the light's end, for light that comes to
@@ -338,8 +320,42 @@ impl Bsdf {
     fn near(frame: &Frame, at: &Interaction) -> Polar {
         Polar { cos: at.cos, ..polar(frame, -at.direction) }
     }
+}
 
-    pub(super) fn sample<L: Lanes>(
+/// The digest of a scene is made of this text: it is that of before, when a table could be wrong.
+impl fmt::Debug for Bsdf {
+    fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
+        let Self { front, back, bands, tangents, isotropic } = self;
+        let mut text = to.debug_struct("Bsdf");
+        text.field("front", front).field("back", back).field("bands", bands);
+        text.field("wrong", &None::<Problem>).field("tangents", tangents);
+        text.field("isotropic", isotropic).finish()
+    }
+}
+
+impl Scatterer for Bsdf {
+    fn lanes(&self) -> usize {
+        self.front.reflected.lanes()
+    }
+
+    fn check_bands(&self, bands: usize) -> Result<(), Problem> {
+        check_length(self.lanes(), bands)
+    }
+
+    fn placed(mut self, lanes: usize, tangents: Vec<(u32, Vec3)>) -> Self {
+        for face in [&mut self.front].into_iter().chain(&mut self.back) {
+            face.reflected.pad(lanes);
+            face.transmitted.pad(lanes);
+        }
+        Self { tangents, ..self }
+    }
+
+    fn needs_tangents(&self) -> bool {
+        !self.isotropic
+    }
+
+    #[inline(never)]
+    fn sample<L: Lanes>(
         &self,
         at: &Interaction,
         transport: Transport,
@@ -364,14 +380,14 @@ impl Bsdf {
         Some(BsdfSample::diffuse(direction, weight, crosses))
     }
 
-    pub(super) fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
+    fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
         let frame = self.frame(at);
         let [reflected, transmitted] = self.ways_of_light(at.front);
         let way = if outgoing.dot(at.normal) > 0.0 { reflected } else { transmitted };
         way.value(Self::near(&frame, at), polar(&frame, outgoing))
     }
 
-    pub(super) fn pdf(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
+    fn pdf(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
         let frame = self.frame(at);
         let near = Self::near(&frame, at);
         let ways = self.ways(at.front, transport);
@@ -382,15 +398,19 @@ impl Bsdf {
         largest * cos.abs() / total.max(f32::MIN_POSITIVE)
     }
 
-    pub(super) fn absorptance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
+    fn absorptance<L: Lanes>(&self, at: &Interaction) -> Option<Spectrum<L>> {
         let near = Self::near(&self.frame(at), at);
         let [reflected, transmitted] = self.ways_of_light(at.front).map(|way| way.albedo(near));
-        complement(reflected + transmitted)
+        Some(complement(reflected + transmitted))
     }
 
-    /// Returns a spectrum of zeros.
-    pub(super) fn nothing<L: Lanes>(&self) -> Spectrum<L> {
-        Spectrum::splat(self.front.reflected.lanes(), 0.0)
+    fn is_diffuse(&self) -> bool {
+        true
+    }
+
+    fn transmits_diffusely(&self) -> bool {
+        let mut faces = [&self.front].into_iter().chain(&self.back);
+        faces.any(|face| !face.transmitted.is_black())
     }
 }
 

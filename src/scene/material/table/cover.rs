@@ -6,15 +6,15 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use crate::{
-    error::{Problem, check_length, check_range},
+    error::{Checked, Problem, check_range},
     math::{
         rng::Stream,
         sampling::cosine_hemisphere_density,
         spectrum::{Lanes, Spectrum},
     },
     scene::material::{
-        BsdfSample, Checked, Interaction, Pane, ROUNDING, Transport, check_sum, choose, complement,
-        diffuse,
+        BsdfSample, Interaction, Pane, Scatterer, Transport, check_per_band, check_sum, choose,
+        complement, diffuse,
     },
 };
 
@@ -73,16 +73,37 @@ struct Place<'a> {
     beyond: f32,
 }
 
+impl CoverRow {
+    /// Returns the row of a table. `bands` are the names of the bands.
+    fn checked(self, bands: &[&str]) -> Checked<Row> {
+        let Self { angle_deg, direct, diffuse, reflectance } = self;
+        check_range(angle_deg, 0.0, 90.0).map_err(|problem| problem.of("angles_deg"))?;
+        let parts = [reflectance, direct, diffuse];
+        for (part, key) in parts.iter().zip(["reflectance", "direct", "diffuse"]) {
+            check_per_band(key, part, bands.len())?;
+        }
+        for band in 0..bands.len() {
+            let sum = parts.iter().map(|part| f64::from(part[band])).sum();
+            let fractions = format!("direct + diffuse + reflectance at {angle_deg} degrees");
+            check_sum(&fractions, sum, band, bands)?;
+        }
+        Ok(Row { angle: angle_deg.to_radians() as f32, parts })
+    }
+}
+
 impl Cover {
     /// Makes the material from its rows in the order of rising angles; there must be at least one.
-    pub fn new(rows: Vec<CoverRow>) -> Self {
-        let row = |row: CoverRow| Row {
-            angle: row.angle_deg.to_radians() as f32,
-            parts: [row.reflectance, row.direct, row.diffuse],
-        };
-        let mut cover = Self { rows: rows.into_iter().map(row).collect(), largest: [0.0; 3] };
-        if cover.rows.is_empty() {
-            return cover;
+    /// `bands` are the names of the bands. Error: there is no row, the angles do not rise, a number
+    /// is out of its range, there is not one for each band, or the sum of the fractions is above 1.
+    pub fn new(rows: Vec<CoverRow>, bands: &[&str]) -> Result<Self, Problem> {
+        if rows.is_empty() {
+            return Err(Problem::new("a table without angles", "give at least one"));
+        }
+        let rows = rows.into_iter().map(|row| row.checked(bands));
+        let mut cover = Self { rows: rows.collect::<Checked<_>>()?, largest: [0.0; 3] };
+        if cover.rows.windows(2).any(|pair| pair[1].angle <= pair[0].angle) {
+            let problem = "angles_deg: an angle comes after one that is not smaller";
+            return Err(Problem::new(problem, "sort the rows by angle, each angle once"));
         }
         cover.largest = [MIRRORED, STRAIGHT, DIFFUSE].map(|part| {
             cover.rows.iter().flat_map(|row| &row.parts[part]).copied().fold(0.0, f32::max)
@@ -90,7 +111,7 @@ impl Cover {
         if cover.largest[DIFFUSE] > 0.0 {
             cover.largest[DIFFUSE] = cover.mean_diffuse();
         }
-        cover
+        Ok(cover)
     }
 
     /// Returns the mean under diffuse light of the largest band's diffuse part. It affects sampling
@@ -104,42 +125,6 @@ impl Cover {
         let mean = (0..STEPS).map(at).sum::<f32>() / STEPS as f32;
         // not too small where the diffuse part shows at single angles only
         mean.max(0.01 * self.largest[DIFFUSE])
-    }
-
-    pub(super) fn check(&self, names: &[&str]) -> Checked {
-        if self.rows.is_empty() {
-            return Err(Problem::new("a table without angles", "give at least one"));
-        }
-        let mut last = None;
-        for row in &self.rows {
-            let degrees = f64::from(row.angle).to_degrees();
-            check_range(degrees, 0.0, 90.0 + 1e-5).map_err(|problem| problem.of("angles_deg"))?;
-            if last.is_some_and(|last| degrees <= last) {
-                let problem = "angles_deg: an angle comes after one that is not smaller";
-                return Err(Problem::new(problem, "sort the rows by angle, each angle once"));
-            }
-            last = Some(degrees);
-            for (part, key) in row.parts.iter().zip(["reflectance", "direct", "diffuse"]) {
-                check_length(part.len(), names.len()).map_err(|problem| problem.of(key))?;
-                for &value in part {
-                    check_range(value.into(), 0.0, 1.0 + ROUNDING)
-                        .map_err(|problem| problem.of(key))?;
-                }
-            }
-            for band in 0..names.len() {
-                let sum = row.parts.iter().map(|part| f64::from(part[band])).sum();
-                // the angle as the file has it, without the rounding of single precision
-                let written = (1e4 * degrees).round() / 1e4;
-                let fractions = format!("direct + diffuse + reflectance at {written} degrees");
-                check_sum(&fractions, sum, band, names)?;
-            }
-        }
-        Ok(())
-    }
-
-    pub(super) fn pad(&mut self, lanes: usize) {
-        let parts = self.rows.iter_mut().flat_map(|row| &mut row.parts);
-        parts.for_each(|part| part.resize(lanes, 0.0));
     }
 
     fn place(&self, cos: f32) -> Place<'_> {
@@ -191,8 +176,21 @@ impl Cover {
             _ => Self::largest_at(place, part),
         })
     }
+}
 
-    pub(super) fn sample<L: Lanes>(
+impl Scatterer for Cover {
+    fn lanes(&self) -> usize {
+        self.rows[0].parts[MIRRORED].len()
+    }
+
+    fn placed(mut self, lanes: usize, _tangents: Vec<(u32, Vec3)>) -> Self {
+        let parts = self.rows.iter_mut().flat_map(|row| &mut row.parts);
+        parts.for_each(|part| part.resize(lanes, 0.0));
+        self
+    }
+
+    #[inline(never)]
+    fn sample<L: Lanes>(
         &self,
         at: &Interaction,
         transport: Transport,
@@ -220,12 +218,12 @@ impl Cover {
         })
     }
 
-    pub(super) fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
+    fn evaluate<L: Lanes>(&self, at: &Interaction, outgoing: Vec3) -> Spectrum<L> {
         let scattered = Self::part::<L>(&self.place(at.cos), DIFFUSE);
         if outgoing.dot(at.normal) > 0.0 { scattered.zero() } else { scattered.scaled(1.0 / PI) }
     }
 
-    pub(super) fn pdf(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
+    fn pdf(&self, at: &Interaction, transport: Transport, outgoing: Vec3) -> f32 {
         let cos = -outgoing.dot(at.normal);
         if cos <= 0.0 || !self.is_diffuse() {
             return 0.0;
@@ -235,12 +233,11 @@ impl Cover {
         chances[DIFFUSE] / total.max(f32::MIN_POSITIVE) * cosine_hemisphere_density(cos)
     }
 
-    pub(super) fn absorptance<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
-        let [mirrored, straight, diffuse] = self.parts::<L>(at);
-        complement(mirrored + straight + diffuse)
-    }
-
-    pub(super) fn ways<L: Lanes>(&self, at: &Interaction) -> [Option<BsdfSample<L>>; 2] {
+    fn smooth_ways<L: Lanes>(
+        &self,
+        at: &Interaction,
+        _transport: Transport,
+    ) -> [Option<BsdfSample<L>>; 2] {
         let [mirrored, straight, _] = self.parts::<L>(at);
         [
             (!mirrored.is_zero()).then(|| BsdfSample::mirrored(at, mirrored)),
@@ -248,19 +245,29 @@ impl Cover {
         ]
     }
 
-    pub(super) fn straight<L: Lanes>(&self, at: &Interaction) -> Spectrum<L> {
-        Self::part(&self.place(at.cos), STRAIGHT)
+    fn straight<L: Lanes>(&self, direction: Vec3, front_normal: Vec3) -> Option<Spectrum<L>> {
+        let at = Interaction::new(direction, front_normal);
+        (self.largest[STRAIGHT] > 0.0).then(|| Self::part(&self.place(at.cos), STRAIGHT))
     }
 
-    pub(super) fn passes_straight(&self) -> bool {
-        self.largest[STRAIGHT] > 0.0
+    fn absorptance<L: Lanes>(&self, at: &Interaction) -> Option<Spectrum<L>> {
+        let [mirrored, straight, diffuse] = self.parts::<L>(at);
+        Some(complement(mirrored + straight + diffuse))
     }
 
-    pub(super) fn has_mirror(&self) -> bool {
+    fn is_diffuse(&self) -> bool {
+        self.largest[DIFFUSE] > 0.0
+    }
+
+    fn transmits_diffusely(&self) -> bool {
+        self.is_diffuse()
+    }
+
+    fn has_mirror(&self) -> bool {
         self.largest[MIRRORED] > 0.0
     }
 
-    pub(super) fn is_diffuse(&self) -> bool {
-        self.largest[DIFFUSE] > 0.0
+    fn is_clear(&self) -> bool {
+        self.largest[STRAIGHT] > 0.0 && !self.is_diffuse()
     }
 }

@@ -9,9 +9,7 @@ fn row(angle_deg: f64, direct: [f32; 4], diffuse: [f32; 4], reflectance: [f32; 4
 }
 
 fn cover_of(rows: Vec<CoverRow>) -> Material {
-    let material = Material::Table(Box::new(Table::Cover(Cover::new(rows))));
-    material.check(&["a", "b", "c", "d"]).unwrap_or_else(|problem| panic!("{problem:?}"));
-    material
+    Material::Table(Cover::new(rows, &NAMES).unwrap().into())
 }
 
 /// Makes a cover whose transmittance falls with the angle.
@@ -139,11 +137,8 @@ fn pairs(
 }
 
 fn bsdf(faces: &BsdfFaces) -> Material {
-    let mut material = Material::Table(Box::new(Table::Bsdf(Box::new(Bsdf::new(faces)))));
-    material.check(&["a", "b", "c", "d"]).unwrap_or_else(|problem| panic!("{problem:?}"));
-    let tangent = NORMAL.any_orthonormal_vector();
-    material.set_tangents(vec![(0, tangent)]);
-    material
+    let material = Material::Table(Bsdf::new(faces, &NAMES).unwrap().into());
+    material.placed(BANDS, vec![(0, NORMAL.any_orthonormal_vector())])
 }
 
 fn steps(from: usize, to: usize, step: usize) -> Vec<f32> {
@@ -392,10 +387,7 @@ fn tables_conserve_energy() {
         })
     };
     let front = |f| FaceValues { reflected: part(f), transmitted: part(0.4) };
-    let check = |faces: &BsdfFaces| {
-        let material = Material::Table(Box::new(Table::Bsdf(Box::new(Bsdf::new(faces)))));
-        material.check(&["a", "b", "c", "d"])
-    };
+    let check = |faces: &BsdfFaces| Bsdf::new(faces, &NAMES);
     let problem = check(&BsdfFaces { front: front(0.7), back: None, bands: BANDS }).unwrap_err();
     let sentence = problem.at("table").to_string();
     assert!(sentence.contains(" degrees 1.1000 goes on in band `"), "{sentence}");
