@@ -189,7 +189,7 @@ impl Path<'_, '_> {
         otherwise: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
-        let (l, chance) = at.choice.choose(scene, None, self.rng)?;
+        let (l, chance) = at.choose(scene, None, self.rng)?;
         let sample = scene.sample_toward::<L>(l, at.point, self.rng)?;
         let toward = match sample.target {
             Toward::Point { point, .. } => (point - at.point).try_normalize()?,
@@ -502,7 +502,7 @@ impl Path<'_, '_> {
 /// Returns the density, 1/sr, with which [`Path::next_event`] at `at` chooses the direction of a
 /// ray that meets a light.
 fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> f32 {
-    let chance = at.choice.chance(scene, hit.light);
+    let chance = at.chance(scene, hit.light);
     chance * scene.pdf_toward(at.point, ray, hit)
 }
 

@@ -7,8 +7,19 @@ use crate::{math::rng::Stream, scene::world::Scene};
 /// The largest number of lights that [`LightChoice::roughly`] looks at.
 pub(super) const ROUGH: usize = 256;
 
+/// The largest number of lights of which a choice keeps what each may contribute.
+const FEW: usize = 8;
+
 /// Fraction of the choices among many lights that are the same for all of them.
 const EVEN: f64 = 0.2;
+
+/// A point to be joined with a light.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub point: Vec3,
+    /// Normal of the only side from which light counts. `None` if light counts from both sides.
+    pub one_sided: Option<Vec3>,
+}
 
 /// The chances of the lights at a point. One half of the chance is in proportion to what each light
 /// may contribute there. The other half is the same for all lights that may contribute anything,
@@ -16,49 +27,54 @@ const EVEN: f64 = 0.2;
 ///
 /// Where the scene has many lights, its [tree](Scene::light_tree) chooses four fifths of them by
 /// what they may contribute, and the rest is the same for all lights.
-#[derive(Clone, Copy, Debug, Default)]
+///
+/// The place itself is known to the caller, so that a choice, of which a path makes one at each
+/// point, is small.
+#[derive(Clone, Copy, Default)]
 pub(super) struct LightChoice {
-    point: Vec3,
-    one_sided: Option<Vec3>,
     /// Sum of what all lights may contribute.
     total: f32,
     /// Number of the lights that may contribute anything.
-    count: usize,
+    count: u32,
+    /// What each of at most [`FEW`] lights may contribute.
+    each: [f32; FEW],
 }
 
 impl LightChoice {
-    /// Computes the chances at a point. With a normal `one_sided`, light from behind does not
-    /// count.
+    /// Computes the chances at a place.
     #[inline]
-    pub(super) fn new(scene: &Scene, point: Vec3, one_sided: Option<Vec3>) -> Self {
-        Self::of_each(scene, 1, point, one_sided)
+    pub(super) fn new(scene: &Scene, at: Place) -> Self {
+        Self::of_each(scene, 1, at)
     }
 
-    /// Estimates the chances at a point that is on no surface, in a time that does not grow with
+    /// Estimates the chances at a place that is on no surface, in a time that does not grow with
     /// the number of lights: of more than [`ROUGH`], some stand for all.
-    pub(super) fn roughly(scene: &Scene, point: Vec3) -> Self {
-        Self::of_each(scene, scene.lights.len().div_ceil(ROUGH).max(1), point, None)
+    pub(super) fn roughly(scene: &Scene, at: Place) -> Self {
+        Self::of_each(scene, scene.lights.len().div_ceil(ROUGH).max(1), at)
     }
 
     /// Computes the chances from each `step`-th light.
-    fn of_each(scene: &Scene, step: usize, point: Vec3, one_sided: Option<Vec3>) -> Self {
-        let mut choice = Self { point, one_sided, total: 0.0, count: 0 };
+    fn of_each(scene: &Scene, step: usize, at: Place) -> Self {
+        let mut choice = Self::default();
         if scene.lights.len() == 1 {
             return choice;
         }
         if let Some(tree) = scene.light_tree() {
-            choice.total = tree.importance(point, one_sided);
-            choice.total += choice.infinite(scene).map(|(_, importance)| importance).sum::<f32>();
-            choice.count = scene.lights.len();
+            let infinite = infinite(scene, at).map(|(_, importance)| importance);
+            choice.total = tree.importance(at.point, at.one_sided) + infinite.sum::<f32>();
+            choice.count = scene.lights.len() as u32;
             return choice;
         }
         for light in (0..scene.lights.len()).step_by(step) {
-            let importance = choice.importance(scene, light);
+            let importance = importance(scene, at, light);
             choice.total += importance;
-            choice.count += usize::from(importance > 0.0);
+            choice.count += u32::from(importance > 0.0);
+            if let Some(each) = choice.each.get_mut(light) {
+                *each = importance;
+            }
         }
         choice.total *= step as f32;
-        choice.count *= step;
+        choice.count *= step as u32;
         choice
     }
 
@@ -69,6 +85,7 @@ impl LightChoice {
     pub(super) fn choose(
         &self,
         scene: &Scene,
+        at: Place,
         number: Option<f32>,
         rng: &mut Stream,
     ) -> Option<(usize, f32)> {
@@ -76,10 +93,10 @@ impl LightChoice {
             return Some((0, 1.0));
         }
         if scene.light_tree().is_some() {
-            return self.choose_of_many(scene, rng);
+            return self.choose_of_many(scene, at, rng);
         }
         let mut rest = number.unwrap_or_else(|| rng.uniform());
-        let chances = (0..scene.lights.len()).map(|light| (light, self.chance(scene, light)));
+        let chances = (0..scene.lights.len()).map(|light| (light, self.chance(scene, at, light)));
         chances.filter(|(_, chance)| *chance > 0.0).find(|(_, chance)| {
             rest -= chance;
             rest < 0.0
@@ -87,16 +104,16 @@ impl LightChoice {
     }
 
     #[inline(never)]
-    fn choose_of_many(&self, scene: &Scene, rng: &mut Stream) -> Option<(usize, f32)> {
+    fn choose_of_many(&self, scene: &Scene, at: Place, rng: &mut Stream) -> Option<(usize, f32)> {
         if self.total <= 0.0 {
             return None;
         }
         let number = rng.uniform_fine();
         let light = if number < EVEN {
-            (number / EVEN * self.count as f64) as usize
+            (number / EVEN * f64::from(self.count)) as usize
         } else {
             let mut rest = (number - EVEN) / (1.0 - EVEN) * f64::from(self.total);
-            let at_infinity = self.infinite(scene).find(|(_, importance)| {
+            let at_infinity = infinite(scene, at).find(|(_, importance)| {
                 rest -= f64::from(*importance);
                 rest < 0.0
             });
@@ -104,19 +121,19 @@ impl LightChoice {
                 Some((light, _)) => light,
                 None => {
                     let tree = scene.light_tree()?;
-                    let all = tree.importance(self.point, self.one_sided);
+                    let all = tree.importance(at.point, at.one_sided);
                     let number = (rest / f64::from(all)).clamp(0.0, 1.0 - f64::EPSILON);
-                    tree.choose(self.point, self.one_sided, number)?.0
+                    tree.choose(at.point, at.one_sided, number)?.0
                 }
             }
         };
-        let light = light.min(self.count - 1);
-        Some((light, self.chance(scene, light)))
+        let light = light.min(self.count as usize - 1);
+        Some((light, self.chance(scene, at, light)))
     }
 
     /// Returns the chance with which a light is chosen, in [0, 1].
     #[inline]
-    pub(super) fn chance(&self, scene: &Scene, light: usize) -> f32 {
+    pub(super) fn chance(&self, scene: &Scene, at: Place, light: usize) -> f32 {
         if scene.lights.len() == 1 {
             return 1.0;
         }
@@ -125,31 +142,34 @@ impl LightChoice {
                 return 0.0;
             }
             let share = match scene.lights[light].entrance() {
-                Some(_) => self.importance(scene, light) / self.total,
+                Some(_) => importance(scene, at, light) / self.total,
                 None => {
-                    tree.importance(self.point, self.one_sided) / self.total
-                        * tree.probability(self.point, self.one_sided, light)
+                    tree.importance(at.point, at.one_sided) / self.total
+                        * tree.probability(at.point, at.one_sided, light)
                 }
             };
             return (1.0 - EVEN as f32) * share + EVEN as f32 / self.count as f32;
         }
-        let importance = self.importance(scene, light);
+        let importance = match self.each.get(light) {
+            Some(&each) if scene.lights.len() <= FEW => each,
+            _ => importance(scene, at, light),
+        };
         if importance == 0.0 {
             return 0.0;
         }
         // an estimate may have left out the brightest light
         (0.5 * (importance / self.total + 1.0 / self.count.max(1) as f32)).min(1.0)
     }
+}
 
-    /// Returns the lights at infinity, with what they may contribute.
-    fn infinite(&self, scene: &Scene) -> impl Iterator<Item = (usize, f32)> {
-        scene.infinite_lights().map(|(light, _)| (light, self.importance(scene, light)))
-    }
+/// Returns the lights at infinity, with what they may contribute.
+fn infinite(scene: &Scene, at: Place) -> impl Iterator<Item = (usize, f32)> {
+    scene.infinite_lights().map(move |(light, _)| (light, importance(scene, at, light)))
+}
 
-    /// Returns the approximate irradiance of a light at the point, W/m2 or umol/m2/s; zero only
-    /// where the light sheds none directly.
-    fn importance(&self, scene: &Scene, light: usize) -> f32 {
-        let power = scene.lights[light].power.iter().copied().fold(0.0, f64::max) as f32;
-        if power > 0.0 { power * scene.importance(light, self.point, self.one_sided) } else { 0.0 }
-    }
+/// Returns the approximate irradiance of a light at a place, W/m2 or umol/m2/s; zero only where the
+/// light sheds none directly.
+fn importance(scene: &Scene, at: Place, light: usize) -> f32 {
+    let power = scene.lights[light].power.iter().copied().fold(0.0, f64::max) as f32;
+    if power > 0.0 { power * scene.importance(light, at.point, at.one_sided) } else { 0.0 }
 }

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::{
     Aim, Leg, Path, Pilot,
-    choice::LightChoice,
+    choice::{LightChoice, Place},
     mirrored::by_way_of,
     spots::{self, Spots},
     vertex::{Arrival, Vertex},
@@ -174,7 +174,7 @@ impl<'a> Face<'a> {
     fn vertex(&self, point: Vec3, normal: Vec3) -> Vertex {
         let arrival = Some(Arrival { from: self.middle, density: 1.0 / self.area });
         let one_sided = Some(normal);
-        let choice = LightChoice::new(self.scene, point, one_sided);
+        let choice = LightChoice::new(self.scene, Place { point, one_sided });
         Vertex { point, step: None, one_sided, arrival, choice }
     }
 

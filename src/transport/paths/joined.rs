@@ -1,6 +1,11 @@
 //! Next-event estimation at the first visible surfaces, for pictures.
 
-use super::{Path, Pilot, choice::LightChoice, next_event_density, vertex::Vertex};
+use super::{
+    Path, Pilot,
+    choice::{LightChoice, Place},
+    next_event_density,
+    vertex::Vertex,
+};
 use crate::{
     math::{
         geometry::Ray,
@@ -37,7 +42,7 @@ impl<'a> Joined<'a> {
     pub fn new(scene: &'a Scene, seen: Arrived<'a>) -> Self {
         let (point, surface) = (seen.hit.point, &seen.surface);
         let one_sided = (!seen.material.transmits_diffusely()).then_some(seen.interaction.normal);
-        let choice = LightChoice::new(scene, point, one_sided);
+        let choice = LightChoice::new(scene, Place { point, one_sided });
         let step = Some((surface.normal, surface.offset));
         let at = Vertex { point, step, one_sided, arrival: None, choice };
         Self { scene, seen, at }

@@ -10,7 +10,7 @@ use std::{
 use glam::{Vec2, Vec3};
 
 use super::{
-    choice::{LightChoice, ROUGH},
+    choice::{LightChoice, Place, ROUGH},
     vertex::Vertex,
 };
 use crate::{
@@ -88,7 +88,7 @@ impl Reflectors {
         u: f32,
         rng: &mut Stream,
     ) -> Option<(usize, Vec3)> {
-        let (light, _) = at.choice.choose(scene, Some(u), rng)?;
+        let (light, _) = at.choose(scene, Some(u), rng)?;
         let lit = &self.lit[light];
         if lit.triangles.is_empty() {
             return None;
@@ -103,7 +103,7 @@ impl Reflectors {
     /// choice among all directions, free and aimed.
     pub(super) fn density(&self, scene: &Scene, at: &Vertex, triangle: usize) -> f32 {
         let Some(chances) = self.chances.get(&triangle) else { return 0.0 };
-        let own = |light: usize| self.share * at.choice.chance(scene, light);
+        let own = |light: usize| self.share * at.chance(scene, light);
         chances.iter().map(|&(light, chance)| own(light) * chance).sum()
     }
 
@@ -111,8 +111,9 @@ impl Reflectors {
     /// the number of lights.
     pub(super) fn rough_density(&self, scene: &Scene, point: Vec3, triangle: usize) -> f32 {
         let Some(chances) = self.chances.get(&triangle) else { return 0.0 };
-        let choice = LightChoice::roughly(scene, point);
-        let own = |light: usize| self.share * choice.chance(scene, light);
+        let at = Place { point, one_sided: None };
+        let choice = LightChoice::roughly(scene, at);
+        let own = |light: usize| self.share * choice.chance(scene, at, light);
         let step = chances.len().div_ceil(ROUGH).max(1);
         let some = chances.iter().step_by(step).map(|&(light, chance)| own(light) * chance);
         step as f32 * some.sum::<f32>()

@@ -168,7 +168,7 @@ impl Spots {
     ) -> f32 {
         let &Origin { light, towards, irradiance, density } = origin;
         let sent = self.rival(scene, light, at, towards, irradiance);
-        let chance = at.choice.chance(scene, light);
+        let chance = at.chance(scene, light);
         let met = density.map_or(0.0, |density| otherwise(towards) / density);
         // this form also holds where no path comes by itself, so that `sent` is infinite
         if sent > 0.0 { 1.0 / (1.0 + (chance + met) / sent) } else { 0.0 }

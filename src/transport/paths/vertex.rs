@@ -2,10 +2,13 @@
 
 use glam::Vec3;
 
-use super::choice::LightChoice;
-use crate::scene::{
-    material::{Material, Scatterer},
-    world::{Arrived, Scene},
+use super::choice::{LightChoice, Place};
+use crate::{
+    math::rng::Stream,
+    scene::{
+        material::{Material, Scatterer},
+        world::{Arrived, Scene},
+    },
 };
 
 /// The way by which a path came to a point.
@@ -36,7 +39,7 @@ impl Vertex {
     /// Creates a point that is on no surface: light counts from all directions.
     #[cfg(test)]
     pub fn new(scene: &Scene, point: Vec3) -> Self {
-        let choice = LightChoice::new(scene, point, None);
+        let choice = LightChoice::new(scene, Place { point, one_sided: None });
         Self { point, step: None, one_sided: None, arrival: None, choice }
     }
 
@@ -48,11 +51,32 @@ impl Vertex {
             matches!(at.material, Material::Lambert(_)).then_some(at.interaction.normal);
         // a surface that only mirrors or transmits is joined with no light
         let choice = match at.material.is_diffuse() {
-            true => LightChoice::new(scene, point, one_sided),
+            true => LightChoice::new(scene, Place { point, one_sided }),
             false => LightChoice::default(),
         };
         let step = Some((surface.normal, surface.offset));
         Self { point, step, one_sided, arrival: None, choice }
+    }
+
+    /// Chooses a light to be joined with the point, as [`LightChoice::choose`].
+    #[inline]
+    pub fn choose(
+        &self,
+        scene: &Scene,
+        number: Option<f32>,
+        rng: &mut Stream,
+    ) -> Option<(usize, f32)> {
+        self.choice.choose(scene, self.place(), number, rng)
+    }
+
+    /// Returns the chance with which a light is chosen, in [0, 1].
+    #[inline]
+    pub fn chance(&self, scene: &Scene, light: usize) -> f32 {
+        self.choice.chance(scene, self.place(), light)
+    }
+
+    fn place(&self) -> Place {
+        Place { point: self.point, one_sided: self.one_sided }
     }
 
     /// Returns the point, off its surface on the side of a direction.
