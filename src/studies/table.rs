@@ -5,11 +5,11 @@ mod cell;
 mod parquet_file;
 
 pub use cell::{Cell, Kind};
-#[cfg(feature = "parquet")]
-pub use parquet_file::ParquetTable;
 
 use std::io::{self, Write};
 
+#[cfg(feature = "parquet")]
+use self::parquet_file::ParquetTable;
 use crate::formats::csv_text;
 
 /// A table that is written row by row into one file.

@@ -122,25 +122,6 @@ fn mirrored(direction: Vec3, normal: Vec3) -> Vec3 {
     direction - 2.0 * direction.dot(normal) * normal
 }
 
-/// Returns the flat panes and mirrors, the largest first, each as the index of its triangle and its
-/// area, m2.
-fn flat(
-    triangles: &[Triangle],
-    surfaces: &[Surface],
-    materials: &[NamedMaterial],
-) -> Vec<(usize, f32)> {
-    let shows: Vec<bool> = materials.iter().map(|named| shows_images(&named.material)).collect();
-    if !shows.contains(&true) {
-        return Vec::new();
-    }
-    let is_flat =
-        |t: &usize| surfaces[*t].normal != Vec3::ZERO && shows[surfaces[*t].material as usize];
-    let found = (0..triangles.len()).filter(is_flat).map(|t| (t, triangles[t].area()));
-    let mut found: Vec<_> = found.collect();
-    found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-    found
-}
-
 impl FlatMirrors {
     /// Finds the images in the largest flat panes and mirrors; `margin` is the distance by which
     /// the boxes are enlarged, m. `None` if no light has a sun or no surface shows it.
@@ -156,9 +137,15 @@ impl FlatMirrors {
         if suns.is_empty() {
             return None;
         }
+        let of = |material: u32| &materials[material as usize].material;
+        let is_mirror = |t: &usize| {
+            surfaces[*t].normal != Vec3::ZERO && shows_images(of(surfaces[*t].material))
+        };
+        let mut flat: Vec<usize> = (0..triangles.len()).filter(is_mirror).collect();
+        flat.sort_by(|&a, &b| triangles[b].area().total_cmp(&triangles[a].area()).then(a.cmp(&b)));
         let mut images: Vec<Image> = Vec::new();
         let mut of_triangle = HashMap::new();
-        for (t, _) in flat(triangles, surfaces, materials) {
+        for t in flat {
             let Surface { normal, material, .. } = surfaces[t];
             let shows = |image: &Image| {
                 image.material == material && image.normal.cross(normal).length() < PARALLEL
@@ -167,8 +154,7 @@ impl FlatMirrors {
                 Some(image) => image,
                 None if images.len() == MOST => continue,
                 None => {
-                    let mirrored =
-                        share_at_45_degrees(&materials[material as usize].material, normal);
+                    let mirrored = share_at_45_degrees(of(material), normal);
                     images.push(Image { normal, material, mirrored, extent: Extent::EMPTY });
                     images.len() - 1
                 }
@@ -223,14 +209,23 @@ impl Scene {
     /// Returns the planes with flat panes and mirrors, at most so many: those that mirror most of
     /// the light that falls evenly on all. A scene that repeats has none, as its images have no end.
     pub(crate) fn mirror_planes(&self, most: usize) -> Vec<MirrorPlane> {
-        if self.lattice().is_some() {
+        let shows = |material: u32| shows_images(&self.materials[material as usize].material);
+        let any = self.materials.iter().any(|named| shows_images(&named.material));
+        if !any || self.lattice().is_some() {
             return Vec::new();
         }
         // copies that share their triangles have no panes and no mirrors
         let triangles = &self.shapes.triangles;
+        let is_flat = |t: &usize| {
+            let Surface { normal, material, .. } = self.surfaces[*t];
+            normal != Vec3::ZERO && shows(material)
+        };
+        let mut flat: Vec<(usize, f32)> =
+            (0..triangles.len()).filter(is_flat).map(|t| (t, triangles[t].area())).collect();
+        flat.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let near = MARGIN * closeness(Vec3::splat(self.radius));
         let mut planes: Vec<MirrorPlane> = Vec::new();
-        for (t, area) in flat(triangles, &self.surfaces, &self.materials) {
+        for (t, area) in flat {
             let (triangle, Surface { normal, material, .. }) = (triangles[t], self.surfaces[t]);
             let is_there = |plane: &MirrorPlane| {
                 plane.material == material
