@@ -67,6 +67,11 @@ impl Instance {
         (self.linear * unit) * (1.0 / self.scale)
     }
 
+    /// Returns the axes of the object in the coordinates of the scene, unit vectors.
+    pub fn axes(&self) -> Mat3 {
+        self.linear * (1.0 / self.scale)
+    }
+
     /// Returns the factor on lengths.
     #[inline]
     pub fn scale(&self) -> f32 {

@@ -44,7 +44,7 @@ struct SharedPieces {
 }
 
 /// An edge of a triangle: the bits of its ends' coordinates, the lesser end first.
-type Edge = [[u32; 3]; 2];
+pub(crate) type Edge = [[u32; 3]; 2];
 
 impl Patches {
     /// Finds the smooth pieces of the surfaces of `scene`.
@@ -145,6 +145,23 @@ impl Pieces {
 /// Returns the pairs of triangles of a range that join smoothly, by their places in it, each pair
 /// both ways round, sorted.
 fn joined(scene: &Scene, range: Range<usize>) -> Vec<[u32; 2]> {
+    let mut joined = Vec::new();
+    smooth_edges(scene, range, SMOOTH, |[one, other], _| {
+        joined.extend([[one, other], [other, one]]);
+    });
+    joined.sort_unstable();
+    joined
+}
+
+/// Visits the edges at which two triangles of a range join smoothly, and no third: the places of
+/// the triangles in the range, and the ends of the edge. The cosine of the angle by which it bends
+/// is at least `least`.
+pub(crate) fn smooth_edges(
+    scene: &Scene,
+    range: Range<usize>,
+    least: f32,
+    mut visit: impl FnMut([u32; 2], Edge),
+) {
     let mut edges: Vec<(Edge, bool, u32)> = Vec::with_capacity(3 * range.len());
     for (i, t) in range.clone().map(|index| scene.triangles().at(index)).enumerate() {
         for (p, q) in [(t.a, t.b), (t.b, t.c), (t.c, t.a)] {
@@ -153,21 +170,18 @@ fn joined(scene: &Scene, range: Range<usize>) -> Vec<[u32; 2]> {
         }
     }
     edges.sort_unstable();
-    let mut joined = Vec::new();
     for edge in edges.chunk_by(|a, b| a.0 == b.0) {
         // if both triangles run along the edge the same way, the front of one joins the back of the
         // other
         let &[(_, one_way, one), (_, other_way, other)] = edge else { continue };
         let normals = [one, other].map(|i| scene.surface(range.start + i as usize).normal);
-        if one_way != other_way && normals[0].dot(normals[1]) >= SMOOTH {
-            joined.extend([[one, other], [other, one]]);
+        if one_way != other_way && normals[0].dot(normals[1]) >= least {
+            visit([one, other], edge[0].0);
         }
     }
-    joined.sort_unstable();
-    joined
 }
 
 /// Returns the bits of a corner's coordinates, equal for equal places: -0 becomes 0.
-fn bits(p: Vec3) -> [u32; 3] {
+pub(crate) fn bits(p: Vec3) -> [u32; 3] {
     (p + Vec3::ZERO).to_array().map(f32::to_bits)
 }

@@ -2,8 +2,9 @@
 //! of every pixel find in a scene.
 //!
 //! [`Viewpoint`] says what the camera sees; `radiance` follows camera rays through glass and
-//! mirrors; `gather` finds the light that diffuse surfaces send back; `fragments` keeps the sums of
-//! each pixel apart by surface; `denoise` filters them; `dots` projects stored photons instead.
+//! mirrors; `gather` finds the light that diffuse surfaces send back; `normals` makes curved meshes
+//! round; `fragments` keeps the sums of each pixel apart by surface; `denoise` filters them; `dots`
+//! projects stored photons instead.
 //!
 //! Random numbers belong to pixels and rays, so a picture does not depend on the number of threads.
 
@@ -11,6 +12,7 @@ mod denoise;
 mod dots;
 mod fragments;
 mod gather;
+mod normals;
 mod radiance;
 mod shared;
 #[cfg(test)]
@@ -30,7 +32,10 @@ use crate::{
         rng::{Purpose, Stream, Streams},
         spectrum::{Spectrum, with_lanes},
     },
-    scene::{material::Scatterer, world::SurfaceHit},
+    scene::{
+        material::{Interaction, Scatterer},
+        world::{Arrived, SurfaceHit},
+    },
     transport::{
         simulate::{Control, Progress},
         surface_light::SurfaceLight,
@@ -103,15 +108,19 @@ pub fn render(
     };
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
     check_size(viewpoint, bands)?;
+    if let (Some(gather), false) = (gather, matches!(show, Show::Radiance)) {
+        gather.with_white(sampling.threads)?;
+    }
     let none = || Fragments::new(width, bands, sampling.rays);
     let mut rows: Vec<Fragments> = (0..height).map(|_| none()).collect();
     with_lanes!(light.scene.lanes(), L => {
         each_row(rows.par_iter_mut(), viewpoint, sampling, control, |mut samples, row| {
-            let whitted = Whitted { light, viewpoint };
+            let smooth = gather.filter(|_| matches!(show, Show::Radiance));
+            let whitted = Whitted { light, viewpoint, normals: smooth.map(Gather::normals) };
             for x in 0..width {
                 let mut shared: [Shared; 2] = Default::default();
                 for (ray, mut rng) in samples.pixel(x) {
-                    let first = First::of(light, viewpoint, &ray);
+                    let first = First::of(&whitted, &ray);
                     let guide = first.as_ref().map(|first| first.guide);
                     if let Show::Radiance = show {
                         let found = whitted.radiance::<L>(ray, gather, &mut shared, &mut rng);
@@ -159,28 +168,28 @@ struct First {
 }
 
 impl First {
-    fn of(light: &SurfaceLight, viewpoint: &Viewpoint, ray: &Ray) -> Option<Self> {
-        let scene = viewpoint.scene;
-        let facing = |hit: &SurfaceHit| {
-            let surface = scene.surface(hit.triangle);
-            let front = ray.direction.dot(surface.normal) < 0.0;
-            (surface, front, light.patches.bin(hit.triangle, front))
+    fn of(whitted: &Whitted, ray: &Ray) -> Option<Self> {
+        let Whitted { light, viewpoint, .. } = *whitted;
+        let clear = |at: &Arrived| at.material.is_clear();
+        let guide = |at: &Arrived, through| {
+            let Interaction { normal, front, .. } = at.interaction;
+            let normal = if front { normal } else { -normal };
+            let face = light.patches.bin(at.hit.triangle, front);
+            Guide { face, through, material: at.surface.material, normal }
         };
-        let first = viewpoint.closest(ray)?;
-        let (surface, front, face) = facing(&first);
-        if !scene.material(&surface).is_clear() {
-            let guide =
-                Guide { face, through: None, material: surface.material, normal: surface.normal };
-            return Some(Self { opaque: Some((first, front)), guide });
+        let first = whitted.seen(viewpoint.closest(ray)?, ray.direction);
+        if !clear(&first) {
+            let opaque = Some((first.hit, first.interaction.front));
+            return Some(Self { opaque, guide: guide(&first, None) });
         }
-        let (normal, glass) = (surface.normal, face);
+        let glass = guide(&first, None);
         let Some(hit) = viewpoint.opaque(ray) else {
-            let guide = Guide { face: glass, through: None, material: surface.material, normal };
-            return Some(Self { opaque: None, guide });
+            return Some(Self { opaque: None, guide: glass });
         };
-        let (surface, front, face) = facing(&hit);
-        let guide = Guide { face, through: Some(glass), material: surface.material, normal };
-        Some(Self { opaque: Some((hit, front)), guide })
+        let seen = whitted.seen(hit, ray.direction);
+        let opaque = Some((hit, seen.interaction.front));
+        let guide = Guide { normal: glass.normal, ..guide(&seen, Some(glass.face)) };
+        Some(Self { opaque, guide })
     }
 }
 

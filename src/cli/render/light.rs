@@ -11,6 +11,10 @@ use crate::{
     },
 };
 
+/// The largest light of a pixel that takes part in the glow, relative to white. The sun in a pane is
+/// far brighter, and its glow would be a white disc.
+const BRIGHTEST: f32 = 1000.0;
+
 impl Task<'_> {
     pub fn radiance(&self) -> Result<Made> {
         let light = self.light()?;
@@ -22,7 +26,10 @@ impl Task<'_> {
         let linear: Vec<Vec3> = (0..count).map(|i| colours.linear(shown.pixel(i))).collect();
         let chosen = self.arguments.exposure.map(|stops| Exposure { stops });
         let exposure = chosen.unwrap_or_else(|| Exposure::of(&linear));
-        let glowing = with_glow(&linear, pixels.width);
+        // nothing is so bright that its glow hides what is around it
+        let brightest = BRIGHTEST * (-exposure.stops).exp2() as f32;
+        let capped: Vec<Vec3> = linear.iter().map(|c| capped(*c, brightest)).collect();
+        let glowing = with_glow(&capped, pixels.width);
         let picture = Picture::new(pixels.width, glowing.into_iter().map(|c| exposure.srgb(c)));
         let what = if colours.coloured { "bands by their wavelengths" } else { "grey" };
         let photons = photons_and_rays(&light, &fragments);
@@ -89,4 +96,10 @@ impl Task<'_> {
         let picture = Picture::new(pixels.width, colours);
         picture.with_bar(&self.legend(what, unit, scale))
     }
+}
+
+/// Returns a colour of the same hue whose largest component is at most `most`.
+fn capped(colour: Vec3, most: f32) -> Vec3 {
+    let largest = colour.max_element();
+    if largest > most { colour * (most / largest) } else { colour }
 }

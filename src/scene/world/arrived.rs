@@ -45,11 +45,17 @@ impl Arrived<'_> {
         Interaction::new(direction, self.surface.normal).on(self.hit.triangle)
     }
 
+    /// Returns the unit normal of the triangle on the side that the ray comes from.
+    #[inline(always)]
+    pub fn facing(&self) -> Vec3 {
+        if self.interaction.front { self.surface.normal } else { -self.surface.normal }
+    }
+
     /// Returns the ray that goes on from here by a lobe of the material, in this direction, a unit
     /// vector. It starts off the surface by the error of the point.
     #[inline(always)]
     pub fn leave(&self, lobe: LobeKind, direction: Vec3) -> Ray {
-        let normal = self.interaction.normal;
+        let normal = self.facing();
         let side = if lobe.crosses() { -normal } else { normal };
         self.surface.leave(self.hit.point, side, direction)
     }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 
 use super::{
     Common, MARGINS, NO_CAPTOR, ObjectCopy, Scene, Surface, SurfaceHit,
@@ -160,6 +160,21 @@ impl Scene {
             reach: 1.1 * (reach.length() + radius),
             ..*own
         }
+    }
+
+    /// Returns the triangle of the first copy that a triangle repeats, and how a unit vector there
+    /// turns to the copy's own place, which may mirror it. A triangle that is not of a shared copy
+    /// repeats itself.
+    pub(crate) fn in_first_copy(&self, triangle: usize) -> (usize, Mat3) {
+        let placed = &self.shapes.placed;
+        let unshared = triangle < self.shapes.triangles.len();
+        let Some(located) = placed.locate(triangle).filter(|_| !unshared) else {
+            return (triangle, Mat3::IDENTITY);
+        };
+        let prototype = &placed.prototypes[located.prototype];
+        let first = &placed.instances[prototype.instances.start];
+        let turn = placed.instance(&located).axes() * first.axes().transpose();
+        (prototype.first + located.triangle, turn)
     }
 
     /// Returns the object of a triangle of a copy.

@@ -146,7 +146,8 @@ impl Fragments {
         let found = each(&|pixel, fragment| {
             parts.iter().flat_map(|part| self.noisy(*part, bands, pixel, fragment)).collect()
         });
-        let common = if parts == [Part::Told] { 1.0 } else { BESIDE_GATHERED };
+        let gathered = parts.contains(&Part::Surfaces);
+        let common = if gathered { BESIDE_GATHERED } else { 1.0 };
         let round = |known: Option<&[Noisy]>| {
             let mut evened = found.clone();
             for (pass, correlation) in ALIKE.into_iter().enumerate() {

@@ -3,12 +3,13 @@
 //! send (Jensen, Realistic Image Synthesis Using Photon Mapping, 2001, ch. 8). Focused light, which
 //! has come from its lamp by mirrors, refraction or gloss alone, is estimated from photons instead.
 
-use std::f32::consts::PI;
+use std::{f32::consts::PI, sync::OnceLock};
 
 use glam::Vec3;
 
 use super::{
-    radiance::{Found, Place, Way, Whitted, load},
+    normals::Normals,
+    radiance::{Found, Place, Way, Whitted, load, onward},
     shared::{PIXELS, Shared},
 };
 use crate::{
@@ -73,6 +74,11 @@ pub struct Gather<'a> {
     focused_cache: RadianceCache,
     /// A sheet that reflects all light: its radiance, times π, is the irradiance.
     white: Material,
+    /// Radiance that such sheets would send of the focused light in the place of the surfaces, once
+    /// a picture asks for it.
+    white_cache: OnceLock<RadianceCache>,
+    /// The normals with which curved meshes are drawn.
+    normals: Normals,
 }
 
 impl<'a> Gather<'a> {
@@ -92,7 +98,33 @@ impl<'a> Gather<'a> {
         let focused_cache = RadianceCache::new(&focused, settings.threads)?;
         let focused = SurfaceLight { k: FOCUSED * focused.k, ..focused };
         let white = Lambert::white(light.scene.lanes()).into();
-        Ok(Self { directions, cache, focused, focused_cache, white })
+        let normals = Normals::new(light.scene);
+        let white_cache = OnceLock::new();
+        Ok(Self { directions, cache, focused, focused_cache, white, white_cache, normals })
+    }
+
+    /// Prepares pictures of irradiance. Error: no threads are to be had.
+    pub(super) fn with_white(&self, threads: usize) -> Result<()> {
+        if self.white_cache.get().is_none() {
+            let cache = RadianceCache::of_white(&self.focused, threads)?;
+            // another call may have been faster
+            let _ = self.white_cache.set(cache);
+        }
+        Ok(())
+    }
+
+    /// Returns the irradiance of focused light near a point on the face of a piece (`bin`), per
+    /// band.
+    fn focused_irradiance(&self, bin: u32, point: Vec3) -> Vec<f64> {
+        let cache = self.white_cache.get().expect("a picture of irradiance is prepared");
+        let mut found = cache.mean_along_normal(bin, point, NEAREST);
+        found.iter_mut().for_each(|v| *v *= f64::from(PI));
+        found
+    }
+
+    /// Returns the normals with which curved meshes are drawn.
+    pub(super) fn normals(&self) -> &Normals {
+        &self.normals
     }
 
     /// Returns the radiance per band that a place sends of focused light.
@@ -178,7 +210,12 @@ impl Whitted<'_> {
         let at = scene.arrived(*hit, ray.direction);
         let front = at.interaction.front;
         let (light, reach) = (self.told_by(gather), self.reach(hit));
-        let told = shared.value(hit, front, reach, || light.irradiance(triangle, front, hit.point));
+        let told = shared.value(hit, front, reach, || match gather {
+            None => light.irradiance(triangle, front, hit.point),
+            Some(gather) => {
+                gather.focused_irradiance(light.patches.bin(triangle, front), hit.point)
+            }
+        });
         let told = Found::told(load(told), light.error_of_alike());
         let Some(gather) = gather else { return told };
         let at = Arrived { material: &gather.white, ..at };
@@ -267,7 +304,7 @@ impl Whitted<'_> {
         let Some(scatter) = scatter.filter(|s| s.lobe.is_diffuse()) else {
             return [from_lamps.clone(), from_lamps.zero()];
         };
-        let ray = at.leave(scatter.lobe, scatter.direction);
+        let ray = onward(at, scatter.lobe, scatter.direction);
         let start = Way::new(ray, scene.lanes(), false, SMALL_GATHERED);
         // lamps seen by way of mirrors are focused light, which photons estimate
         let share = |way: &Way<L>, hit: &LightHit| {

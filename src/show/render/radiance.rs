@@ -5,7 +5,9 @@
 
 use std::ops::{AddAssign, Mul};
 
-use super::{fragments::Sums, viewpoint::Viewpoint};
+use super::{fragments::Sums, normals::Normals, viewpoint::Viewpoint};
+use glam::Vec3;
+
 use crate::{
     math::{
         geometry::Ray,
@@ -15,7 +17,7 @@ use crate::{
     scene::{
         light::LightHit,
         material::{LobeKind, Scatterer, Transport},
-        world::Arrived,
+        world::{Arrived, SurfaceHit},
     },
     transport::surface_light::SurfaceLight,
 };
@@ -26,6 +28,8 @@ const MOST_SURFACES: u32 = 100;
 pub(super) struct Whitted<'a> {
     pub light: &'a SurfaceLight<'a>,
     pub viewpoint: &'a Viewpoint<'a>,
+    /// The normals with which curved meshes are drawn; `None` draws flat triangles.
+    pub normals: Option<&'a Normals>,
 }
 
 /// What is found along a ray, per band: radiance (W/m2/sr or umol/m2/s/sr), or irradiance or
@@ -107,6 +111,8 @@ pub(super) struct Way<L> {
     from_eye: bool,
     /// Whether the branch has come straight from its start: at most through thin panes.
     pub straight: bool,
+    /// Whether the branch has been mirrored by a surface that also scatters, as by a leaf's cuticle.
+    on_gloss: bool,
     /// Threshold of Russian roulette: a branch that carries less goes on by chance, and then
     /// carries this much.
     small: f32,
@@ -115,7 +121,16 @@ pub(super) struct Way<L> {
 impl<L: Lanes> Way<L> {
     pub fn new(ray: Ray, lanes: usize, from_eye: bool, small: f32) -> Self {
         let throughput = Spectrum::splat(lanes, 1.0);
-        Self { ray, throughput, surfaces: 0, length: 0.0, from_eye, straight: true, small }
+        Self {
+            ray,
+            throughput,
+            surfaces: 0,
+            length: 0.0,
+            from_eye,
+            straight: true,
+            on_gloss: false,
+            small,
+        }
     }
 }
 
@@ -128,7 +143,17 @@ pub(super) struct Place<'a> {
     pub share: f32,
 }
 
-impl Whitted<'_> {
+impl<'a> Whitted<'a> {
+    /// Returns what a ray from the viewpoint, of this direction, finds where it meets a surface.
+    pub fn seen(&self, hit: SurfaceHit, direction: Vec3) -> Arrived<'a> {
+        let scene = self.light.scene;
+        let at = scene.arrived(hit, direction);
+        match self.normals {
+            Some(normals) if at.material.is_diffuse() => normals.smooth(scene, at),
+            _ => at,
+        }
+    }
+
     /// Follows a ray, with both branches at every smooth surface, and sums what `seen` returns
     /// where a surface scatters diffusely, and the emitted radiance of the lights on the way, each
     /// times the weight that `share` gives it. Both are multiplied by what the branch carries.
@@ -144,7 +169,8 @@ impl Whitted<'_> {
         let mut sum = Found { told: zero(), deviation: zero(), lamps: zero(), surfaces: zero() };
         let mut ways = vec![start];
         while let Some(way) = ways.pop() {
-            let Way { ray, ref throughput, surfaces, length, from_eye, straight, small } = way;
+            let Way { ray, ref throughput, surfaces, length, from_eye, straight, on_gloss, small } =
+                way;
             let hit = if from_eye && straight {
                 self.viewpoint.closest(&ray)
             } else {
@@ -154,10 +180,18 @@ impl Whitted<'_> {
             let t_max = scene.beyond(hit.as_ref());
             scene.lights_met(&ray, t_max, |hit| {
                 let met = scene.lights[hit.light].radiance::<L>(&ray, hit.on.as_ref());
-                sum.told += met.scaled(share(&way, &hit)) * throughput;
+                let met = met.scaled(share(&way, &hit)) * throughput;
+                // a lamp mirrored by a leaf is met by some of the rays of a pixel, and the filter
+                // evens it; the sun is so bright that it stays in its place
+                let glint = from_eye && on_gloss && scene.lights[hit.light].entrance().is_none();
+                *(if glint { &mut sum.lamps } else { &mut sum.told }) += met;
             });
             let Some(hit) = hit else { continue };
-            let at = scene.arrived(hit, ray.direction);
+            let at = if from_eye {
+                self.seen(hit, ray.direction)
+            } else {
+                scene.arrived(hit, ray.direction)
+            };
             let length = length + hit.t;
             if at.material.is_diffuse() {
                 let place = Place { at, length, share: throughput.largest() };
@@ -173,7 +207,7 @@ impl Whitted<'_> {
                 if chance == 0.0 || (chance < 1.0 && rng.uniform() >= chance) {
                     continue;
                 }
-                let onward = at.leave(scatter.lobe, scatter.direction);
+                let onward = onward(&at, scatter.lobe, scatter.direction);
                 ways.push(Way {
                     ray: match scatter.lobe {
                         LobeKind::Straight => scene.unfolded(&ray, &hit, onward),
@@ -183,6 +217,7 @@ impl Whitted<'_> {
                     surfaces: surfaces + 1,
                     length,
                     from_eye,
+                    on_gloss: on_gloss || at.material.is_diffuse(),
                     straight: straight && scatter.lobe == LobeKind::Straight,
                     small,
                 });
@@ -190,6 +225,14 @@ impl Whitted<'_> {
         }
         sum
     }
+}
+
+/// Returns the ray that goes on from a surface by a lobe. A direction about a smoothed normal may
+/// point into the flat triangle; it is mirrored at its plane, so that no light leaks through it.
+pub(super) fn onward(at: &Arrived, lobe: LobeKind, direction: Vec3) -> Ray {
+    let side = if lobe.crosses() { -at.facing() } else { at.facing() };
+    let beneath = direction.dot(side).min(0.0);
+    at.leave(lobe, direction - 2.0 * beneath * side)
 }
 
 pub(super) fn load<L: Lanes>(values: &[f64]) -> Spectrum<L> {

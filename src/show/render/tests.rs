@@ -407,3 +407,85 @@ fn the_floors_of_a_rack_stay() {
     let first = viewpoint.opaque(&down).expect("a floor");
     assert!((first.t - 1.2).abs() < 0.01, "the upper floor is {} m below", first.t);
 }
+
+/// Returns what the pixels of the middle row of a picture show of one thing under a lamp far away,
+/// from the left to the right, over the largest of them.
+fn middle_row(shape: &[[Point; 4]], placed: Value) -> Vec<f32> {
+    let mut scene = json!({
+        "materials": { "a": { "type": "lambert", "reflectance": 0.5 } },
+        "lights": [{ "type": "point", "name": "lamp", "position": [-600, -500, 300], "power": 1e9 }],
+        "camera": { "position": [0, -6, 0.5], "look_at": [0, 0, 0.5], "fov_deg": 22,
+                    "width": 120, "height": 40 }
+    });
+    let object = json!({ "name": "thing", "obj": "thing.obj", "material": "a" });
+    scene["objects"] = json!([object]);
+    placed.as_object().expect("keys").iter().for_each(|(key, value)| {
+        scene["objects"][0][key] = value.clone();
+    });
+    let mirrored = "m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\n\
+                    1,0,0,50,0,1,0,0,0,0,1,0\n-1,0,0,0,0,1,0,0,0,0,1,0\n";
+    let read = |path: &Path| match path.extension().is_some_and(|ext| ext == "csv") {
+        true => Ok(mirrored.into()),
+        false => Ok(quads(shape).into_bytes()),
+    };
+    let loaded = load_value(scene, Path::new("scene.json"), &read, None);
+    let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+    let pixels = picture(&loaded, &lit(&loaded, 10_000), 1, 0);
+    let row: Vec<f32> = (0..120).map(|x| pixels.pixel(20 * 120 + x)[0]).collect();
+    let largest = row.iter().copied().fold(0.0, f32::max);
+    row.iter().map(|value| value / largest).collect()
+}
+
+/// The lit sides of a tube of twelve look as those of a true one under direct light, to a tenth of
+/// the brightest place and without greater steps; those that turn away from the lamp get no light.
+/// So do copies that share their triangles, mirrored ones too. A block keeps its edge.
+#[test]
+fn tubes_are_round_and_blocks_have_edges() {
+    let at = |i: usize, z: f64| {
+        let (sin, cos) = (std::f64::consts::TAU * i as f64 / 12.0).sin_cos();
+        [cos, sin, z]
+    };
+    // the last side ends where the first begins
+    let side = |i: usize| [at(i, 0.0), at((i + 1) % 12, 0.0), at((i + 1) % 12, 1.0), at(i, 1.0)];
+    let tube: Vec<[Point; 4]> = (0..12).map(side).collect();
+    // what a pixel shows of a true tube: where its ray meets it, and the cosine to the lamp there
+    let lamp = glam::Vec2::new(-6.0, -5.0).normalize();
+    let truth = |x: usize| {
+        let across = 11f32.to_radians().tan() * (x as f32 + 0.5 - 60.0) / 60.0;
+        let (eye, ray) = (glam::Vec2::new(0.0, -6.0), glam::Vec2::new(across, 1.0).normalize());
+        let along = -eye.dot(ray);
+        let inside = 1.0 - (eye + along * ray).length_squared();
+        (inside > 0.1).then(|| (eye + (along - inside.sqrt()) * ray).dot(lamp).max(0.0))
+    };
+    let far = json!({ "translate": [50, 0, 0] });
+    for placed in [
+        json!({}),
+        json!({ "share": true, "instances": [far, {}] }),
+        json!({ "share": true, "instances": { "csv": "mirrored.csv" } }),
+    ] {
+        let row = middle_row(&tube, placed.clone());
+        let mut worst = [0.0f32; 3];
+        for x in 1..120 {
+            let Some((before, here)) = truth(x - 1).zip(truth(x)) else { continue };
+            // a side that turns away from the lamp, a little sooner than the true tube does
+            let [was_dark, is_dark] = [row[x - 1], row[x]].map(|value| value < 0.02);
+            let shadow = if here == 0.0 { row[x] } else { 0.0 };
+            assert!(!is_dark || here < 0.2, "{placed}: {} at {x} in place of {here}", row[x]);
+            if was_dark || is_dark {
+                worst[2] = shadow.max(worst[2]);
+                continue;
+            }
+            let step = (row[x] - row[x - 1]) - (here - before);
+            for (worst, off) in worst.iter_mut().zip([row[x] - here, step, shadow]) {
+                *worst = worst.max(off.abs());
+            }
+        }
+        println!("{placed}: {worst:.3?}");
+        assert!(worst[0] < 0.1 && worst[1] < 0.1 && worst[2] < 1e-3, "{placed}: {worst:?}");
+    }
+    let turned = json!({ "transform": { "rotate_deg": [0, 0, 45] } });
+    let block = middle_row(&cuboid([-0.5, -0.5, 0.0], [0.5, 0.5, 1.0]), turned);
+    // the right side is in the shade, and each side is even
+    assert!(block[35..58].iter().all(|value| *value > 0.98), "{block:?}");
+    assert!(block[62..85].iter().all(|value| *value < 0.2), "{block:?}");
+}

@@ -1,5 +1,7 @@
 //! Next-event estimation at the first visible surfaces, for pictures.
 
+use glam::Vec3;
+
 use super::{
     Path, Pilot,
     choice::{LightChoice, Place},
@@ -14,7 +16,7 @@ use crate::{
     },
     scene::{
         light::LightHit,
-        material::{Scatterer, Transport},
+        material::{Interaction, Scatterer, Transport},
         world::{Arrived, Scene},
     },
 };
@@ -58,9 +60,26 @@ impl<'a> Joined<'a> {
         let Some((towards, irradiance)) = path.next_event::<L>(&self.at, along) else {
             return Spectrum::splat(self.scene.lanes(), 0.0);
         };
-        let arriving = self.seen.along(-towards);
+        let Some((arriving, cos)) = self.arriving(towards) else { return irradiance.zero() };
         let f = material.evaluate(&arriving, -interaction.direction);
-        f.scaled(arriving.cos) * irradiance
+        f.scaled(cos) * irradiance
+    }
+
+    /// Returns how light from a direction, a unit vector, arrives, and the cosine by which its
+    /// irradiance counts. It is that to the normal of the interaction, which a picture may have
+    /// smoothed. `None` if the light comes to different sides of this normal and of the triangle, so
+    /// that none leaks to a triangle that turns away from it.
+    fn arriving(&self, towards: Vec3) -> Option<(Interaction, f32)> {
+        let Arrived { interaction: seen, hit, .. } = &self.seen;
+        let (flat, smooth) = (self.seen.facing(), seen.normal);
+        if flat == smooth {
+            let arriving = self.seen.along(-towards);
+            return Some((arriving, arriving.cos));
+        }
+        let [own, cos] = [flat, smooth].map(|normal| normal.dot(towards));
+        let front = if seen.front { smooth } else { -smooth };
+        let arriving = Interaction::new(-towards, front).on(hit.triangle);
+        (own * cos > 0.0).then_some((arriving, arriving.cos))
     }
 
     /// Returns the weight, in [0, 1], of a light that a sampled direction meets, straight or

@@ -3,6 +3,8 @@
 //! photons (Christensen, Faster Photon Map Global Illumination, Journal of Graphics Tools 4 (3),
 //! 1999).
 
+use std::f64::consts::PI;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -10,7 +12,7 @@ use super::SurfaceLight;
 use crate::{
     error::Result,
     math::machine,
-    scene::material::Scatterer,
+    scene::material::{Material, Scatterer},
     transport::photon_map::{Arrival, PackedDirection, PhotonMap, StoredPhoton},
 };
 
@@ -46,6 +48,36 @@ impl RadianceCache {
     /// comes from; on materials that transmit light diffusely they are on both faces. Error: no
     /// threads are to be had.
     pub fn new(light: &SurfaceLight, threads: usize) -> Result<Self> {
+        let sends = |material: &Material| material.relative_radiance(1.0).is_some();
+        Self::of(light, threads, sends, |triangle, front, position| {
+            let normal = light.scene.surface(triangle).normal;
+            let along = if front { normal } else { -normal };
+            light.radiance(triangle, position, along)
+        })
+    }
+
+    /// Computes the radiance that white sheets would have in the place of all surfaces, which is
+    /// their irradiance over π. Error: no threads are to be had.
+    pub fn of_white(light: &SurfaceLight, threads: usize) -> Result<Self> {
+        Self::of(
+            light,
+            threads,
+            |_| true,
+            |triangle, front, position| {
+                let irradiance = light.irradiance(triangle, front, position);
+                irradiance.into_iter().map(|irradiance| irradiance / PI).collect()
+            },
+        )
+    }
+
+    /// Computes what `radiance` gives on a face of a triangle at a position, on all materials that
+    /// are `wanted`.
+    fn of(
+        light: &SurfaceLight,
+        threads: usize,
+        wanted: impl Fn(&Material) -> bool,
+        radiance: impl Fn(usize, bool, Vec3) -> Vec<f64> + Sync,
+    ) -> Result<Self> {
         let SurfaceLight { scene, map, patches, k, .. } = light;
         let positions = map.positions();
         let mut points = Vec::new();
@@ -55,7 +87,7 @@ impl RadianceCache {
             for i in photons.step_by(stride) {
                 let triangle = map.photons[i].triangle;
                 let material = scene.material(&scene.surface(triangle as usize));
-                if material.relative_radiance(1.0).is_none() {
+                if !wanted(material) {
                     continue;
                 }
                 let from = map.photons[i].direction.unpack();
@@ -69,9 +101,7 @@ impl RadianceCache {
         let bands = scene.bands.len();
         let find = |point: &Point| {
             let Point { position, triangle, front } = *point;
-            let normal = scene.surface(triangle as usize).normal;
-            let along = if front { normal } else { -normal };
-            let radiance = light.radiance(triangle as usize, position, along);
+            let radiance = radiance(triangle as usize, front, position);
             let reach = light.reach(triangle as usize, front, position);
             radiance.into_iter().map(|r| r as f32).chain([reach]).collect::<Vec<f32>>()
         };
