@@ -52,6 +52,9 @@ pub(super) struct TriedComplete {
     pub tried: Tried,
     /// What photons alone would find.
     pub photons: Tried,
+    /// Fraction of the light on the captors that paths leave to photons, in [0, 1]: the largest over
+    /// the bands.
+    pub left: f64,
 }
 
 impl TriedComplete {
@@ -85,11 +88,12 @@ impl TriedComplete {
             Some(variances.of(face, i % bands)?.with(each, alone[face]))
         };
         let found = paths.found.with((0..paths.means.len()).map(of_tried).collect());
+        let left = variances.left();
         let rays = starts as f64 * work.path + each * work.photon;
         let tried = Tried { found, rays, unit: starts as u64, ..paths };
         let division = Division { photons: each, by_photons: by_photons.into() };
         let photons = Tried::new(scene, &photons.all, photons.all.histories, 1);
-        Ok(Self { pilot, division, tried, photons })
+        Ok(Self { pilot, division, tried, photons, left })
     }
 }
 
@@ -268,6 +272,19 @@ impl<'t> Variances<'t> {
             photon: ratio(variance, flux),
             irradiance: ratio(flux, area),
         }
+    }
+
+    /// Returns the fraction of the light on all faces that paths leave to photons, in [0, 1]: the
+    /// largest over the bands.
+    fn left(&self) -> f64 {
+        let share = |band: usize| {
+            let [left, all] = [&self.photons.beside, &self.photons.all].map(|totals| {
+                let flux = |face: &Face| estimate(self.scene, totals, face, band)[0];
+                self.faces.iter().map(flux).sum::<f64>()
+            });
+            if all > 0.0 { (left / all).min(1.0) } else { 0.0 }
+        };
+        (0..self.scene.bands.len()).map(share).fold(0.0, f64::max)
     }
 
     /// Returns whether enough photons have come to a face to tell how much they differ.

@@ -63,6 +63,7 @@ impl Choice {
             return photons("there is no captor for paths to start from".into());
         }
         let complete = TriedComplete::new(scene, settings, control)?;
+        let left = complete.left;
         let photons = match guidance {
             None => complete.photons.clone(),
             Some(_) => photons_of(scene, settings, guidance, TRIAL_RAYS, control)?,
@@ -95,6 +96,13 @@ impl Choice {
             "{percent} % {of} takes {photons_needed} photons, or {paths_needed} {name}; {other} are {times:.1} \
              times the work"
         );
+        let why = match name {
+            Estimator::Complete if left > 0.0 => {
+                let left = 100.0 * left;
+                format!("{why}; paths leave {left:.2} % of the light on the captors to photons")
+            }
+            _ => why,
+        };
         Ok((Self { estimator, why }, Some(of_paths)))
     }
 }
