@@ -134,10 +134,13 @@ pub fn study(
     let all =
         least_paths(scene) + 3 * each + if truth.is_none() { LONG_RUN * plan.photons } else { 0 };
     let mut ladder = Ladder { scene, plan, control, all, complete: false, done: Cell::new(0) };
-    // where paths leave no light to photons, complete paths are the same
-    let settings = ladder.settings(Estimator::Paths, least_paths(scene), plan.seed, 0);
-    if ladder.simulate(&settings)?.unseen.is_some() {
-        (ladder.complete, ladder.all) = (true, all + each);
+    // where paths miss no light, and start from all faces, complete paths are the same
+    let few = |estimator| {
+        let settings = ladder.settings(estimator, least_paths(scene), plan.seed, 0);
+        ladder.simulate(&settings)
+    };
+    if few(Estimator::Paths)?.unseen.is_some() || !few(Estimator::Complete)?.by_photons.is_empty() {
+        (ladder.complete, ladder.all) = (true, all + least_paths(scene) + each);
     }
 
     let reference = match truth {
