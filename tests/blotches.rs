@@ -140,7 +140,7 @@ impl Truth {
 }
 
 /// Blotches in denoised pictures of the greenhouse (800 x 600, the options of `phylux render`, seed
-/// 1, PAR) are below 4 %. Found were 2.7 % for radiance and 2.4 % for irradiance; the goal is 2 %.
+/// 1, PAR) are below 4 %. Found were 2.8 % for radiance and 2.7 % for irradiance; the goal is 2 %.
 /// A blotch is the root mean square of the difference from two long runs (four times the photons, k
 /// 400, and 24 rays a pixel, not denoised, means over 5 x 5 pixels; seeds 101 and 102), over flat,
 /// opaque, lit surfaces where the light differs by less than a quarter over 13 x 13 pixels.
