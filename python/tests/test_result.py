@@ -293,6 +293,25 @@ def test_a_map_of_a_grid_reaches_to_the_ends_of_its_cells():
     assert len(_to_cells(*star)[0]) == 5
 
 
+def test_a_map_of_a_grid_is_smooth():
+    from phylux.plots import _smooth
+
+    # five columns, in disorder; the cubic between 0 and 7 has slopes of 10.5, of the parabola through 0, 7, 7, and 0
+    x, y = (at.ravel() for at in np.meshgrid(np.arange(5.0), np.arange(4.0)))
+    order = np.random.default_rng(1).permutation(20)
+    values = np.array([0.0, 7.0, 7.0, 3.0, 4.0])[x.astype(int)]
+    fine = _smooth(x[order], y[order], values[order])
+    for place in zip(x, y, values, strict=True):
+        own = np.hypot(fine[0] - place[0], fine[1] - place[1]).argmin()
+        np.testing.assert_allclose([at[own] for at in fine], place, atol=1e-12)
+    np.testing.assert_allclose(fine[2][np.isclose(fine[0], 0.5)], 10.5 / 8 + 3.5)
+    assert fine[2].min() > -1e-12 and fine[2].max() < 7 + 1e-12
+    # a plane stays one, and points that are no grid stay as they are
+    fine = _smooth(x, y, 3 * x - 2 * y)
+    np.testing.assert_allclose(fine[2], 3 * fine[0] - 2 * fine[1], atol=1e-12)
+    assert len(_smooth(x[:-1], y[:-1], values[:-1])[0]) == 19
+
+
 def test_a_profile_has_the_means_over_area(result):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
