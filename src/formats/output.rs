@@ -281,7 +281,8 @@ pub fn place_of(path: &Path) -> io::Result<PathBuf> {
     fs::canonicalize(path).or_else(|_| new_place(path, MOST_LINKS))
 }
 
-/// Returns the same. Errors: those, as sentences.
+/// Returns the [place](place_of) of a file that is to be written. Error: there is no such folder, or
+/// `path` cannot be the name of a file.
 pub fn writable_place(path: &Path) -> Result<PathBuf> {
     let fail = |problem: String, remedy| Error::input(path.display(), problem).remedy(remedy);
     place_of(path).map_err(|e| match e.kind() {

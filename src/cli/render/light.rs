@@ -103,3 +103,17 @@ fn capped(colour: Vec3, most: f32) -> Vec3 {
     let largest = colour.max_element();
     if largest > most { colour * (most / largest) } else { colour }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is too bright keeps its hue, and all else stays as it is.
+    #[test]
+    fn bright_light_is_capped() {
+        assert_eq!(capped(Vec3::new(4000.0, 2000.0, 0.0), 1000.0), Vec3::new(1000.0, 500.0, 0.0));
+        for light in [Vec3::ZERO, Vec3::new(1000.0, 2.0, 1.0)] {
+            assert_eq!(capped(light, 1000.0), light);
+        }
+    }
+}

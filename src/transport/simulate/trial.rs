@@ -99,7 +99,9 @@ impl Choice {
         let why = match name {
             Estimator::Complete if left > 0.0 => {
                 let left = 100.0 * left;
-                format!("{why}; paths leave {left:.2} % of the light on the captors to photons")
+                format!(
+                    "{why}; paths leave about {left:.2} % of the light on the captors to photons"
+                )
             }
             _ => why,
         };
