@@ -37,6 +37,9 @@ CUCUMBER_LEAF = [  # cordate, five-angled, toothed
     (0.00, -0.13, 0.07), (0.00, -0.23, 0.28), (0.00, -0.08, 0.40), (0.00, 0.03, 0.54),
     (0.03, 0.15, 0.45), (0.08, 0.36, 0.53), (0.20, 0.44, 0.39), (0.32, 0.60, 0.37),
     (0.48, 0.66, 0.24), (0.62, 0.80, 0.20), (0.78, 0.85, 0.09), (1.00, 1.00, 0.00)]
+LETTUCE_LEAF = [  # spatulate, broad and round at the top
+    (0.00, 0.02, 0.05), (0.06, 0.16, 0.11), (0.16, 0.30, 0.20), (0.28, 0.46, 0.30), (0.42, 0.62, 0.37),
+    (0.56, 0.78, 0.38), (0.70, 0.90, 0.31), (0.84, 0.98, 0.17), (0.98, 1.00, 0.00)]
 
 # The greenhouse bay (m): where things stand. greenhouse.json uses the same numbers.
 BAY_LENGTH, BAY_WIDTH, EAVE, RIDGE, PLINTH = 6.4, 4.8, 2.5, 4.0, 0.40
@@ -184,6 +187,61 @@ def lamina(base, length, veins, bend, fold, cells=1):
     return flipped(half(1)) + half(-1)
 
 
+def spline(points, steps):
+    """Points on the smooth curve through `points` (a Catmull-Rom spline), `steps` to each piece,
+    each with its place: 0 at the first point, 1 at the second."""
+    ends = [points[0], *points, points[-1]]
+    curve = [(0.0, tuple(points[0]))]
+    for i in range(len(points) - 1):
+        before, start, end, after = ends[i:i + 4]
+        for k in range(1, steps + 1):
+            t = k / steps
+            weights = (-t + 2 * t**2 - t**3) / 2, (2 - 5 * t**2 + 3 * t**3) / 2, \
+                      (t + 4 * t**2 - 3 * t**3) / 2, (t**3 - t**2) / 2
+            curve.append((i + t, add((0, 0, 0), *zip(weights, (before, start, end, after)))))
+    return curve
+
+
+def blade(base, length, veins, bend, fold, cells=7, steps=6, quilt=0.03, wave=0.035, turn=0.0):
+    """A leaf blade as `lamina` makes it, but fine: its outline is round and toothed, its surface
+    swells between the veins (by `quilt` of the length), its margin waves (by `wave`, from the angle
+    `turn` on), and the midrib and the lateral veins are strips of a material of their own.
+    Returns material -> triangles."""
+    rise, reach = math.radians(fold), max(y for _, _, y in veins)
+    lines, start = [], 0.0  # (place along the margin, where on the midrib it starts, its end)
+    for k, (place, (m, x, y)) in enumerate(spline(veins, steps)):
+        start = max(start, m)  # the midrib does not turn back
+        tooth = 1.045 if k % 2 and k > steps else 1.0
+        lines.append((place, start, start + (x - start) * tooth, y * tooth))
+    rows = []  # a line, and the one that it leans to, as the two edges of a vein do
+    for k, line in enumerate(lines):
+        vein = k % steps == 0 and k // steps % 2 and line != lines[-1]
+        rows += [(line, lines[k + lean]) for lean in ((-1, 1) if vein else (0,))]
+
+    def point(line, other, j, side):
+        inner = min(0.4, 0.006 * (1 - 0.7 * line[1]) / line[3]) if line[3] > 1e-9 else 0.0  # half of the midrib
+        u = 0.0 if j == 0 else inner + (1 - inner) * (j - 1) / cells
+        lean = 0.36 * (1 - u)
+        place, m, x, y = add((0, 0, 0, 0), (1 - lean, line), (lean, other))
+        across, between = y * u, math.pi * (place - 1) / 2
+        swell = quilt * abs(math.sin(between)) ** 0.7 * math.sqrt(4 * u * (1.1 - u))
+        swell += quilt / 5 * math.sin(4 * between) * math.sin(5 * math.pi * u)
+        swell += wave * u**2 * math.sin(1.9 * place + turn + side)
+        droop = 0.55 * across**2 / reach * math.sin(rise)
+        here = base.along((m + (x - m) * u**1.2) * length, bend / length)
+        return here.point(0, side * across * length * math.cos(rise),
+                          length * (across * math.sin(rise) - droop + swell * min(1, y / 0.15)))
+
+    parts = defaultdict(list)
+    for side in (1, -1):
+        grid = [[point(*row, j, side) for j in range(cells + 2)] for row in rows]
+        turned = flipped if side > 0 else list
+        parts["vein"] += turned(loft([row[:2] for row in grid]))
+        for near, far, (line, _), (next_line, _) in zip(grid, grid[1:], rows, rows[1:]):
+            parts["vein" if line is next_line else "leaf"] += turned(loft([near[1:], far[1:]]))
+    return parts
+
+
 # ------------------------------------------------------------------------------------ OBJ, CSV
 def save(path, lines):
     """Write lines, alike on every system."""
@@ -193,11 +251,14 @@ def save(path, lines):
 def write_obj(path, title, parts, decimals=5):
     """Write an OBJ file; `parts` maps (group, material) to triangles. Shared vertices once;
     no material for captors."""
-    vertices, faces = {}, []
+    vertices, faces, last = {}, [], None
     for (group, material), triangles in parts.items():
-        faces += [f"g {group}"] + ([f"usemtl {material}"] if material else [])
+        faces += ([f"g {group}"] if group != last else []) + ([f"usemtl {material}"] if material else [])
+        last = group
         for triangle in triangles:
             corners = [" ".join(f"{round(c, decimals) + 0.0:.{decimals}f}" for c in p) for p in triangle]
+            if len(set(corners)) < 3:
+                continue  # nothing is left of it
             faces.append("f " + " ".join(str(vertices.setdefault(c, len(vertices) + 1)) for c in corners))
     save(path, [f"# {title}", "# written by scenes/generate.py", *(f"v {v}" for v in vertices), *faces])
 
@@ -228,7 +289,16 @@ def grow_stem(parts, count, internode, sway, radius):
     return nodes[1:]
 
 
-def tomato():
+def sheet(fine, youngest, **shape):
+    """A blade for scenes to measure in, of one material; or one for pictures, whose green is light
+    on the `youngest` leaves, and whose veins are lighter still."""
+    if not fine:
+        return {"leaf": lamina(**shape)}
+    triangles = blade(**shape)
+    return {"young" if youngest else "leaf": triangles["leaf"], "vein": triangles["vein"]}
+
+
+def tomato(fine=False):
     """A young tomato plant (Solanum lycopersicum), 0.47 m tall: seven pinnate leaves of
     five or seven leaflets. Origin at the soil."""
     parts = defaultdict(list)
@@ -250,13 +320,17 @@ def tomato():
             stalk = 0.05 * length * abs(side)
             if side:
                 parts["stem", "stem"] += tube([here.origin, here.point(stalk, 0, 0)], [0.0008, 0.0006], 3)
-            blade = lamina(here.moved(stalk, 0, 0), size * length * (1 + 0.06 * wobble(5 * k + i)),
-                           TOMATO_LEAFLET, bend=32 + 8 * wobble(k), fold=14 + 4 * wobble(k + 2 * i))
-            parts[f"leaf{i}", "leaf"] += blade
-    write_obj(SCENES / "tomato.obj", "young tomato plant, m; origin at the soil", parts)
+            shape = {"cells": 4, "steps": 4, "turn": 2.4 * k + i} if fine else {}
+            leaflet = sheet(
+                fine, i > 4, base=here.moved(stalk, 0, 0), length=size * length * (1 + 0.06 * wobble(5 * k + i)),
+                veins=TOMATO_LEAFLET, bend=32 + 8 * wobble(k), fold=14 + 4 * wobble(k + 2 * i), **shape)
+            for material, triangles in leaflet.items():
+                parts[f"leaf{i}", material] += triangles
+    name, title = ("tomato-fine", "the same with round leaves and veins") if fine else ("tomato", "young tomato plant")
+    write_obj(SCENES / f"{name}.obj", f"{title}, m; origin at the soil", parts)
 
 
-def cucumber():
+def cucumber(fine=False):
     """A young cucumber plant (Cucumis sativus), 0.49 m tall: eight simple leaves on long
     petioles. Origin at the soil."""
     parts = defaultdict(list)
@@ -270,16 +344,37 @@ def cucumber():
         path = [start.along(petiole * t, bend).origin for t in (0, 0.35, 0.7, 1)]
         parts["stem", "stem"] += tube(path, [0.0030 - 0.0014 * youth - 0.0003 * k for k in range(4)], 4)
         base = start.along(petiole, bend).turned(pitch=-18 - 10 * (1 - youth), roll=6 * wobble(2 * i + 1))
-        parts[f"leaf{i}", "leaf"] += lamina(base, length, CUCUMBER_LEAF, bend=42, fold=12 + 8 * youth, cells=2)
-    write_obj(SCENES / "cucumber.obj", "young cucumber plant, m; origin at the soil", parts)
+        shape = {"cells": 7, "steps": 6, "turn": 2.4 * i} if fine else {"cells": 2}
+        leaf = sheet(fine, i > 5, base=base, length=length, veins=CUCUMBER_LEAF, bend=42, fold=12 + 8 * youth, **shape)
+        for material, triangles in leaf.items():
+            parts[f"leaf{i}", material] += triangles
+    name, title = ("cucumber-fine", "the same with round leaves and veins") if fine else ("cucumber", "young cucumber plant")
+    write_obj(SCENES / f"{name}.obj", f"{title}, m; origin at the soil", parts)
 
 
-def pot():
+def lettuce():
+    """A head of lettuce (Lactuca sativa), 0.26 m wide: 26 leaves in a rosette, the inner ones upright, small
+    and light, with margins that wave. Origin at the soil."""
+    parts = defaultdict(list)
+    for i in range(26):
+        youth = i / 25
+        base = Frame((0, 0, 0.002 + 0.02 * youth)).turned(yaw=GOLDEN_ANGLE * i, pitch=22 + 52 * youth + 5 * wobble(i))
+        leaf = blade(base.moved(0.006, 0, 0), 0.165 - 0.095 * youth**1.3, LETTUCE_LEAF, bend=38 - 70 * youth, fold=22,
+                     cells=6, steps=3, quilt=0.045, wave=0.11, turn=2.4 * i)
+        for material, triangles in leaf.items():
+            parts[f"leaf{i}", "heart" if material == "leaf" and i > 12 else material] += triangles
+    write_obj(SCENES / "lettuce.obj", "head of lettuce, m; origin at the soil", parts)
+
+
+def pot(fine=False):
     """A 13 cm flower pot with its soil; together they are closed. Origin at the bottom."""
-    parts, rim, level = defaultdict(list), 0.058, 0.100
-    parts["pot", "pot"] += lathe([(0, 0), (0.048, 0), (0.065, 0.112), (0.060, 0.112), (rim, level)], 12)
-    parts["soil", "soil"] += lathe([(rim, level), (0, level)], 12)
-    write_obj(SCENES / "pot.obj", "flower pot, m; origin at the bottom, soil at 0.1", parts)
+    parts, rim, level, sides = defaultdict(list), 0.058, 0.100, 48 if fine else 12
+    collar = [(0.0615, 0.084), (0.066, 0.086)] if fine else []
+    outside = [(0, 0), (0.048, 0), *collar, (0.067 if fine else 0.065, 0.112)]
+    parts["pot", "pot"] += lathe([*outside, (0.060, 0.112), (rim, level)], sides)
+    parts["soil", "soil"] += lathe([(rim, level), (0, level)], sides)
+    name, title = ("pot-fine", "flower pot with a collar") if fine else ("pot", "flower pot")
+    write_obj(SCENES / f"{name}.obj", f"{title}, m; origin at the bottom, soil at 0.1", parts)
 
 
 # ---------------------------------------------------------------------------- the scenes' rest
@@ -437,67 +532,94 @@ def crop_captors():
 # ------------------------------------------------------------------ a glasshouse in a meadow
 # The glasshouse (m): its floor begins at the origin, its ridge runs along x. The meadow around it.
 HOUSE_LENGTH, HOUSE_WIDTH, HOUSE_EAVE, HOUSE_RIDGE, WALL = 12.8, 6.4, 2.7, 4.3, 0.35
+TONES = ("", "pale ", "dark ")  # of stones and slats
 TABLES_Y, TABLE_TOP, TABLE_WIDTH = (1.30, 5.10), 0.76, 1.9
-MEADOW = (-7.0, 27.0, -13.0, 19.4)
+MEADOW = (-19.0, 43.0, -24.0, 30.0)
+
+
+def away(x, y):
+    """How far a place is from the house, m."""
+    return math.hypot(max(-x, 0, x - HOUSE_LENGTH), max(-y, 0, y - HOUSE_WIDTH))
 
 
 def relief(x, y):
-    """Height of the meadow, m: even below the house, uneven around it, and a bank far away."""
-    low_x, high_x, low_y, high_y = MEADOW
-    away = math.hypot(max(-x, 0, x - HOUSE_LENGTH), max(-y, 0, y - HOUSE_WIDTH))
+    """Height of the meadow, m: even below the house, uneven around it, and hills far away."""
     rough = 0.05 * math.sin(1.3 * x + 0.4 * y) + 0.06 * math.sin(0.9 * y - 0.5 * x + 1) + 0.03 * math.sin(2.3 * y + x)
-    bank = max(0, away - 5.5) / 6.5
-    height = min(1, bank) ** 2 * (2.0 + 0.5 * math.sin(0.35 * x + 0.8) + 0.4 * math.sin(0.42 * y + 2))
-    return -0.03 + min(1, away) * (rough - 0.08) + height
+    hill = max(0, away(x, y) - 8) / 24
+    height = hill**2 * (5 + 2 * math.sin(0.09 * x + 0.8) + 1.5 * math.sin(0.11 * y + 2))
+    return -0.03 + min(1, away(x, y)) * (rough - 0.08) + height
+
+
+def spread(i):
+    """The i-th of places that fill a unit square evenly (a Kronecker sequence with the plastic number)."""
+    return (i * 0.7548776662 + 0.5) % 1, (i * 0.5698402910 + 0.5) % 1
 
 
 def meadow():
-    """The ground, and a tuft of grass with the places where it stands, denser near the house."""
+    """The ground, a tuft of grass, a tree, and the places where they stand."""
     low_x, high_x, low_y, high_y = MEADOW
-    columns, rows = 34, 32
-    xs = [low_x + (high_x - low_x) * i / columns for i in range(columns + 1)]
-    ys = [low_y + (high_y - low_y) * j / rows for j in range(rows + 1)]
+
+    def steps(low, high, count):  # closer to each other around the middle
+        return [low + (high - low) * (0.5 + (t + 3 * t**3) / 8) for t in (2 * i / count - 1 for i in range(count + 1))]
+
+    xs, ys = steps(low_x, high_x, 44), steps(low_y, high_y, 44)
     parts = {("meadow", "turf"): loft([[(x, y, relief(x, y)) for x in xs] for y in ys])}
     write_obj(SCENES / "meadow.obj", "meadow around the glasshouse, m; normals up", parts, decimals=2)
 
     blades = defaultdict(list)
-    for i in range(46):
-        turn, spread = GOLDEN_ANGLE * i, 0.26 * math.sqrt((i + 0.5) / 46)
-        foot = (spread * math.cos(math.radians(turn)), spread * math.sin(math.radians(turn)), -0.02)
+    for i in range(90):
+        turn, reach = GOLDEN_ANGLE * i, 0.30 * math.sqrt((i + 0.5) / 90)
+        foot = (reach * math.cos(math.radians(turn)), reach * math.sin(math.radians(turn)), -0.02)
         start = Frame(foot).turned(yaw=turn + 70 * wobble(i), pitch=72 + 14 * wobble(3 * i))
         length, bend = 0.17 + 0.07 * wobble(2 * i + 1), 150 + 120 * wobble(5 * i)
         ends = [start.along(length * t, bend) for t in (0, 0.5, 1)]
         left, right = ([end.point(0, side * w, 0) for end, w in zip(ends, (0.004, 0.003))] for side in (1, -1))
-        blades["blades", "grass"] += polygon(right[0], right[1], left[1], left[0])
-        blades["blades", "grass"] += polygon(right[1], ends[2].origin, left[1])
+        blades["blades", "grass" if i % 3 else "straw"] += polygon(right[0], right[1], left[1], left[0])
+        blades["blades", "grass" if i % 3 else "straw"] += polygon(right[1], ends[2].origin, left[1])
     write_obj(SCENES / "grass.obj", "tuft of grass, m; origin at its foot", blades, decimals=3)
 
-    lines, i = ["x,y,z,turn_deg,scale"], 0
-    for i in range(4200):
-        # evenly spread over the meadow (a Kronecker sequence with the plastic number), thinner far away
-        u, v = (i * 0.7548776662 + 0.5) % 1, (i * 0.5698402910 + 0.5) % 1
-        x, y = low_x + 0.4 + (high_x - low_x - 0.8) * u, low_y + 0.4 + (high_y - low_y - 0.8) * v
-        away = math.hypot(max(-x, 0, x - HOUSE_LENGTH), max(-y, 0, y - HOUSE_WIDTH))
-        if 0.35 < away < 11 and (i * 0.618034) % 1 > away / 14:
-            lines.append(f"{x:.2f},{y:.2f},{relief(x, y):.2f},{137 * i % 360},{1 + 0.35 * wobble(i) + 0.04 * away:.2f}")
+    lines = ["x,y,z,turn_deg,scale"]
+    for i in range(9000):
+        u, v = spread(i)
+        x, y = -11 + 36 * u, -11 + 28 * v
+        far = away(x, y)
+        if 0.35 < far < 11 and (i * 0.618034) % 1 > far / 16:
+            lines.append(f"{x:.2f},{y:.2f},{relief(x, y):.2f},{137 * i % 360},{1 + 0.35 * wobble(i) + 0.04 * far:.2f}")
     save(SCENES / "grass.csv", lines)
 
-    # shrubs on the bank: clumps of tomato plants, which hide each other's stems
     lines = ["x,y,z,turn_deg,scale"]
-    corners = [(low_x + 1.5, 16.5), (24.5, 16.5), (24.5, -10.5), (low_x + 1.5, -10.5)]
-    for clump in range(28):
-        side, along = int(4 * clump / 28), 4 * clump / 28 % 1
-        (x, y), (X, Y) = corners[side], corners[(side + 1) % 4]
-        x, y = x + (X - x) * along + 1.2 * wobble(clump), y + (Y - y) * along + 1.2 * wobble(3 * clump + 1)
-        size, reach = 5 + clump * 5 % 4, 0.6 + 0.25 * wobble(2 * clump)
-        for k in range(size):
-            i = 20 * clump + k
-            turn, away = math.radians(GOLDEN_ANGLE * k), reach * math.sqrt((k + 0.5) / size)
-            # lower at the rim
-            scale = (2.4 + 0.3 * wobble(i)) * (1 - 0.3 * (away / reach) ** 2)
-            u, v = x + away * math.cos(turn), y + away * math.sin(turn)
-            lines.append(f"{u:.2f},{v:.2f},{relief(u, v) - 0.25 * scale:.2f},{137 * i % 360},{scale:.2f}")
-    save(SCENES / "bushes.csv", lines)
+    for i in range(110):
+        u, v = spread(i)
+        x, y = low_x + 2 + (high_x - low_x - 4) * u, low_y + 2 + (high_y - low_y - 4) * v
+        if away(x, y) > 9.5:
+            lines.append(f"{x:.2f},{y:.2f},{relief(x, y) - 0.1:.2f},{137 * i % 360},{1 + 0.3 * wobble(3 * i):.2f}")
+    save(SCENES / "trees.csv", lines)
+
+
+def tree():
+    """A broad-leaved tree, 5 m tall: each branch ends in three, and the last ones bear leaves."""
+    parts, count = defaultdict(list), 0
+
+    def branch(start, length, radius, order):
+        nonlocal count
+        count += 1
+        here = start.along(length, 12 * wobble(count) / length)
+        parts["tree", "bark"] += tube([start.origin, here.origin], [radius, radius * 0.72], 5 if order > 2 else 3)
+        if order:
+            for k in range(3):
+                lean = 34 + 9 * wobble(7 * count + k)
+                about = here.turned(roll=120 * k + 60 * order + 30 * wobble(count + k)).turned(pitch=lean)
+                branch(about, length * (0.76 + 0.12 * wobble(5 * count + k)), radius * 0.62, order - 1)
+            return
+        for k in range(11):
+            at = start.along(length * (0.25 + 0.95 * k / 11), 0).turned(roll=GOLDEN_ANGLE * k, pitch=58 + 25 * wobble(3 * k))
+            at = at.moved(0.02, 0, 0).turned(roll=60 * wobble(k + count))
+            size = 0.2 + 0.05 * wobble(11 * k + count)
+            parts["tree", "foliage"] += polygon(
+                at.origin, at.point(size / 2, -0.3 * size, 0), at.point(size, 0, -0.02), at.point(size / 2, 0.3 * size, 0))
+
+    branch(Frame((0, 0, -0.2)).turned(pitch=88), 1.6, 0.13, 5)
+    write_obj(SCENES / "tree.obj", "broad-leaved tree, m; origin at its foot", parts, decimals=3)
 
 
 def glasshouse():
@@ -506,7 +628,7 @@ def glasshouse():
     parts["floor", "gravel"] += box((0, 0, -0.3), (HOUSE_LENGTH, HOUSE_WIDTH, 0.0))
     for k in range(16):  # flagstones of the path
         x = 0.05 + 0.8 * k
-        parts["path", "stone"] += box((x, middle - 0.62, -0.02), (x + 0.78, middle + 0.62, 0.02))
+        parts["path", TONES[k * 5 % 3] + "stone"] += box((x, middle - 0.62, -0.02), (x + 0.78, middle + 0.62, 0.02))
     for y in (0, HOUSE_WIDTH):
         parts["wall", "brick"] += box((-0.1, y - 0.1, -0.4), (HOUSE_LENGTH + 0.1, y + 0.1, WALL))
     for x in (0, HOUSE_LENGTH):
@@ -546,7 +668,7 @@ def glasshouse():
     parts, x, y = defaultdict(list), 5.6, TABLE_WIDTH / 2
     for k in range(13):
         v = -y + TABLE_WIDTH * k / 13
-        parts["slats", "wood"] += box((-x, v + 0.012, TABLE_TOP - 0.025), (x, v + 0.134, TABLE_TOP))
+        parts["slats", TONES[k * 5 % 3] + "wood"] += box((-x, v + 0.012, TABLE_TOP - 0.025), (x, v + 0.134, TABLE_TOP))
     for k in range(7):
         u = -x + 0.3 + (2 * x - 0.6) * k / 6
         parts["rails", "wood"] += box((u - 0.03, -y + 0.05, TABLE_TOP - 0.09), (u + 0.03, y - 0.05, TABLE_TOP - 0.024))
@@ -572,21 +694,42 @@ def glasshouse():
 # by Rayleigh's law as wavelength to the -4) and by fine haze (to the -1.3, after Angstrom), with as much of it visible as
 # of the standard's clear sky.
 CLEAR_SKY = [0.515, 0.521, 0.414, 0.334, 0.271, 0.216]
-# Optical values of bands of 50 nm from 400 to 700 nm. Those of leaves are what PROSPECT-D makes of 32 and 24 ug/cm2 of
-# chlorophyll.
+# The sun's light near the horizon, likewise: the standard's (ASTM G173-03) after another 1.5 of the air's depth, of
+# which the blue loses most.
+LOW_SUN = [0.141, 0.260, 0.332, 0.394, 0.443, 0.472]
+HOUSE_BANDS = {
+    "bands": [{"name": str(low), "from_nm": low, "to_nm": low + 50} for low in range(400, 700, 50)],
+    "sums": {"PAR": [str(low) for low in range(400, 700, 50)]},
+}
+# Optical values of bands of 50 nm from 400 to 700 nm. Those of leaves are the means of what
+# PROSPECT-D makes of (chlorophyll, ug/cm2) 42 (leaf), 30 (young), 28 (grass), 16 (straw), 36 (foliage) and,
+# with a structure of 1.8 for 1.5, 20 (vein); carotenoids are a fifth of chlorophyll.
 HOUSE_MATERIALS = {
-    "leaf": {"type": "leaf", "reflectance": [0.042, 0.045, 0.137, 0.137, 0.077, 0.056],
-             "transmittance": [0.002, 0.012, 0.131, 0.137, 0.071, 0.038]},
-    "grass": {"type": "leaf", "reflectance": [0.043, 0.050, 0.160, 0.170, 0.101, 0.069],
-              "transmittance": [0.004, 0.020, 0.156, 0.174, 0.101, 0.058]},
+    "leaf": {"type": "leaf", "reflectance": [0.042, 0.042, 0.113, 0.109, 0.060, 0.046],
+             "transmittance": [0.001, 0.006, 0.103, 0.105, 0.047, 0.023]},
+    "young": {"type": "leaf", "reflectance": [0.042, 0.047, 0.147, 0.144, 0.082, 0.058],
+              "transmittance": [0.002, 0.015, 0.141, 0.146, 0.077, 0.041]},
+    "vein": {"type": "leaf", "reflectance": [0.048, 0.069, 0.223, 0.224, 0.142, 0.095],
+             "transmittance": [0.006, 0.026, 0.160, 0.167, 0.100, 0.058]},
+    "grass": {"type": "leaf", "reflectance": [0.043, 0.048, 0.154, 0.152, 0.088, 0.061],
+              "transmittance": [0.003, 0.018, 0.149, 0.155, 0.085, 0.046]},
+    "straw": {"type": "leaf", "reflectance": [0.048, 0.071, 0.221, 0.222, 0.144, 0.097],
+              "transmittance": [0.015, 0.051, 0.219, 0.229, 0.152, 0.095]},
+    "foliage": {"type": "leaf", "reflectance": [0.042, 0.044, 0.128, 0.124, 0.069, 0.051],
+                "transmittance": [0.001, 0.010, 0.120, 0.123, 0.060, 0.031]},
     "stem": {"type": "lambert", "reflectance": [0.07, 0.08, 0.18, 0.20, 0.14, 0.10]},
-    "turf": {"type": "lambert", "reflectance": [0.03, 0.04, 0.08, 0.09, 0.07, 0.06]},
+    "turf": {"type": "lambert", "reflectance": [0.025, 0.035, 0.085, 0.085, 0.055, 0.045]},
+    "bark": {"type": "lambert", "reflectance": [0.06, 0.08, 0.10, 0.13, 0.15, 0.17]},
     "soil": {"type": "lambert", "reflectance": [0.04, 0.05, 0.07, 0.09, 0.11, 0.12]},
     "pot": {"type": "lambert", "reflectance": [0.08, 0.10, 0.14, 0.24, 0.38, 0.42]},
     "brick": {"type": "lambert", "reflectance": [0.10, 0.11, 0.14, 0.22, 0.33, 0.36]},
     "stone": {"type": "lambert", "reflectance": [0.22, 0.24, 0.26, 0.27, 0.28, 0.28]},
+    "pale stone": {"type": "lambert", "reflectance": [0.24, 0.26, 0.28, 0.30, 0.31, 0.31]},
+    "dark stone": {"type": "lambert", "reflectance": [0.18, 0.20, 0.22, 0.23, 0.24, 0.24]},
     "gravel": {"type": "lambert", "reflectance": [0.16, 0.17, 0.19, 0.21, 0.22, 0.23]},
-    "wood": {"type": "lambert", "reflectance": [0.20, 0.23, 0.27, 0.31, 0.34, 0.36]},
+    "wood": {"type": "lambert", "reflectance": [0.17, 0.20, 0.25, 0.30, 0.34, 0.36]},
+    "pale wood": {"type": "lambert", "reflectance": [0.20, 0.24, 0.29, 0.34, 0.38, 0.40]},
+    "dark wood": {"type": "lambert", "reflectance": [0.14, 0.17, 0.21, 0.26, 0.30, 0.32]},
     "paint": {"type": "lambert", "reflectance": [0.70, 0.80, 0.82, 0.82, 0.81, 0.81]},
     "aluminium": {"type": "phong", "reflectance": 0.3, "specular": 0.45, "exponent": 20},
     "glass": {"type": "transparent", "ior": 1.52, "tint": [0.975, 0.98, 0.985, 0.985, 0.98, 0.97], "thin": True},
@@ -595,19 +738,16 @@ HOUSE_MATERIALS = {
 
 def glasshouses():
     """The glasshouse at noon on a clear day in June, and at nightfall under rows of diodes."""
-    edges = range(400, 701, 50)
-    bands = [{"name": str(low), "from_nm": low, "to_nm": low + 50} for low in edges[:-1]]
     scene = {
-        "name": "", "unit": "m", "quantity": "umol/s", "bands": bands,
-        "sums": {"PAR": [band["name"] for band in bands]},
+        "name": "", "unit": "m", "quantity": "umol/s", **HOUSE_BANDS,
         "materials": HOUSE_MATERIALS,
         "objects": [
             {"name": "house", "obj": "glasshouse.obj"},
             {"name": "tables", "obj": "table.obj",
              "instances": [{"translate": [HOUSE_LENGTH / 2, y, 0]} for y in TABLES_Y]},
-            {"name": "pots", "obj": "pot.obj", "instances": {"csv": "house-pots.csv"}},
-            {"name": "tomato", "obj": "tomato.obj", "instances": {"csv": "house-tomatoes.csv"}, "captor": "instance"},
-            {"name": "cucumber", "obj": "cucumber.obj", "instances": {"csv": "house-cucumbers.csv"}, "captor": "instance"},
+            {"name": "pots", "obj": "pot-fine.obj", "instances": {"csv": "house-pots.csv"}},
+            {"name": "tomato", "obj": "tomato-fine.obj", "instances": {"csv": "house-tomatoes.csv"}, "captor": "instance"},
+            {"name": "cucumber", "obj": "cucumber-fine.obj", "instances": {"csv": "house-cucumbers.csv"}, "captor": "instance"},
         ],
         "lights": [],
         "captors": [
@@ -621,7 +761,7 @@ def glasshouses():
     outside = [
         {"name": "meadow", "obj": "meadow.obj"},
         {"name": "grass", "obj": "grass.obj", "instances": {"csv": "grass.csv"}},
-        {"name": "bushes", "obj": "tomato.obj", "instances": {"csv": "bushes.csv"}},
+        {"name": "trees", "obj": "tree.obj", "instances": {"csv": "trees.csv"}},
     ]
     noon = {
         "name": "glasshouse at noon in June", "objects": scene["objects"] + outside,
@@ -630,18 +770,109 @@ def glasshouses():
         "lights": [{"type": "sun", "ground": 0.1}, {"type": "sky", "share": CLEAR_SKY, "ground": 0.1}],
     }
     save_scene(SCENES / "glasshouse-noon.json", {**scene, **noon})
-    # bars of 1.5 m with 150 umol/s: 20 % blue around 450 nm, 75 % red around 660 nm, and a little white, without
+    # bars of 1.5 m with 150 umol/s: 19 % blue around 450 nm, 63 % red around 660 nm, and some white, without
     # which leaves are black to the eye; behind the panes the last light of a clear evening
     lamps = [
-        {"type": "area", "name": f"bar {row}{k + 1}", "power": [15, 15, 3, 4, 8, 105],
+        {"type": "area", "name": f"bar {row}{k + 1}", "power": [14, 14, 8, 9, 10, 95],
          "vertices": [[1.2 + 1.8 * k, y - 0.02, 2.45], [1.2 + 1.8 * k, y + 0.02, 2.45],
                       [2.7 + 1.8 * k, y + 0.02, 2.45], [2.7 + 1.8 * k, y - 0.02, 2.45]]}
         for row, y in zip("abcd", (0.85, 1.75, 4.65, 5.55)) for k in range(6)]
-    indoors = {name: keys for name, keys in HOUSE_MATERIALS.items() if name not in ("grass", "turf")}
+    indoors = {name: keys for name, keys in HOUSE_MATERIALS.items() if name not in ("grass", "straw", "turf", "bark", "foliage")}
     dusk = {"type": "sky", "name": "dusk", "model": "uniform", "ground": 0.03,
             "irradiance": [0.24, 0.26, 0.13, 0.05, 0.03, 0.03]}
     night = {"name": "glasshouse at nightfall under diodes", "materials": indoors, "lights": lamps + [dusk]}
     save_scene(SCENES / "glasshouse-night.json", {**scene, **night})
+
+
+def evening():
+    """A field of tomato rows without end, in low sun: 48 plants in a cell of three pairs of rows."""
+    x, y = 4.8, 2.4
+    parts = {("ground", "soil"): room((0, 0, 0), (x, y, 1))["floor"]}
+    write_obj(SCENES / "evening-ground.obj", f"ground of a cell of tomato rows, {x} x {y} m; normals up", parts)
+    lines = ["x,y,z,turn_deg,scale"]
+    for i in range(48):
+        across = 0.55 + 0.5 * (i // 8 % 2) + 1.6 * (i // 16) + 0.05 * wobble(5 * i)
+        along = 0.15 + 0.3 * (i % 8) + 0.05 * wobble(7 * i + 3)
+        lines.append(f"{across:.2f},{along:.2f},0.03,{GOLDEN_ANGLE * i % 360:.0f},{2.2 + 0.3 * wobble(3 * i):.2f}")
+    save(SCENES / "evening-rows.csv", lines)
+    needed = ("leaf", "young", "vein", "stem")
+    save_scene(SCENES / "evening.json", {
+        "name": "rows of tomatoes in the evening", "unit": "m", "quantity": "umol/s", **HOUSE_BANDS,
+        "periodic": {"x": [0, x], "y": [0, y]},
+        "materials": {**{name: HOUSE_MATERIALS[name] for name in needed},
+                      "soil": {"type": "lambert", "reflectance": [0.06, 0.08, 0.11, 0.15, 0.19, 0.21]}},
+        "objects": [
+            {"name": "tomato", "obj": "tomato-fine.obj", "instances": {"csv": "evening-rows.csv"}, "captor": True},
+            {"name": "ground", "obj": "evening-ground.obj", "captor": True, "ground": True}],
+        "site": {"latitude": LATITUDE, "longitude": LONGITUDE}, "time": "2025-06-21T19:40+02:00",
+        "weather": {"direct_normal": 560, "diffuse_horizontal": 75},
+        "lights": [{"type": "sun", "share": LOW_SUN}, {"type": "sky", "share": CLEAR_SKY}],
+        "camera": {"position": [2.4, -1.2, 1.65], "look_at": [4.2, 4, 0.75], "up": [0, 0, 1], "fov_deg": 58,
+                   "width": 1200, "height": 675},
+        "settings": {"photons": 2000000, "seed": 1},
+    })
+
+
+# --------------------------------------------------------------------------- a vertical farm
+# Two racks of the farm (m) with an aisle between them: each has tiers of trays, with bars of diodes above.
+FARM_LENGTH, TIERS, TIER_LOW, TIER_STEP, TRAY = 6.0, 4, 0.35, 0.62, 0.66
+RACKS_Y = (0.75, 2.85)
+
+
+def vertical_farm():
+    """A vertical farm: a white room with two racks of four tiers, 512 heads of lettuce, and diodes over them."""
+    half, length = TRAY / 2, FARM_LENGTH
+    parts = defaultdict(list)
+    for name, wall in room((-0.8, 0, 0), (length + 0.8, 3.6, 3.0)).items():
+        parts[name, "floor" if name == "floor" else "wall"] += wall
+    for y in RACKS_Y:
+        for x in (0.0, length / 3, 2 * length / 3, length):
+            for v in (y - half - 0.03, y + half + 0.03):
+                parts["posts", "steel"] += bar((x, v, -0.02), (x, v, 2.85), 0.04)
+        for tier in range(TIERS):
+            z = TIER_LOW + TIER_STEP * tier
+            for v in (y - half - 0.03, y + half + 0.03):
+                parts["beams", "steel"] += bar((0, v, z - 0.03), (length, v, z - 0.03), 0.035)
+            parts["trays", "tray"] += box((0.03, y - half, z - 0.05), (length - 0.03, y + half, z))
+            # a board that bears the bars, and reflects what comes from below
+            parts["boards", "tray"] += box((0.03, y - half, z + 0.52), (length - 0.03, y + half, z + 0.53))
+    write_obj(SCENES / "farm.obj", "vertical farm, 7.6 x 3.6 x 3 m: room and racks; normals of the room in", parts, 3)
+
+    lines = ["x,y,z,turn_deg,scale"]
+    for k in range(2 * TIERS * 64):
+        rack, tier, row, place = k // (TIERS * 64), k // 64 % TIERS, k % 2, k // 2 % 32
+        x, y = 0.17 + 0.1827 * place, RACKS_Y[rack] + 0.165 * (2 * row - 1)
+        z = TIER_LOW + TIER_STEP * tier
+        lines.append(f"{x + 0.01 * wobble(k):.3f},{y + 0.01 * wobble(3 * k):.3f},{z + 0.001:.3f},{GOLDEN_ANGLE * k % 360:.0f},{0.86 + 0.1 * wobble(5 * k):.2f}")
+    save(SCENES / "farm-lettuces.csv", lines)
+
+    lamps = [
+        {"type": "area", "name": f"{rack}{tier + 1}{row}{k + 1}", "power": [12, 17, 16, 17, 22, 28],
+         "vertices": [[round(c, 3) for c in corner] for corner in (
+             (x, v - 0.012, z), (x, v + 0.012, z), (x + 1.16, v + 0.012, z), (x + 1.16, v - 0.012, z))]}
+        for rack, y in zip("AB", RACKS_Y) for tier in range(TIERS)
+        for row, v in zip("lr", (y - 0.165, y + 0.165)) for k in range(5)
+        for x, z in [(0.02 + 1.2 * k, TIER_LOW + TIER_STEP * tier + 0.515)]]
+    green = {name: HOUSE_MATERIALS[name] for name in ("leaf", "vein")}
+    save_scene(SCENES / "vertical-farm.json", {
+        "name": "a vertical farm", "unit": "m", "quantity": "umol/s", **HOUSE_BANDS,
+        "materials": {**green, "leaf": HOUSE_MATERIALS["grass"], "heart": HOUSE_MATERIALS["straw"],
+                      "wall": {"type": "lambert", "reflectance": 0.75}, "tray": {"type": "lambert", "reflectance": 0.8},
+                      "floor": {"type": "phong", "reflectance": 0.3, "specular": 0.12, "exponent": 60},
+                      "steel": {"type": "phong", "reflectance": 0.35, "specular": 0.3, "exponent": 25}},
+        "objects": [
+            {"name": "farm", "obj": "farm.obj"},
+            {"name": "lettuce", "obj": "lettuce.obj", "instances": {"csv": "farm-lettuces.csv"}, "captor": "instance"}],
+        "lights": lamps,
+        "captors": [
+            {"name": f"tier {rack}{tier + 1}", "grid": {
+                "x": [0.2, length - 0.2], "y": [y - 0.25, y + 0.25], "nx": 15, "ny": 2,
+                "z": round(TIER_LOW + TIER_STEP * tier + 0.15, 3), "radius": 0.04}}
+            for rack, y in zip("AB", RACKS_Y) for tier in range(TIERS)],
+        "camera": {"position": [-0.6, 1.75, 1.62], "look_at": [3.2, 1.95, 1.25], "up": [0, 0, 1], "fov_deg": 72,
+                   "width": 1200, "height": 675},
+        "settings": {"photons": 4000000, "seed": 1},
+    })
 
 
 # ------------------------------------------------------------------------------------ daylight
@@ -811,8 +1042,10 @@ def main():
     CAPTORS.mkdir(exist_ok=True)
     for make in (tomato, cucumber, pot, unit_room, greenhouse, bench, reflector, chamber, beaker, rows,
                  greenhouse_captors, chamber_captors, crop_captors, weather, greenhouse_by_day, season,
-                 meadow, glasshouse, glasshouses):
+                 meadow, tree, glasshouse, glasshouses, evening, lettuce, vertical_farm):
         make()
+    for make in (tomato, cucumber, pot):
+        make(fine=True)
 
 
 if __name__ == "__main__":

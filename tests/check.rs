@@ -360,7 +360,9 @@ fn lamps_of_more_power_than_their_watts_are_told() {
 #[test]
 fn the_shipped_scenes_are_clean() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    for name in ["box", "growth-chamber", "greenhouse"] {
+    for name in
+        ["box", "growth-chamber", "greenhouse", "glasshouse-noon", "vertical-farm", "evening"]
+    {
         let warnings = check_file(&scenes.join(name).with_extension("json")).warnings;
         assert!(warnings.is_empty(), "{name}: {warnings:#?}");
     }

@@ -167,6 +167,42 @@ fn pieces_are_smooth() {
     assert!((area / (4.0 * PI) - 1.0).abs() < 0.01, "{area}");
 }
 
+/// Copies that share their triangles have the light of copies that do not: the pieces around a point
+/// are looked for in its own copy alone. The members of each piece have its area.
+#[test]
+fn shared_copies_are_lit_alike() {
+    let world = |share: bool| {
+        furnace().surface("ball", "wall", &Mesh::sphere([0.0; 3], 0.3, 24)).edited(|scene| {
+            let places = [[-0.5, 0.0, 0.0], [0.3, 0.2, 0.1], [0.3, 0.2, -0.55]];
+            let ball = &mut scene["objects"][1];
+            ball["instances"] = places.map(|at| json!({ "translate": at, "scale": 0.9 })).into();
+            ball["share"] = share.into();
+        })
+    };
+    let [own, shared] = [false, true].map(|share| {
+        lit(&world(share), 400_000, |light| {
+            for patch in 0..light.patches.count() {
+                let members = light.patches.members(patch);
+                let area: f64 =
+                    members.map(|t| f64::from(light.scene.triangles().at(t).area())).sum();
+                assert!((area / light.patches.area(patch) - 1.0).abs() < 1e-5, "{patch}: {area}");
+            }
+            let all = 0..light.scene.triangles().len();
+            let found = all.map(|t| {
+                let middle = light.scene.triangles().at(t).point(1.0 / 3.0, 1.0 / 3.0);
+                light.irradiance(t, true, middle)[0]
+            });
+            found.collect::<Vec<f64>>()
+        })
+    });
+    assert_eq!(own.len(), shared.len());
+    // few photons take another way, by rounding
+    let unlike = own.iter().zip(&shared).filter(|(a, b)| (*a / *b - 1.0).abs() > 1e-3).count();
+    assert!(100 * unlike < own.len(), "{unlike} of {}", own.len());
+    let mean = own.iter().sum::<f64>() / own.len() as f64;
+    assert!((mean - 1.0).abs() < 0.02, "{mean}");
+}
+
 /// Between walls that absorb nothing a photon takes 10,000 rays, so two photons fill the map. Only
 /// as many photons are traced as a trial of about a million rays has (128, and 2 % more to allow
 /// for chance), and not 10,000.

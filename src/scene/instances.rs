@@ -399,12 +399,23 @@ impl Forest {
     ) {
         self.boxes.near_leaves(center, radius, |entry| {
             let (instance, index, cell) = self.copy(placed, entry as u32);
-            let around = instance.enter(&Ray { origin: center, direction: Vec3::Z }).origin;
             let first = placed.first_of(index);
-            self.trees[instance.prototype as usize].near(around, radius / instance.scale, |t| {
-                visit(&instance, first + t as usize, cell);
-            });
+            self.near_in(&instance, center, radius, |t| visit(&instance, first + t, cell));
         });
+    }
+
+    /// Visits the triangles of one copy that may reach into the ball of `radius`, m, around `center`:
+    /// the index of each in the object.
+    pub fn near_in(
+        &self,
+        instance: &Instance,
+        center: Vec3,
+        radius: f32,
+        mut visit: impl FnMut(usize),
+    ) {
+        let around = instance.enter(&Ray { origin: center, direction: Vec3::Z }).origin;
+        let tree = self.tree(instance.prototype);
+        tree.near(around, radius / instance.scale, |t| visit(t as usize));
     }
 
     /// Returns the tree of an object.

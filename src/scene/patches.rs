@@ -28,6 +28,10 @@ pub struct Patches {
 struct Pieces {
     of_triangle: Vec<u32>,
     areas: Vec<f64>,
+    /// The triangles of the first piece, then those of the second, and so on.
+    members: Vec<u32>,
+    /// Where in `members` each piece ends.
+    ends: Vec<u32>,
 }
 
 /// The smooth pieces of copies of a mesh.
@@ -97,10 +101,30 @@ impl Patches {
         if let Some(area) = self.own.areas.get(patch) {
             return *area;
         }
+        let (shared, copy, piece) = self.in_copy(patch);
+        shared.pieces.areas[piece] * shared.areas[copy]
+    }
+
+    /// Returns the triangles of a piece.
+    pub fn members(&self, patch: usize) -> impl ExactSizeIterator<Item = usize> + '_ {
+        let (members, first) = match self.own.areas.get(patch) {
+            Some(_) => (self.own.members(patch), 0),
+            None => {
+                let (shared, copy, piece) = self.in_copy(patch);
+                let each = shared.pieces.of_triangle.len();
+                (shared.pieces.members(piece), shared.first + copy * each)
+            }
+        };
+        members.iter().map(move |member| first + *member as usize)
+    }
+
+    /// Returns the object of which a piece is that of a copy, the number of the copy, and the number
+    /// of the piece in it.
+    fn in_copy(&self, patch: usize) -> (&SharedPieces, usize, usize) {
         let after = self.shared.partition_point(|shared| shared.first_piece <= patch);
-        let SharedPieces { pieces, first_piece, areas, .. } = &self.shared[after - 1];
-        let (index, each) = (patch - first_piece, pieces.areas.len());
-        pieces.areas[index % each] * areas[index / each]
+        let shared = &self.shared[after - 1];
+        let (index, each) = (patch - shared.first_piece, shared.pieces.areas.len());
+        (shared, index / each, index % each)
     }
 
     /// Returns the number under which photons that arrive at this face of a triangle are stored:
@@ -117,7 +141,12 @@ impl Pieces {
         const NONE: u32 = u32::MAX;
         let joined = joined(scene, range.clone());
         let normal = |index: usize| scene.surface(range.start + index).normal;
-        let mut pieces = Self { of_triangle: vec![NONE; range.len()], areas: Vec::new() };
+        let mut pieces = Self {
+            of_triangle: vec![NONE; range.len()],
+            areas: Vec::new(),
+            members: Vec::with_capacity(range.len()),
+            ends: Vec::new(),
+        };
         for first in 0..range.len() {
             if pieces.of_triangle[first] != NONE {
                 continue;
@@ -131,14 +160,22 @@ impl Pieces {
                     continue;
                 }
                 pieces.of_triangle[at] = piece;
+                pieces.members.push(index);
                 area += f64::from(scene.triangles().at(range.start + at).area());
                 let from = joined.partition_point(|pair| pair[0] < index);
                 let to = joined.partition_point(|pair| pair[0] <= index);
                 waiting.extend(joined[from..to].iter().map(|pair| pair[1]));
             }
             pieces.areas.push(area);
+            pieces.ends.push(pieces.members.len() as u32);
         }
         pieces
+    }
+
+    /// Returns the triangles of a piece.
+    fn members(&self, piece: usize) -> &[u32] {
+        let start = piece.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.members[start as usize..self.ends[piece] as usize]
     }
 }
 

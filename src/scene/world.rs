@@ -491,10 +491,16 @@ impl Scene {
         }
     }
 
-    /// Visits the index of every triangle of a surface that may reach into the ball of `radius`, m,
-    /// around `center`.
-    pub fn near(&self, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
+    /// Visits the index of every triangle that may reach into the ball of `radius`, m, around
+    /// `center`, in the same mesh as `triangle`: its own copy where copies share their triangles, or
+    /// else all surfaces that do not.
+    pub fn near(&self, triangle: usize, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
         let Shapes { surface_bvh, forest, .. } = &*self.shapes;
+        let placed = &self.shapes.placed;
+        if let (Some(copy), Some(forest)) = (placed.locate(triangle), forest) {
+            let (instance, first) = (placed.instance(&copy), triangle - copy.triangle);
+            return forest.near_in(instance, center, radius, |member| visit(first + member));
+        }
         // images are visited where they come from
         let own = self.surfaces.len();
         surface_bvh.near(center, radius, |triangle| {
@@ -502,13 +508,6 @@ impl Scene {
                 visit(triangle as usize);
             }
         });
-        if let Some(forest) = forest {
-            forest.near(&self.shapes.placed, center, radius, |_, triangle, cell| {
-                if cell == [0, 0] {
-                    visit(triangle);
-                }
-            });
-        }
     }
 
     /// Returns the triangles of surfaces that coincide with an earlier one, corner by corner, each

@@ -241,12 +241,21 @@ impl<'a> SurfaceLight<'a> {
     /// Gathers the `k` nearest photons on this face of the piece, and the area of the piece on
     /// which they arrived.
     fn gather(&self, triangle: usize, front: bool, point: Vec3, k: usize) -> Option<Gathered> {
+        /// Up to so many triangles are faster looked at one by one than searched for. The ball on a
+        /// thin bar, where few photons arrive, may hold whole plants.
+        const FEW: usize = 64;
         let patch = self.patches.of(triangle);
         let inside = |radius| {
+            let part =
+                |other| f64::from(self.scene.triangles().at(other).area_in_ball(point, radius));
+            let members = self.patches.members(patch);
+            if members.len() <= FEW {
+                return members.map(part).sum();
+            }
             let mut area = 0.0;
-            self.scene.near(point, radius, |other| {
+            self.scene.near(triangle, point, radius, |other| {
                 if self.patches.of(other) == patch {
-                    area += f64::from(self.scene.triangles().at(other).area_in_ball(point, radius));
+                    area += part(other);
                 }
             });
             area
