@@ -353,16 +353,16 @@ def cucumber(fine=False):
 
 
 def lettuce():
-    """A head of lettuce (Lactuca sativa), 0.26 m wide: 26 leaves in a rosette, the inner ones upright, small
+    """A head of lettuce (Lactuca sativa), 0.26 m wide: 24 leaves in a rosette, the inner ones upright, small
     and light, with margins that wave. Origin at the soil."""
     parts = defaultdict(list)
-    for i in range(26):
-        youth = i / 25
+    for i in range(24):
+        youth = i / 23
         base = Frame((0, 0, 0.002 + 0.02 * youth)).turned(yaw=GOLDEN_ANGLE * i, pitch=22 + 52 * youth + 5 * wobble(i))
         leaf = blade(base.moved(0.006, 0, 0), 0.165 - 0.095 * youth**1.3, LETTUCE_LEAF, bend=38 - 70 * youth, fold=22,
-                     cells=6, steps=3, quilt=0.045, wave=0.11, turn=2.4 * i)
+                     cells=5 if i < 12 else 3, steps=2, quilt=0.045, wave=0.11, turn=2.4 * i)
         for material, triangles in leaf.items():
-            parts[f"leaf{i}", "heart" if material == "leaf" and i > 12 else material] += triangles
+            parts[f"leaf{i}", "heart" if material == "leaf" and i > 11 else material] += triangles
     write_obj(SCENES / "lettuce.obj", "head of lettuce, m; origin at the soil", parts)
 
 
@@ -754,7 +754,7 @@ def glasshouses():
             {"name": f"table {name}",
              "grid": {"x": [1, 11.8], "y": [y - 0.8, y + 0.8], "nx": 13, "ny": 3, "z": 1.7, "radius": 0.05}}
             for name, y in zip("AB", TABLES_Y)],
-        "camera": {"position": [0.75, 3.45, 1.95], "look_at": [8.0, 3.05, 1.45], "up": [0, 0, 1], "fov_deg": 74,
+        "camera": {"position": [0.6, 3.3, 1.7], "look_at": [8.0, 3.15, 1.2], "up": [0, 0, 1], "fov_deg": 72,
                    "width": 1600, "height": 900},
         "settings": {"photons": 4000000, "seed": 1},
     }
@@ -820,7 +820,7 @@ RACKS_Y = (0.75, 2.85)
 
 
 def vertical_farm():
-    """A vertical farm: a white room with two racks of four tiers, 512 heads of lettuce, and diodes over them."""
+    """A vertical farm: a white room with two racks of four tiers, 384 heads of lettuce, and diodes over them."""
     half, length = TRAY / 2, FARM_LENGTH
     parts = defaultdict(list)
     for name, wall in room((-0.8, 0, 0), (length + 0.8, 3.6, 3.0)).items():
@@ -839,11 +839,11 @@ def vertical_farm():
     write_obj(SCENES / "farm.obj", "vertical farm, 7.6 x 3.6 x 3 m: room and racks; normals of the room in", parts, 3)
 
     lines = ["x,y,z,turn_deg,scale"]
-    for k in range(2 * TIERS * 64):
-        rack, tier, row, place = k // (TIERS * 64), k // 64 % TIERS, k % 2, k // 2 % 32
-        x, y = 0.17 + 0.1827 * place, RACKS_Y[rack] + 0.165 * (2 * row - 1)
+    for k in range(2 * TIERS * 48):
+        rack, tier, row, place = k // (TIERS * 48), k // 48 % TIERS, k % 2, k // 2 % 24
+        x, y = 0.17 + 0.246 * place, RACKS_Y[rack] + 0.165 * (2 * row - 1)
         z = TIER_LOW + TIER_STEP * tier
-        lines.append(f"{x + 0.01 * wobble(k):.3f},{y + 0.01 * wobble(3 * k):.3f},{z + 0.001:.3f},{GOLDEN_ANGLE * k % 360:.0f},{0.86 + 0.1 * wobble(5 * k):.2f}")
+        lines.append(f"{x + 0.01 * wobble(k):.3f},{y + 0.01 * wobble(3 * k):.3f},{z + 0.001:.3f},{GOLDEN_ANGLE * k % 360:.0f},{0.95 + 0.1 * wobble(5 * k):.2f}")
     save(SCENES / "farm-lettuces.csv", lines)
 
     lamps = [
