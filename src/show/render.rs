@@ -12,6 +12,7 @@ mod denoise;
 mod dots;
 mod fragments;
 mod gather;
+mod gloss;
 mod normals;
 mod radiance;
 mod shared;
