@@ -155,7 +155,7 @@ impl Fragments {
         });
         let gathered = parts.contains(&Part::Surfaces);
         let common = if gathered { BESIDE_GATHERED } else { 1.0 };
-        let weights = PASSES.map(|(step, _)| {
+        let weights = [1, 2, 4, 8].map(|step| {
             let pixels = (0..self.pixel_count()).into_par_iter();
             let of_pixel =
                 |pixel| self.of(pixel).map(move |fragment| self.weight(pixel, fragment, step));
@@ -163,7 +163,9 @@ impl Fragments {
         });
         let round = |known: Option<&[Noisy]>| {
             let mut evened = found.clone();
-            for ((step, correlation), weights) in PASSES.into_iter().zip(&weights) {
+            // the first round, of which nothing is seen, needs no last pass
+            let passes = if known.is_some() { &PASSES[..] } else { &PASSES[..4] };
+            for (&(step, correlation), weights) in passes.iter().zip(weights.iter().cycle()) {
                 let (from, by) = (&evened[..], known.unwrap_or(&evened));
                 let pass = Pass { from, by, step, weights, correlation, common };
                 evened = each(&|pixel, fragment| self.exchanged(&pass, pixel, fragment));

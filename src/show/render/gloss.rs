@@ -18,8 +18,8 @@ use crate::{
 };
 
 /// Exponent n of the lobe: its density is (n+1) / (2 pi) cos^n(alpha) at the angle alpha from the
-/// mirror direction, half as large at 15 degrees as in the middle.
-const EXPONENT: f32 = 20.0;
+/// mirror direction, half as large at 12 degrees as in the middle.
+const EXPONENT: f32 = 30.0;
 /// Russian-roulette threshold of branches that a leaf has mirrored. What surfaces send is evened by
 /// the filter, and lamps are found by shadow rays too.
 pub(super) const SMALL: f32 = 0.1;
