@@ -20,8 +20,8 @@ use crate::{error::Result, math::machine};
 /// The passes: the distance between taps, pixels, and the mean correlation between the noise of the
 /// taps, which the passes before have mixed: the value for a full kernel. All passes together reach
 /// 9 pixels far (root mean square). A farther reach would flatten the slope of light near edges. The
-/// last pass is dense again: those before it mix every second pixel at least, and leave a lattice of
-/// dots where not all that the first one met was alike.
+/// last pass is dense again: the three before it never mix neighbours, and leave a lattice of dots
+/// where the first has not evened all. The first round goes without it.
 const PASSES: [(isize, f32); 5] = [(1, 0.0), (2, 0.15), (4, 0.18), (8, 0.19), (1, 0.95)];
 /// Weights of the B3 spline, from the middle outwards.
 const KERNEL: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
@@ -163,7 +163,6 @@ impl Fragments {
         });
         let round = |known: Option<&[Noisy]>| {
             let mut evened = found.clone();
-            // the first round, of which nothing is seen, needs no last pass
             let passes = if known.is_some() { &PASSES[..] } else { &PASSES[..4] };
             for (&(step, correlation), weights) in passes.iter().zip(weights.iter().cycle()) {
                 let (from, by) = (&evened[..], known.unwrap_or(&evened));

@@ -42,6 +42,7 @@ impl<'a> Gloss<'a> {
     /// Returns the lobe of what a ray meets, if it is a leaf with a cuticle.
     pub fn of(scene: &'a Scene, at: &Arrived<'a>) -> Option<Self> {
         let Material::Leaf(leaf) = at.material else { return None };
+        // a cuticle mirrors the same fraction in all bands
         let [way, _] = leaf.smooth_ways::<[f32; 1]>(&at.interaction, Transport::Importance);
         let BsdfSample { direction, weight, .. } = way?;
         let (joined, fraction) = (Joined::new(scene, *at), weight.largest());
@@ -65,8 +66,9 @@ impl<'a> Gloss<'a> {
     }
 
     /// Returns the weight, in [0, 1], of a light that the branch along `ray` meets, after it has left
-    /// the leaf in `direction`. What a small lamp or the sun sends by a further mirror is left out:
-    /// a direction of the lobe would find it seldom, and make a lone white dot.
+    /// the leaf in `direction`. What a small lamp or the sun sends by a further mirror, or by
+    /// refraction, is left out: a direction of the lobe would find it seldom, and make a lone white
+    /// dot.
     pub fn weight(&self, direction: Vec3, ray: &Ray, hit: &LightHit) -> f32 {
         self.joined.weight_in(self.density(direction), ray, hit)
     }

@@ -27,7 +27,8 @@ use crate::{
 pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum<L> {
     let camera = Vertex::new(scene, ray.origin);
     let leg = super::Leg { at: camera, ray, density: None, aimed: None, unbroken: true };
-    Path { scene, pilot: &Pilot::NONE, rng, rays: 0, cut_off: false }.follow(leg)
+    let pilot = &super::Pilot::NONE;
+    super::Path { scene, pilot, rng, rays: 0, cut_off: false }.follow(leg)
 }
 
 /// A point of a scattering surface, to be joined with the lamps, also through thin panes. It serves
