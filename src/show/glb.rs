@@ -12,7 +12,10 @@ use serde_json::{Map, Value, json};
 use crate::{
     math::geometry::Triangle,
     scene::{captor::Channel, tiles::TilePart},
-    show::{picture::Scale, rendered::RenderedScene},
+    show::{
+        picture::{Scale, linear},
+        rendered::RenderedScene,
+    },
 };
 
 /// The quantity that the colours show.
@@ -147,18 +150,14 @@ impl Mesh {
     }
 
     fn face(&mut self, corners: [[f32; 3]; 3], value: FaceValue, range: &Scale) {
-        let [r, g, b] = value.map_or(PALE, |value| range.colour(value)).to_array().map(linear);
+        // vertex colours of glTF are linear
+        let colour = linear(value.map_or(PALE, |value| range.colour(value)));
+        let [r, g, b] = colour.to_array().map(|c| (255.0 * c).round() as u8);
         self.corners.extend(corners);
         self.colours.extend([[r, g, b, 255]; 3]);
         // -1 where no value is known, as glTF has no NaN
         self.values.extend([value.map_or(-1.0, |value| value as f32); 3]);
     }
-}
-
-/// Converts an sRGB component to a linear byte: vertex colours of glTF are linear (IEC 61966-2-1).
-fn linear(s: f32) -> u8 {
-    let linear = if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
-    (255.0 * linear).round() as u8
 }
 
 /// A file that is being built: its data, and the JSON that describes them. The constants are those

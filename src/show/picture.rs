@@ -21,7 +21,7 @@ pub use exr_file::write_exr;
 pub use glow::with_glow;
 pub use scale::Scale;
 pub(super) use scale::label;
-pub use spectral::{BandColours, Exposure};
+pub use spectral::{BandColours, Exposure, encoded, linear};
 
 /// Pixels in 8-bit sRGB, row by row from the upper left.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,8 +3,8 @@
 //!
 //! [`Viewpoint`] says what the camera sees; `radiance` follows camera rays through glass and
 //! mirrors; `gather` finds the light that diffuse surfaces send back; `normals` makes curved meshes
-//! round; `fragments` keeps the sums of each pixel apart by surface; `denoise` filters them; `dots`
-//! projects stored photons instead.
+//! round, and `gloss` leaves glossy; `fragments` keeps the sums of each pixel apart by surface;
+//! `denoise` filters them; `dots` projects stored photons instead.
 //!
 //! Random numbers belong to pixels and rays, so a picture does not depend on the number of threads.
 
@@ -12,6 +12,7 @@ mod denoise;
 mod dots;
 mod fragments;
 mod gather;
+mod gloss;
 mod normals;
 mod radiance;
 mod shared;

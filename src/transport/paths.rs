@@ -41,7 +41,7 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        light::{Light, LightHit, Strata, Toward},
+        light::{Light, LightHit, LightSample, Strata, Toward},
         material::{LobeKind, Scatterer, Transport},
         world::{Arrived, ChosenImage, FlatMirrors, Scene, SurfaceHit},
     },
@@ -191,19 +191,9 @@ impl Path<'_, '_> {
         let scene = self.scene;
         let (l, chance) = at.choose(scene, None, self.rng)?;
         let sample = scene.sample_toward::<L>(l, at.point, self.rng)?;
-        let toward = match sample.target {
-            Toward::Point { point, .. } => (point - at.point).try_normalize()?,
-            Toward::Direction(toward) => toward,
-        };
-        if at.one_sided.is_some_and(|normal| normal.dot(toward) <= 0.0) {
-            return None;
-        }
-        let origin = at.off(toward);
+        let toward = toward(at, &sample)?;
         self.rays += 1;
-        let visible: Spectrum<L> = match sample.target {
-            Toward::Point { end, .. } => scene.visibility(origin, end)?,
-            Toward::Direction(_) => scene.sky_visibility(l, &Ray { origin, direction: toward })?,
-        };
+        let visible = visibility(scene, l, at, &sample, toward)?;
         let sent = self.sent_density(l, at, toward, sample.per_watt);
         let weight = match sample.pdf {
             Some(pdf) => {
@@ -496,6 +486,33 @@ impl Path<'_, '_> {
                 aimed => Some(free / (free + aimed)),
             },
         }
+    }
+}
+
+/// Returns the direction from a point to a point of a light. `None` if no light counts from there.
+#[inline(always)]
+fn toward<L: Lanes>(at: &Vertex, sample: &LightSample<L>) -> Option<Vec3> {
+    let toward = match sample.target {
+        Toward::Point { point, .. } => (point - at.point).try_normalize()?,
+        Toward::Direction(toward) => toward,
+    };
+    at.one_sided.is_none_or(|normal| normal.dot(toward) > 0.0).then_some(toward)
+}
+
+/// Casts a shadow ray from a point to a point of a light. Returns the fraction of its light that
+/// arrives, per band; `None` if none does.
+#[inline(always)]
+fn visibility<L: Lanes>(
+    scene: &Scene,
+    light: usize,
+    at: &Vertex,
+    sample: &LightSample<L>,
+    toward: Vec3,
+) -> Option<Spectrum<L>> {
+    let origin = at.off(toward);
+    match sample.target {
+        Toward::Point { end, .. } => scene.visibility(origin, end),
+        Toward::Direction(_) => scene.sky_visibility(light, &Ray { origin, direction: toward }),
     }
 }
 

@@ -6,7 +6,9 @@ use super::task::{Made, Task, photons_and_rays};
 use crate::{
     error::Result,
     show::{
-        picture::{BandColours, Exposure, PAPER, Picture, with_glow},
+        picture::{
+            BandColours, Exposure, Legend, PAPER, Picture, Scale, encoded, linear, with_glow,
+        },
         render::{Pixels, Show},
     },
 };
@@ -20,7 +22,7 @@ impl Task<'_> {
         let light = self.light()?;
         let fragments = self.fragments(&light, Show::Radiance)?;
         let colours = self.colours();
-        let shown = self.shown(&fragments, &colours.visible())?;
+        let shown = self.shown(&fragments, &colours.visible())?.pixels();
         let pixels = fragments.pixels();
         let count = pixels.covered.len();
         let linear: Vec<Vec3> = (0..count).map(|i| colours.linear(shown.pixel(i))).collect();
@@ -47,17 +49,18 @@ impl Task<'_> {
     pub fn false_colour(&self, show: Show) -> Result<Made> {
         let light = self.light()?;
         let fragments = self.fragments(&light, show)?;
-        let (pixels, shown) = (fragments.pixels(), self.shown(&fragments, &self.band.bands)?);
-        let value = |i: usize| {
-            let values = shown.pixel(i);
-            self.band.bands.iter().map(|&b| f64::from(values[b])).sum::<f64>()
-        };
+        let shown = self.shown(&fragments, &self.band.bands)?;
+        let value =
+            |values: &[f32]| self.band.bands.iter().map(|&b| f64::from(values[b])).sum::<f64>();
         let what = match show {
             Show::Absorbed => "absorbed",
             _ => "irradiance",
         };
         let unit = self.scene.quantity.unit_names().irradiance;
-        let picture = self.in_colours(&pixels, value, what, &unit)?;
+        let scale = self.scale_of(&shown.pixels(), value);
+        let colours = shown.in_colours(PAPER, |values| linear(scale.colour(value(values))));
+        let pixels = fragments.pixels();
+        let picture = self.with_bar(pixels.width, colours, self.legend(what, &unit, scale))?;
         Ok(Made {
             picture,
             pixels: Some(pixels),
@@ -70,8 +73,13 @@ impl Task<'_> {
         let light = self.light()?;
         let fragments = self.fragments(&light, Show::Error { bands: &self.band.bands })?;
         let pixels = fragments.errors(self.sampling.threads, self.denoises())?;
-        let value = |i: usize| 100.0 * f64::from(pixels.pixel(i)[0]);
-        let picture = self.in_colours(&pixels, value, "error", "%")?;
+        let value = |values: &[f32]| 100.0 * f64::from(values[0]);
+        let scale = self.scale_of(&pixels, value);
+        let colour = |(i, covered): (usize, &f32)| {
+            PAPER.lerp(linear(scale.colour(value(pixels.pixel(i)))), *covered)
+        };
+        let colours = pixels.covered.iter().enumerate().map(colour).collect();
+        let picture = self.with_bar(pixels.width, colours, self.legend("error", "%", scale))?;
         Ok(Made {
             picture,
             pixels: Some(pixels),
@@ -79,22 +87,16 @@ impl Task<'_> {
         })
     }
 
-    /// Makes a picture of the values of pixels in false colour, with a colour bar.
-    fn in_colours(
-        &self,
-        pixels: &Pixels,
-        value: impl Fn(usize) -> f64,
-        what: &str,
-        unit: &str,
-    ) -> Result<Picture> {
-        let count = pixels.covered.len();
-        let seen = (0..count).filter(|&i| pixels.covered[i] > 0.0);
-        // the brightest 5 % of the pixels do not stretch the scale, for lamp housings are small and
-        // bright
-        let scale = self.scale(seen.map(&value).collect(), 0.95);
-        let colours = (0..count).map(|i| PAPER.lerp(scale.colour(value(i)), pixels.covered[i]));
-        let picture = Picture::new(pixels.width, colours);
-        picture.with_bar(&self.legend(what, unit, scale))
+    /// Returns the scale for the values of the pixels that show something. The brightest 5 % of
+    /// them do not stretch it, for lamp housings are small and bright.
+    fn scale_of(&self, pixels: &Pixels, value: impl Fn(&[f32]) -> f64) -> Scale {
+        let seen = (0..pixels.covered.len()).filter(|&i| pixels.covered[i] > 0.0);
+        self.scale(seen.map(|i| value(pixels.pixel(i))).collect(), 0.95)
+    }
+
+    /// Makes a picture of linear colours, with a colour bar.
+    fn with_bar(&self, width: usize, colours: Vec<Vec3>, legend: Legend) -> Result<Picture> {
+        Picture::new(width, colours.into_iter().map(encoded)).with_bar(&legend)
     }
 }
 

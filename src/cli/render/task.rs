@@ -1,7 +1,7 @@
 //! The picture to make, and what all kinds of pictures need: the bands, the camera, the light,
 //! scales and legends.
 
-use std::{sync::atomic::AtomicBool, time::Instant};
+use std::{borrow::Cow, sync::atomic::AtomicBool, time::Instant};
 
 use glam::Vec3;
 
@@ -181,13 +181,17 @@ impl<'a> Task<'a> {
         Ok(all)
     }
 
-    /// Returns the pixels that the picture shows: with noise smoothed out in the `bands` that are
-    /// seen, unless the user turns this off.
-    pub fn shown(&self, fragments: &Fragments, bands: &[usize]) -> Result<Pixels> {
-        match self.denoises() {
-            true => fragments.denoised(bands, self.sampling.threads),
-            false => Ok(fragments.pixels()),
-        }
+    /// Returns what the picture shows: with noise smoothed out in the `bands` that are seen, unless
+    /// the user turns this off.
+    pub fn shown<'f>(
+        &self,
+        fragments: &'f Fragments,
+        bands: &[usize],
+    ) -> Result<Cow<'f, Fragments>> {
+        Ok(match self.denoises() {
+            true => Cow::Owned(fragments.denoised(bands, self.sampling.threads)?),
+            false => Cow::Borrowed(fragments),
+        })
     }
 
     pub fn denoises(&self) -> bool {

@@ -116,7 +116,7 @@ impl Exposure {
         let exposed = TO_FILM * (linear.as_dvec3() * self.stops.exp2());
         let developed = DVec3::from_array(exposed.to_array().map(filmic));
         let shown = (FROM_FILM * developed).clamp(DVec3::ZERO, DVec3::ONE);
-        Vec3::from_array(shown.to_array().map(|value| encode(value as f32)))
+        encoded(shown.as_vec3())
     }
 }
 
@@ -144,7 +144,17 @@ fn filmic(value: f64) -> f64 {
     (v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14)).min(1.0)
 }
 
-/// Applies the transfer function of sRGB (IEC 61966-2-1).
+/// Returns the sRGB colour of a linear one (IEC 61966-2-1).
+pub fn encoded(linear: Vec3) -> Vec3 {
+    Vec3::from_array(linear.to_array().map(encode))
+}
+
+/// Returns the linear colour of one in sRGB (IEC 61966-2-1).
+pub fn linear(srgb: Vec3) -> Vec3 {
+    let linear = |s: f32| if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) };
+    Vec3::from_array(srgb.to_array().map(linear))
+}
+
 fn encode(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

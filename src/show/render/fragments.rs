@@ -213,17 +213,6 @@ impl Fragments {
 
     /// Returns the means over the rays of each pixel.
     pub fn pixels(&self) -> Pixels {
-        self.mixed(|fragment, band| self.found(fragment, band))
-    }
-
-    /// Returns the mean over the rays of a fragment in a band.
-    pub(super) fn found(&self, fragment: usize, band: usize) -> f32 {
-        self.sums[fragment * self.bands + band].found() / self.all[fragment].rays as f32
-    }
-
-    /// Returns the means over the fragments of each pixel, weighted by their rays; `value` gives
-    /// the value of a fragment in a band.
-    pub(super) fn mixed(&self, value: impl Fn(usize, usize) -> f32) -> Pixels {
         let bands = self.bands;
         let mut values = vec![0.0; self.pixel_count() * bands];
         let mut covered = vec![0.0; self.pixel_count()];
@@ -234,9 +223,48 @@ impl Fragments {
                 let share = self.all[fragment].rays as f32 / rays as f32;
                 mean.iter_mut()
                     .enumerate()
-                    .for_each(|(b, mean)| *mean += share * value(fragment, b));
+                    .for_each(|(b, mean)| *mean += share * self.found(fragment, b));
             }
         }
         Pixels { width: self.width, bands, values, covered }
+    }
+
+    /// Returns the mean of the colours (linear) of each pixel's rays: `colour` gives that of a
+    /// surface from its values per band, and rays that met none show `paper`.
+    pub fn in_colours(&self, paper: Vec3, colour: impl Fn(&[f32]) -> Vec3) -> Vec<Vec3> {
+        let beside_paper = |fragment: usize| {
+            let values: Vec<f32> = (0..self.bands).map(|b| self.found(fragment, b)).collect();
+            let share = self.all[fragment].rays as f32 / self.rays as f32;
+            share * (colour(&values) - paper)
+        };
+        let pixel = |pixel| paper + self.of(pixel).map(beside_paper).sum::<Vec3>();
+        (0..self.pixel_count()).map(pixel).collect()
+    }
+
+    /// Returns the mean over the rays of a fragment in a band.
+    fn found(&self, fragment: usize, band: usize) -> f32 {
+        self.sums[fragment * self.bands + band].found() / self.all[fragment].rays as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pixel of two surfaces shows the mean of their colours, not the colour of their mean, beside
+    /// the paper that the rest of its rays see.
+    #[test]
+    fn surfaces_of_a_pixel_mix_their_colours() {
+        let mut all = Fragments::new(1, 1, 4);
+        for (face, value) in [(0, 0.0), (1, 10.0)] {
+            let guide = Guide { face, through: None, material: 0, normal: Vec3::Z };
+            let found = Sums { told: value, ..Sums::default() };
+            all.add(Some(guide), std::iter::once(found));
+        }
+        all.close();
+        let red_or_blue = |values: &[f32]| if values[0] > 7.0 { Vec3::X } else { Vec3::Z };
+        let mixed = all.in_colours(Vec3::ONE, red_or_blue);
+        assert_eq!(mixed, [Vec3::new(0.75, 0.5, 0.75)]);
+        assert_eq!(all.pixels().values, [5.0]);
     }
 }

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::{
     normals::Normals,
-    radiance::{Found, Place, Way, Whitted, load, onward},
+    radiance::{FAINT, Found, Place, Way, Whitted, load, onward},
     shared::{PIXELS, Shared},
 };
 use crate::{
@@ -36,9 +36,6 @@ use crate::{
 /// Russian-roulette threshold of branches from the camera: one that carries less than this goes on
 /// by chance, and counts for more where it does.
 const SMALL: f32 = 0.005;
-/// A place of which less than this fraction is seen, as in a pane, shows the radiance estimate of
-/// the photons there, whose noise is low enough for that.
-const FAINT: f32 = 0.25;
 /// Russian-roulette threshold of the branches of gathering rays, as `SMALL` is for those from the
 /// camera.
 const SMALL_GATHERED: f32 = 0.25;
@@ -219,7 +216,7 @@ impl Whitted<'_> {
         let told = Found::told(load(told), light.error_of_alike());
         let Some(gather) = gather else { return told };
         let at = Arrived { material: &gather.white, ..at };
-        let place = Place { at, length: hit.t, share: 1.0 };
+        let place = Place { at, length: hit.t, share: 1.0, gloss: None };
         told.with(self.gathered::<L>(gather, &place, rng).map(|found| found.scaled(PI)))
     }
 
@@ -295,11 +292,16 @@ impl Whitted<'_> {
     ) -> [Spectrum<L>; 2] {
         let scene = self.light.scene;
         let at = &place.at;
-        let joined = Joined::new(scene, *at);
+        let joined = place.gloss.map_or_else(|| Joined::new(scene, *at), |gloss| gloss.joined);
+        let by_shadow_ray = |rng: &mut Stream| -> Spectrum<L> {
+            let density = |d| place.gloss.map_or(0.0, |gloss| gloss.density(d));
+            let [scattered, mirrored] = joined.radiance(density, rng);
+            scattered + mirrored.scaled(place.gloss.map_or(0.0, |gloss| gloss.fraction))
+        };
         // the first shadow ray and the gathering ray have the numbers that are spread evenly
-        let mut from_lamps: Spectrum<L> = joined.radiance(rng);
+        let mut from_lamps = by_shadow_ray(rng);
         let scatter = at.material.sample::<L>(&at.interaction, Transport::Importance, rng);
-        (1..SHADOW_RAYS).for_each(|_| from_lamps += joined.radiance(rng));
+        (1..SHADOW_RAYS).for_each(|_| from_lamps += by_shadow_ray(rng));
         let from_lamps = from_lamps.scaled(1.0 / SHADOW_RAYS as f32);
         let Some(scatter) = scatter.filter(|s| s.lobe.is_diffuse()) else {
             return [from_lamps.clone(), from_lamps.zero()];

@@ -5,7 +5,12 @@
 
 use std::ops::{AddAssign, Mul};
 
-use super::{fragments::Sums, normals::Normals, viewpoint::Viewpoint};
+use super::{
+    fragments::Sums,
+    gloss::{self, Gloss},
+    normals::Normals,
+    viewpoint::Viewpoint,
+};
 use glam::Vec3;
 
 use crate::{
@@ -24,6 +29,10 @@ use crate::{
 
 /// The number of smooth surfaces along a branch after which it is no longer followed.
 const MOST_SURFACES: u32 = 100;
+/// A place of which less than this fraction is seen, as in a pane, shows the radiance estimate of
+/// the photons there, whose noise is low enough for that.
+pub(super) const FAINT: f32 = 0.25;
+
 /// Follows camera rays through a scene.
 pub(super) struct Whitted<'a> {
     pub light: &'a SurfaceLight<'a>,
@@ -113,6 +122,9 @@ pub(super) struct Way<L> {
     pub straight: bool,
     /// Whether the branch has been mirrored by a surface that also scatters, as by a leaf's cuticle.
     on_gloss: bool,
+    /// The number of the leaf with gloss that mirrored the branch last, and the direction in which
+    /// the branch left it.
+    gloss: Option<(usize, Vec3)>,
     /// Threshold of Russian roulette: a branch that carries less goes on by chance, and then
     /// carries this much.
     small: f32,
@@ -129,6 +141,7 @@ impl<L: Lanes> Way<L> {
             from_eye,
             straight: true,
             on_gloss: false,
+            gloss: None,
             small,
         }
     }
@@ -141,6 +154,8 @@ pub(super) struct Place<'a> {
     pub length: f32,
     /// The fraction of the place's radiance that is seen: the largest over the bands.
     pub share: f32,
+    /// The gloss of the place, if it is that of a leaf.
+    pub gloss: Option<&'a Gloss<'a>>,
 }
 
 impl<'a> Whitted<'a> {
@@ -168,9 +183,11 @@ impl<'a> Whitted<'a> {
         let zero = || start.throughput.zero();
         let mut sum = Found { told: zero(), deviation: zero(), lamps: zero(), surfaces: zero() };
         let mut ways = vec![start];
+        // the leaves with gloss on the way
+        let mut leaves: Vec<Gloss> = Vec::new();
         while let Some(way) = ways.pop() {
-            let Way { ray, ref throughput, surfaces, length, from_eye, straight, on_gloss, small } =
-                way;
+            let Way { ray, ref throughput, surfaces, length, from_eye, straight, .. } = way;
+            let Way { on_gloss, gloss, small, .. } = way;
             let hit = if from_eye && straight {
                 self.viewpoint.closest(&ray)
             } else {
@@ -181,10 +198,17 @@ impl<'a> Whitted<'a> {
             scene.lights_met(&ray, t_max, |hit| {
                 let met = scene.lights[hit.light].radiance::<L>(&ray, hit.on.as_ref());
                 let met = met.scaled(share(&way, &hit)) * throughput;
-                // a lamp mirrored by a leaf is met by some of the rays of a pixel, and the filter
-                // evens it; the sun is so bright that it stays in its place
-                let glint = from_eye && on_gloss && scene.lights[hit.light].entrance().is_none();
-                *(if glint { &mut sum.lamps } else { &mut sum.told }) += met;
+                match gloss {
+                    Some((gloss, direction)) => {
+                        sum.lamps += met.scaled(leaves[gloss].weight(direction, &ray, &hit));
+                    }
+                    // a lamp mirrored by a leaf is met by some of the rays of a pixel, and the
+                    // filter evens it; the sun is so bright that it stays in its place
+                    None if on_gloss && scene.lights[hit.light].entrance().is_none() => {
+                        sum.lamps += met;
+                    }
+                    None => sum.told += met,
+                }
             });
             let Some(hit) = hit else { continue };
             let at = if from_eye {
@@ -193,9 +217,19 @@ impl<'a> Whitted<'a> {
                 scene.arrived(hit, ray.direction)
             };
             let length = length + hit.t;
+            let share = throughput.largest();
+            let rough = from_eye && self.normals.is_some() && share >= FAINT;
+            let before = leaves.len();
+            leaves.extend(rough.then(|| Gloss::of(scene, &at)).flatten());
+            let glossy = leaves.get(before);
             if at.material.is_diffuse() {
-                let place = Place { at, length, share: throughput.largest() };
-                sum += seen(&place, rng) * throughput;
+                let place = Place { at, length, share, gloss: glossy };
+                let found = seen(&place, rng) * throughput;
+                match gloss {
+                    // each ray has its own direction, so its noise is its own
+                    Some(_) => sum.surfaces += found.told + found.lamps + found.surfaces,
+                    None => sum += found,
+                }
             }
             if surfaces == MOST_SURFACES {
                 continue;
@@ -203,11 +237,14 @@ impl<'a> Whitted<'a> {
             let smooth = at.material.smooth_ways::<L>(&at.interaction, Transport::Importance);
             for scatter in smooth.into_iter().flatten() {
                 let throughput = scatter.weight * throughput;
+                let small = if glossy.is_some() { gloss::SMALL } else { small };
                 let chance = (throughput.largest() / small).min(1.0);
                 if chance == 0.0 || (chance < 1.0 && rng.uniform() >= chance) {
                     continue;
                 }
-                let onward = onward(&at, scatter.lobe, scatter.direction);
+                let direction = glossy.map_or(scatter.direction, |gloss| gloss.direction(rng));
+                let onward = onward(&at, scatter.lobe, direction);
+                let glossy = glossy.map(|_| (before, onward.direction));
                 ways.push(Way {
                     ray: match scatter.lobe {
                         LobeKind::Straight => scene.unfolded(&ray, &hit, onward),
@@ -217,7 +254,8 @@ impl<'a> Whitted<'a> {
                     surfaces: surfaces + 1,
                     length,
                     from_eye,
-                    on_gloss: on_gloss || at.material.is_diffuse(),
+                    on_gloss: from_eye && (on_gloss || at.material.is_diffuse()),
+                    gloss: glossy.or(gloss),
                     straight: straight && scatter.lobe == LobeKind::Straight,
                     small,
                 });
