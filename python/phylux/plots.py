@@ -149,12 +149,13 @@ _NUMBERED = 12
 
 
 def _contours(ax: Any, x: Any, y: Any, values: Any, options: dict[str, Any]) -> tuple[Any, Any]:
-    """Fills the plane with colours from 0, and draws contours with a number on each where there is room; returns the colours
+    """Fills the plane with colours, from 0 unless the least value is more than half of the greatest, and draws contours with a number on each where there is room; returns the colours
     and the numbers of their bar."""
     from matplotlib.ticker import MaxNLocator
 
     x, y, values = _smooth(*_to_cells(x, y, values))
-    top = MaxNLocator(8).tick_values(min(0.0, values.min()), max(values.max(), 1e-30))
+    least, most = values.min(), max(values.max(), 1e-30)
+    top = MaxNLocator(8).tick_values(least if 0.5 * most < least < most else min(0.0, least), most)
     usual = {"levels": np.linspace(top[0], top[-1], 65)}
     drawn = ax.tricontourf(x, y, values, **{**usual, **options})
     drawn.set_edgecolor("face")
