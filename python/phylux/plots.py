@@ -725,8 +725,12 @@ def _numbers(result: Result | Values, quantity: str, face: str) -> tuple[Any, An
 
 def _label(result: Result, column: int, quantity: str = "irradiance") -> str:
     unit = _unit(result, column)["irradiance" if quantity == "irradiance" else "flux"]
-    name = "PPFD" if quantity == "irradiance" and _is_par(result, column) else quantity
-    return _with_unit(f"{name}, {result.bands[column]}", unit)
+    par = quantity == "irradiance" and _is_par(result, column)
+    own = result.head["bands"][column]
+    whole = "sum_of" in own or (own.get("from_nm", 0) <= 401 and own.get("to_nm", np.inf) >= 699)
+    # a band is named if there are others, and PPFD does not say which it is
+    of = "" if len(result.bands) == 1 or (par and whole) else f", {result.bands[column]}"
+    return _with_unit(f"{'PPFD' if par else quantity}{of}", unit)
 
 
 def _unit(result: Result, column: int) -> dict[str, str]:

@@ -6,7 +6,7 @@ use super::task::{Made, Task, photons_and_rays};
 use crate::{
     error::Result,
     show::{
-        picture::{BandColours, Exposure, PAPER, Picture, with_glow},
+        picture::{BandColours, Exposure, Legend, PAPER, Picture, with_glow},
         render::{Pixels, Show},
     },
 };
@@ -88,13 +88,14 @@ impl Task<'_> {
         unit: &str,
     ) -> Result<Picture> {
         let count = pixels.covered.len();
-        let seen = (0..count).filter(|&i| pixels.covered[i] > 0.0);
+        let seen = || (0..count).filter(|&i| pixels.covered[i] > 0.0);
         // the brightest 5 % of the pixels do not stretch the scale, for lamp housings are small and
         // bright
-        let scale = self.scale(seen.map(&value).collect(), 0.95);
+        let scale = self.scale(seen().map(&value).collect(), 0.95);
         let colours = (0..count).map(|i| PAPER.lerp(scale.colour(value(i)), pixels.covered[i]));
         let picture = Picture::new(pixels.width, colours);
-        picture.with_bar(&self.legend(what, unit, scale))
+        let beyond = seen().any(|i| value(i) > scale.high);
+        picture.with_bar(&Legend { beyond, ..self.legend(what, unit, scale) })
     }
 }
 
