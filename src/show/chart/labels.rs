@@ -14,8 +14,8 @@ const ASIDE: i32 = px(7);
 const ABOVE: i32 = px(11);
 const FAR_ABOVE: i32 = px(18);
 /// What it costs a name to stand above or below a point and not at an end, level with it, or farther
-/// away, and to be as near to another series; one that is moved up or down from an end costs as far as
-/// it is moved.
+/// away, and to be as near to another series; one that is moved up or down from an end costs twice as
+/// far as it is moved.
 const ON_LINE: i32 = px(20);
 const LEVEL: i32 = px(25);
 const FAR: i32 = px(35);
@@ -125,7 +125,7 @@ fn places(
             ends.into_iter().flat_map(beside).collect()
         }
         _ => {
-            let moved = |step: i32| ((x + ASIDE + half, y + step * px(5)), step.abs() * px(5));
+            let moved = |step: i32| ((x + ASIDE + half, y + step * px(5)), 2 * step.abs() * px(5));
             let beside = |&(x, y): &Place| {
                 [
                     ((x, y - ABOVE), ON_LINE),
@@ -138,7 +138,7 @@ fn places(
             };
             let every = points.len().div_ceil(POINTS);
             let on_line = points.iter().rev().step_by(every).flat_map(beside);
-            (-12..=12).map(moved).chain(on_line).collect()
+            (-8..=8).map(moved).chain(on_line).collect()
         }
     }
 }
