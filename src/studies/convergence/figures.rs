@@ -60,7 +60,8 @@ impl ConvergenceStudy {
     fn starting(&self, estimator: &str) -> f64 {
         let rungs: Vec<&Rung> = self.rungs_of(estimator).take(2).collect();
         let [one, two] = rungs[..] else { return 0.0 };
-        let each = (two.cpu_seconds - one.cpu_seconds) / (two.photons - one.photons).max(1) as f64;
+        let each = (two.cpu_seconds - one.cpu_seconds)
+            / two.photons.saturating_sub(one.photons).max(1) as f64;
         (one.cpu_seconds - each * one.photons as f64).clamp(0.0, one.cpu_seconds)
     }
 
