@@ -45,7 +45,7 @@ fn drawn(
     let first = |pixels: phylux::show::Pixels| {
         (0..WIDTH * HEIGHT).map(|i| pixels.pixel(i)[0]).collect::<Vec<f32>>()
     };
-    Drawn { plain: first(found.pixels()), even: first(even) }
+    Drawn { plain: first(found.pixels()), even: first(even.pixels()) }
 }
 
 /// Returns the pixels at most `reach` from a pixel, which must be at least as far from the

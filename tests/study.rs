@@ -187,12 +187,17 @@ fn the_command_draws_and_says() {
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
     }
     let error = std::fs::read_to_string(charts.join("error.svg")).expect("a picture");
-    for words in ["CPU time, s", "relative RMS error of irradiance", "slope −1/2", "5 nearest"] {
+    for words in [
+        "CPU time without starting, s",
+        "relative RMS error of irradiance",
+        "slope −1/2",
+        "5 nearest",
+    ] {
         assert!(error.contains(words), "{words}");
     }
-    // spread and bias differ by their lines and marks, which the legend shows in grey
+    // spread and bias of each estimator are in a panel of its own
     let bias = std::fs::read_to_string(charts.join("bias.svg")).expect("a picture");
-    for words in ["spread", "bias, where noise is not all of it"] {
+    for words in ["spread", "bias, where noise is not all of it", "paths", "20 nearest photons"] {
         assert!(bias.contains(words), "{words}");
     }
     // the same as pixels of a column's width, in place of the others, without another run

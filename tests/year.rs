@@ -546,7 +546,7 @@ fn months_are_columns_from_0() {
         phylux(&scene.path(""), &["year", "scene.json", "-o", "y", "--photons", "20000", "--csv"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let svg = std::fs::read_to_string(scene.path("y/dli.svg")).expect("a chart");
-    assert!(["Jun", "Jul", "month, with the range of its days"].iter().all(|t| svg.contains(t)));
+    assert!(["Jun", "Jul", "month", "least to greatest day"].iter().all(|t| svg.contains(t)));
     let blue = svg.split("<rect").filter(|text| text.contains("fill=\"#2687BE\""));
     let heights: Vec<f64> = blue
         .map(|text| {
@@ -602,7 +602,7 @@ fn light_of_lamps_stands_on_daylight() {
     assert!(lamps.len() == 3 && (lamps[0] / lamps[1] - 1.0).abs() < 0.1, "{lamps:?}");
     assert!(sky.len() >= 2 && sky[0] > 30.0, "{sky:?}");
     assert!(
-        ["daylight", "lamps", "daily light integral, PAR, up"].iter().all(|t| drawn.contains(t))
+        ["daylight", "lamps", "daily light integral of PAR, up"].iter().all(|t| drawn.contains(t))
     );
     // a damaged table has its sentence, and a folder without it is drawn as before
     std::fs::write(scene.path("y/daylight.csv"), "captor,day,band,daylight\nup,d,PAR,x\n")

@@ -36,11 +36,13 @@ def main(photons=1e6):
     mean, even = ppfd.mean(axis=1), ppfd.min(axis=1) / ppfd.mean(axis=1)
     with px.plots.style(3.5):
         fig, ax = plt.subplots(layout="constrained")
-        ax.fill_between(HEIGHTS, ppfd.min(axis=1), ppfd.max(axis=1), alpha=0.2, linewidth=0, label="all sensors")
-        ax.plot(HEIGHTS, mean, "o-", label="mean")
-        ax.plot(HEIGHTS, ppfd.min(axis=1), "s-", color="C1", label="least")
-        ax.set(xlabel="lamp height, m", ylabel="PPFD, µmol/m²/s", xlim=(0, 1.3), ylim=(0, None))
-        ax.legend()
+        least, most = ppfd.min(axis=1), ppfd.max(axis=1)
+        ax.fill_between(HEIGHTS, least, most, alpha=0.2, linewidth=0)
+        for values, style, name in ((mean, "o-C0", "mean"), (least, "s-C1", "least sensor")):
+            ax.plot(HEIGHTS, values, style)
+            ax.annotate(name, (HEIGHTS[-1], values[-1]), (6, 0), textcoords="offset points", va="center", color=style[-2:])
+        ax.annotate("range of sensors", (HEIGHTS[2], most[2]), (5, 4), textcoords="offset points", color="C0")
+        ax.set(xlabel="lamp height, m", ylabel="PPFD, µmol/m²/s", xlim=(0, 1.6), xticks=np.arange(0, 1.3, 0.2), ylim=(0, 350))
         fig.savefig("lamp_height.png")
     return mean, even
 

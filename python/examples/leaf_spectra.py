@@ -48,9 +48,13 @@ def main(photons=1e6):
             r = canopy(chlorophyll).run(photons=photons, k=0, seed=1)
             leaves = np.array([i.startswith("layer") for i in r.ids])
             shares[name] = np.array(r.absorbed)[leaves].sum(axis=0) / np.array(r.energy["emitted"])
-            ax.stairs(shares[name], EDGES, baseline=None, color=colour, linewidth=1.2, label=f"{name}, {chlorophyll} µg/cm²")
-        ax.set(xlabel="wavelength, nm", ylabel="share that leaves absorb", xlim=(400, 750), ylim=(0, 1))
-        ax.legend(loc="lower left", title="chlorophyll", title_fontsize=8)
+            ax.stairs(shares[name], EDGES, baseline=None, color=colour, linewidth=1.2)
+            # names stand where lines are apart: above the first, and below the others
+            above = name == "dark"
+            ax.annotate(f"{name}, {chlorophyll}", (563, 0.695 if above else shares[name][5]), (0, 0 if above else -3),
+                        textcoords="offset points", ha="center", va="bottom" if above else "top", color=colour)
+        ax.set_title("leaves and their chlorophyll, µg/cm²")
+        ax.set(xlabel="wavelength, nm", ylabel="share of light that leaves absorb", xlim=(400, 750), ylim=(0, 0.8))
         fig.savefig("leaf_spectra.png")
     return shares
 

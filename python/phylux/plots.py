@@ -149,12 +149,13 @@ _NUMBERED = 12
 
 
 def _contours(ax: Any, x: Any, y: Any, values: Any, options: dict[str, Any]) -> tuple[Any, Any]:
-    """Fills the plane with colours from 0, and draws contours with a number on each where there is room; returns the colours
+    """Fills the plane with colours, from 0 unless the least value is more than half of the greatest, and draws contours with a number on each where there is room; returns the colours
     and the numbers of their bar."""
     from matplotlib.ticker import MaxNLocator
 
     x, y, values = _smooth(*_to_cells(x, y, values))
-    top = MaxNLocator(8).tick_values(min(0.0, values.min()), max(values.max(), 1e-30))
+    least, most = values.min(), max(values.max(), 1e-30)
+    top = MaxNLocator(8).tick_values(least if 0.5 * most < least < most else min(0.0, least), most)
     usual = {"levels": np.linspace(top[0], top[-1], 65)}
     drawn = ax.tricontourf(x, y, values, **{**usual, **options})
     drawn.set_edgecolor("face")
@@ -724,8 +725,12 @@ def _numbers(result: Result | Values, quantity: str, face: str) -> tuple[Any, An
 
 def _label(result: Result, column: int, quantity: str = "irradiance") -> str:
     unit = _unit(result, column)["irradiance" if quantity == "irradiance" else "flux"]
-    name = "PPFD" if quantity == "irradiance" and _is_par(result, column) else quantity
-    return _with_unit(f"{name}, {result.bands[column]}", unit)
+    par = quantity == "irradiance" and _is_par(result, column)
+    own = result.head["bands"][column]
+    whole = "sum_of" in own or (own.get("from_nm", 0) <= 401 and own.get("to_nm", np.inf) >= 699)
+    # a band is named if there are others, and PPFD does not say which it is
+    of = "" if len(result.bands) == 1 or (par and whole) else f", {result.bands[column]}"
+    return _with_unit(f"{'PPFD' if par else quantity}{of}", unit)
 
 
 def _unit(result: Result, column: int) -> dict[str, str]:

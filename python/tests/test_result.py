@@ -218,7 +218,7 @@ def test_a_map_has_contours_and_says_ppfd():
     rows = scene.run(photons=100_000)
     ax = rows.plot("map")
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title(loc="left")) == ("x, m", "y, m", "z = 0.5 m")
-    assert ax.figure.axes[-1].get_ylabel() == "PPFD, PAR, µmol/m²/s"
+    assert ax.figure.axes[-1].get_ylabel() == "PPFD, µmol/m²/s"
     # colours and lines, where every line lies in the cells whose middles the sensors are
     colours, lines = ax.collections[:2]
     assert len(colours.get_paths()) > 20 and any(len(path) for path in lines.get_paths())

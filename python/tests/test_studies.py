@@ -299,7 +299,7 @@ def test_sums_have_units_of_their_own():
         result = scene.run(photons=20_000)
     # the first sum of the scene, not the first by the alphabet
     assert [result.plot("rank").get_ylabel(), result.plot("rank", band="bright").get_ylabel()] == [
-        "PPFD, PAR, µmol/m²/s",
+        "PPFD, µmol/m²/s",
         "irradiance, bright, lx",
     ]
     pytest.importorskip("xarray")

@@ -18,7 +18,7 @@ mod stand;
 pub mod validate;
 mod warnings;
 
-pub(crate) use found::band_results;
+pub(crate) use found::{band_results, light_name};
 pub(crate) use spread::Spread;
 
 use std::borrow::Cow;

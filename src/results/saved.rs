@@ -6,7 +6,8 @@ use serde::Deserialize;
 use crate::{
     math::stats::is_possible,
     results::result::{
-        Absorbed, ByLight, CaptorResult, Electricity, FaceResult, GroupResult, Ratios, Uniformity,
+        Absorbed, BandResult, ByLight, CaptorResult, Electricity, FaceResult, GroupResult, Ratios,
+        Uniformity,
         validate::{are_errors, are_values},
     },
 };
@@ -29,7 +30,7 @@ pub struct ResultsFile {
     /// Names of the units.
     pub(crate) unit: Unit,
     /// Bands and sums over bands.
-    pub(crate) bands: Vec<Band>,
+    pub(crate) bands: Vec<BandResult>,
     /// Ratios of sums over bands.
     #[serde(default)]
     pub(crate) ratios: Vec<Named>,
@@ -102,14 +103,6 @@ pub(crate) struct Unit {
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct Named {
     pub name: String,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-pub(crate) struct Band {
-    pub name: String,
-    /// Units of a sum that is not in those of the bands.
-    #[serde(default)]
-    pub unit: Option<Unit>,
 }
 
 /// The energy balance, per band; for paths only the power is known.

@@ -1,9 +1,11 @@
 //! Charts: draws rows of numbers as lines, dots and bars on logarithmic or linear axes, as SVG
 //! (plotters) in the sizes of printed columns.
 //!
-//! `paper` has sizes and letters, `axes` the axes of all plots, `series` how rows look.
+//! `paper` has sizes and letters, `axes` the axes of all plots, `series` how rows look, `labels`
+//! where their names stand.
 
 pub(super) mod axes;
+mod labels;
 pub(super) mod paper;
 mod series;
 
@@ -12,12 +14,16 @@ use std::ops::Range;
 use plotters::{
     element::{Rectangle, Text},
     prelude::Color,
-    style::WHITE,
+    style::{
+        WHITE,
+        text_anchor::{HPos, VPos},
+    },
 };
 
 use axes::{Axis, BELOW, Frame};
+use labels::{Label, labels, room_beyond};
 pub use paper::Width;
-use paper::{Area, Failure, LARGE, Place, drawn, font, length, length_of, px};
+use paper::{Area, Failure, LARGE, Place, SMALL, drawn, font, length, length_of, px, small};
 use series::NAME;
 pub use series::{Series, Stroke};
 
@@ -28,6 +34,11 @@ const TOP: i32 = px(34);
 const ROW: i32 = px(15);
 const MOST_INSIDE: usize = 8;
 const ROWS: i32 = 2;
+/// The least width and the height of a panel, and the room above panels.
+const PANEL: (i32, i32) = (px(150), px(190));
+const ABOVE_PANELS: i32 = px(50);
+/// Names beside lines take at most such a part of a chart's width.
+const BESIDE: f64 = 0.36;
 
 /// A chart.
 #[derive(Clone, Debug, Default)]
@@ -53,6 +64,8 @@ pub struct Chart {
     pub x_counts: bool,
     /// The series, in the order in which they are drawn, but areas below all others.
     pub series: Vec<Series>,
+    /// Panels side by side with the same axes, in place of one chart: their titles and series.
+    pub panels: Vec<(String, Vec<Series>)>,
     /// Horizontal lines: their meaning and their y. One that is more than a decade away from all
     /// else on a logarithmic axis is not drawn; the legend has its value.
     pub levels: Vec<(String, f64)>,
@@ -63,8 +76,10 @@ struct Layout {
     /// The series, with those of the levels.
     series: Vec<Series>,
     frame: Frame,
-    /// Places of the entries of the legend, in the order of the series that have names.
-    entries: Vec<Place>,
+    /// The names that stand beside their series.
+    labels: Vec<Option<Label>>,
+    /// Places of the entries of the legend, with the series.
+    entries: Vec<(usize, Place)>,
     /// Corners of the ground of a legend that is inside the axes.
     ground: Option<[Place; 2]>,
 }
@@ -80,38 +95,113 @@ impl Chart {
     /// many rows above the axes.
     pub(super) fn size(&self, width: Width) -> (i32, i32) {
         let (across, down) = (width.units(), width.height());
-        let top = self.layout(across, down).map_or(0, |layout| layout.frame.top);
+        if !self.panels.is_empty() {
+            let rows = self.panels.len().div_ceil(self.columns(across)) as i32;
+            return (across, ABOVE_PANELS + rows * PANEL.1);
+        }
+        let axes = self.axes();
+        let top = axes.map_or(0, |axes| self.layout(axes, across, down).frame.top);
         (across, down + (top - TOP - ROWS * ROW).max(0))
     }
 
     /// Draws the chart on an area.
     pub(super) fn draw(&self, area: &Area) -> Result<(), Failure> {
+        match (self.axes(), self.panels.is_empty()) {
+            (None, _) => {
+                let note = format!("{}: nothing to draw", self.title);
+                Ok(area.draw(&Text::new(note, (px(40), px(40)), font(LARGE)))?)
+            }
+            (Some(axes), true) => self.draw_on(area, axes, LARGE),
+            (Some(axes), false) => self.draw_panels(area, axes),
+        }
+    }
+
+    /// Returns how many panels are side by side in a chart of this width.
+    fn columns(&self, width: i32) -> usize {
+        self.panels.len().min((width / PANEL.0).clamp(1, 3) as usize)
+    }
+
+    /// Draws the panels in rows, with their legend above them. Numbers stand at each, and labels
+    /// where no panel is between them and the edge.
+    fn draw_panels(&self, area: &Area, axes: [Axis; 2]) -> Result<(), Failure> {
+        let (above, below) = area.split_vertically(ABOVE_PANELS);
+        above.draw(&Text::new(self.title.as_str(), (px(8), px(10)), font(LARGE)))?;
+        let mut meanings: Vec<Series> = Vec::new();
+        for series in self.panels.iter().flat_map(|(_, series)| series) {
+            if series.name.is_some() && meanings.iter().all(|other| other.name != series.name) {
+                meanings.push(Series { points: Vec::new(), ..series.clone() });
+            }
+        }
+        let levels = self.levels.iter().map(|(name, _)| Series {
+            name: Some(name.clone()),
+            colour: Series::GREY,
+            stroke: Stroke::Level,
+            points: Vec::new(),
+        });
+        meanings.extend(levels);
+        let named: Vec<&Series> = meanings.iter().collect();
+        let ends = (px(8), area.dim_in_pixel().0 as i32);
+        for (series, place) in named.iter().zip(rows_above(ends, &named)) {
+            series.draw_entry(&above, place, 0)?;
+        }
+        let columns = self.columns(ends.1);
+        let parts = below.split_evenly((self.panels.len().div_ceil(columns), columns));
+        for (i, ((title, series), part)) in self.panels.iter().zip(&parts).enumerate() {
+            let bare = |series: &Series| Series { name: None, ..series.clone() };
+            let mut panel = Self {
+                title: title.clone(),
+                series: series.iter().map(bare).collect(),
+                panels: Vec::new(),
+                levels: self.levels.iter().map(|(_, y)| (String::new(), *y)).collect(),
+                ..self.clone()
+            };
+            let [mut x, mut y] = axes.clone();
+            if i + columns < self.panels.len() {
+                x = x.unlabelled();
+            }
+            if i % columns > 0 {
+                y = y.unlabelled();
+            }
+            let far = |(_, level): &(String, f64)| !axes[1].ends().contains(level);
+            panel.levels.retain(|level| !far(level));
+            panel.draw_on(part, [x, y], SMALL)?;
+        }
+        Ok(())
+    }
+
+    /// Draws the chart with a title of letters of this size.
+    fn draw_on(&self, area: &Area, axes: [Axis; 2], size: i32) -> Result<(), Failure> {
         let (width, height) = area.dim_in_pixel();
-        let Some(layout) = self.layout(width as i32, height as i32) else {
-            let note = format!("{}: nothing to draw", self.title);
-            return Ok(area.draw(&Text::new(note, (px(40), px(40)), font(LARGE)))?);
-        };
-        let Layout { series: all, frame, entries, ground } = layout;
+        let Layout { series: all, frame, labels, entries, ground } =
+            self.layout(axes, width as i32, height as i32);
         let below = self.lines_below(&all, &frame);
         let mut order: Vec<(&Series, i32)> = all.iter().zip(below.iter().copied()).collect();
         order.sort_by_key(|(series, _)| series.stroke != Stroke::Band);
-        let named = all.iter().zip(&below).filter(|(series, _)| series.name.is_some());
 
         // a long title begins left of the axis
-        let end = width as i32 - px(6) - length_of(&self.title, LARGE);
+        let end = width as i32 - px(6) - length_of(&self.title, size);
         let from = frame.left.min(end).max(px(8));
-        area.draw(&Text::new(self.title.as_str(), (from, px(10)), font(LARGE)))?;
+        area.draw(&Text::new(self.title.as_str(), (from, px(10)), font(size)))?;
         frame.draw(area, true)?;
         if let Some(corners) = ground {
             area.draw(&Rectangle::new(corners, WHITE.filled()))?;
         }
+        for ((x, y), half) in labels.iter().flatten() {
+            // no line of the grid runs through a name
+            let ground = [(x - half, y - px(5)), (x + half, y + px(5))];
+            area.draw(&Rectangle::new(ground, WHITE.filled()))?;
+        }
         let draw =
             |(series, below): &(&Series, i32)| series.draw(area, &frame, *below, |p| self.shows(p));
         order.iter().try_for_each(draw)?;
-        let entry = |((series, below), place): ((&Series, &i32), Place)| {
-            series.draw_entry(area, place, *below)
-        };
-        named.zip(entries).try_for_each(entry)
+        for (series, label) in all.iter().zip(labels) {
+            let Some((at, _)) = label else { continue };
+            let name = series.name.clone().unwrap_or_default();
+            let ink = series.ink();
+            let style = small(HPos::Center, VPos::Center).color(&ink);
+            area.draw(&Text::new(name, at, style))?;
+        }
+        entries.into_iter().try_for_each(|(i, place)| all[i].draw_entry(area, place, below[i]))
     }
 
     /// Returns for each series how many of those that are drawn after it lie on a part of its line,
@@ -141,23 +231,23 @@ impl Chart {
         (0..all.len()).map(|i| count(i).min(4) as i32).collect()
     }
 
-    /// Lays the chart out on an area of this size; `None` if there is nothing that axes can show.
-    fn layout(&self, width: i32, height: i32) -> Option<Layout> {
-        let [x, y] = self.axes()?;
+    /// Lays the chart out on an area of this size.
+    fn layout(&self, [x, y]: [Axis; 2], width: i32, height: i32) -> Layout {
         let bottom = height - BELOW;
-        let frame = |top: i32| {
+        let frame = |top: i32, beyond: i32| {
             let left = y.room_beside(bottom - top);
-            let right = width - x.room_beyond(width - left);
+            let right = width - x.room_beyond(width - left).max(beyond);
             Frame { left, top, right, bottom, x: x.clone(), y: y.clone() }
         };
+        let shows = |p: &(f64, f64)| self.shows(p);
         let y_ends = y.ends();
         let mut series = self.series.clone();
         series.extend(self.levels.iter().map(|(name, y)| match y_ends.contains(y) {
             true => Series {
-                name: Some(name.clone()),
+                name: (!name.is_empty()).then(|| name.clone()),
                 colour: Series::GREY,
                 stroke: Stroke::Level,
-                points: frame(TOP).ends_across().map(|x| (x, *y)).to_vec(),
+                points: frame(TOP, 0).ends_across().map(|x| (x, *y)).to_vec(),
             },
             false => Series {
                 name: Some(format!("{name}: {}", two_digits(*y))),
@@ -166,32 +256,50 @@ impl Chart {
                 points: Vec::new(),
             },
         }));
-        let named: Vec<&Series> = series.iter().filter(|series| series.name.is_some()).collect();
 
-        // the legend stands where nothing is drawn, or else between the title and the axes
-        let inside = frame(TOP);
-        let taken = series.iter().flat_map(|series| series.covered(&inside, |p| self.shows(p)));
-        let (frame, entries, ground) =
-            match room_inside(&inside, &named, &taken.collect::<Vec<_>>()) {
-                Some((x, y)) => {
-                    let entry = |i: usize| (x, y + ROW * i as i32);
-                    let end = |i: i32| y - ROW / 2 + ROW * i;
-                    let right = (x + legend_width(&named)).min(inside.right);
-                    let ground = [(x - px(4), end(0)), (right, end(named.len() as i32))];
-                    let entries: Vec<Place> = (0..named.len()).map(entry).collect();
-                    (inside, entries, (!named.is_empty()).then_some(ground))
-                }
-                None => {
-                    let entries = rows_above(&inside, &named);
-                    (frame(entries.last().map_or(TOP, |(_, y)| y + px(12))), entries, None)
-                }
-            };
-        Some(Layout { series, frame, entries, ground })
+        // names stand beside their series, with room for those at the ends of lines
+        let beyond = room_beyond(&frame(TOP, 0), &series, shows);
+        let beyond = if f64::from(beyond) < BESIDE * f64::from(width) { beyond + px(8) } else { 0 };
+        let direct = labels(&frame(TOP, beyond), width, &series, shows);
+        let direct = direct.map(|labels| (frame(TOP, beyond), labels));
+        let none = || (frame(TOP, 0), vec![None; series.len()]);
+
+        // the other names are in a legend, which stands where nothing is drawn, or else with all names
+        // between the title and the axes
+        let listed = |labels: &[Option<Label>]| -> Vec<usize> {
+            let is_listed = |i: &usize| series[*i].name.is_some() && labels[*i].is_none();
+            (0..series.len()).filter(is_listed).collect()
+        };
+        let named = |listed: &[usize]| listed.iter().map(|i| &series[*i]).collect::<Vec<_>>();
+        for (inside, labels) in direct.into_iter().chain([none()]) {
+            let listed = listed(&labels);
+            let named = named(&listed);
+            let mut taken: Vec<Place> =
+                series.iter().flat_map(|series| series.covered(&inside, shows)).collect();
+            for ((x, y), half) in labels.iter().flatten() {
+                taken.extend((x - half..x + half).step_by(px(4) as usize).map(|x| (x, *y)));
+            }
+            let Some((x, y)) = room_inside(&inside, &named, &taken) else { continue };
+            let end = |i: i32| y - ROW / 2 + ROW * i;
+            let right = (x + legend_width(&named)).min(inside.right);
+            let ground = [(x - px(4), end(0)), (right, end(named.len() as i32))];
+            let ground = (!named.is_empty()).then_some(ground);
+            let entries = listed.into_iter().enumerate().map(|(i, s)| (s, (x, y + ROW * i as i32)));
+            let entries = entries.collect();
+            return Layout { series, frame: inside, labels, entries, ground };
+        }
+        let (inside, labels) = none();
+        let listed = listed(&labels);
+        let places = rows_above((inside.left, inside.right), &named(&listed));
+        let frame = frame(places.last().map_or(TOP, |(_, y)| y + px(12)), 0);
+        let entries = listed.into_iter().zip(places).collect();
+        Layout { series, frame, labels, entries, ground: None }
     }
 
     /// Returns the two axes; `None` if there is nothing that they can show.
     fn axes(&self) -> Option<[Axis; 2]> {
-        let runs = || self.series.iter().flat_map(|series| series.runs(|p| self.shows(p)));
+        let all = || self.panels.iter().flat_map(|(_, series)| series).chain(&self.series);
+        let runs = || all().flat_map(|series| series.runs(|p| self.shows(p)));
         let x = span(runs().flatten().map(|p| p.0))?;
         let y = span(runs().flatten().map(|p| p.1))?;
         // a level that is far away would leave much of the chart empty
@@ -273,13 +381,13 @@ fn legend_width(named: &[&Series]) -> i32 {
     NAME + longest * 27 / 25 + px(4)
 }
 
-/// Returns the places of the entries of a legend above a frame, in rows.
-fn rows_above(frame: &Frame, named: &[&Series]) -> Vec<Place> {
-    let (mut x, mut y) = (frame.left, TOP);
+/// Returns the places of the entries of a legend above axes between these ends, in rows.
+fn rows_above((left, right): (i32, i32), named: &[&Series]) -> Vec<Place> {
+    let (mut x, mut y) = (left, TOP);
     let place = |series: &&Series| {
         let own = NAME + length(series.name.as_deref().unwrap_or_default()) * 27 / 25;
-        if x > frame.left && x + own > frame.right {
-            (x, y) = (frame.left, y + ROW);
+        if x > left && x + own > right {
+            (x, y) = (left, y + ROW);
         }
         let place = (x, y);
         x += own + px(14);
@@ -427,8 +535,11 @@ mod tests {
     fn legends_have_marks() {
         let two = |stroke, colour| {
             let points = [(1.0, 1.0), (2.0, 1.0)];
-            let pair = vec![series("a", 0, stroke, &points), series("b", colour, stroke, &points)];
-            chart(pair).svg(Width::Page).expect("a picture")
+            let pair = [series("a", 0, stroke, &points), series("b", colour, stroke, &points)];
+            // a name beside a line would lie on this
+            let around = [(0.8, 0.4), (2.6, 0.4), (2.6, 2.5), (0.8, 2.5)];
+            let ground = Series { name: None, ..series("", 2, Stroke::Band, &around) };
+            chart([&pair[..], &[ground]].concat()).svg(Width::Page).expect("a picture")
         };
         let circles = |svg: &str| svg.matches("<circle").count();
         assert_eq!(circles(&two(Stroke::Marks, 0)), 6);
@@ -442,6 +553,32 @@ mod tests {
         assert!(others[1..].iter().all(|other| *other == triangles), "{others:?}");
         let line = "stroke-width=\"6\"";
         assert!(!two(Stroke::Marks, 1).contains(line) && two(Stroke::Line, 1).contains(line));
+    }
+
+    /// Names stand beside lines, at ends that are apart, and at the middles of lines that end together;
+    /// then there is no legend.
+    #[test]
+    fn names_stand_beside_lines() {
+        let drawn = |ends: [f64; 2], peaks: [f64; 2]| {
+            let line = |i: usize| {
+                let points = [(0.0, 0.0), (5.0, peaks[i]), (10.0, ends[i])];
+                series(["one", "two"][i], i, Stroke::Line, &points)
+            };
+            let (linear_x, linear_y) = (true, true);
+            let lines = Chart { linear_x, linear_y, ..chart(vec![line(0), line(1)]) };
+            let svg = lines.svg(Width::Page).expect("a picture");
+            assert_eq!(
+                (svg.matches("<circle").count(), svg.matches("stroke-width=\"6\"").count()),
+                (3, 2)
+            );
+            let found = texts(&svg);
+            ["one", "two"].map(|name| found.iter().find(|t| t.0 == name).expect(name).1)
+        };
+        let apart = drawn([8.0, 3.0], [5.0, 4.0]);
+        assert!(apart.iter().all(|at| at[0] > f64::from(px(600))), "{apart:?}");
+        assert!(apart[1][1] > apart[0][1] + f64::from(px(100)), "{apart:?}");
+        let together = drawn([0.0, 0.0], [9.0, 4.0]);
+        assert!(together.iter().all(|at| at[0] < f64::from(px(500))), "{together:?}");
     }
 
     /// A legend never lies on an area or a column, and where it is inside the axes no line of the
@@ -507,7 +644,7 @@ mod tests {
         let far = two.svg(Width::Page).expect("a picture");
         assert!(far.contains("noise: 0.0012") && !far.contains("\n0.01\n"), "{far}");
         let wide = |svg: &str| svg.matches("stroke-width=\"10\"").count();
-        assert_eq!(wide(&far), 2, "the first line and its entry");
+        assert_eq!(wide(&far), 1, "the first line");
         two.series[1].points[1].1 = 0.15;
         assert_eq!(wide(&two.svg(Width::Page).expect("a picture")), 0);
     }

@@ -57,7 +57,7 @@ fn folders_of_years_are_plotted() {
     done(&folder, &["year", "scene.json", "-o", "y", "--photons", "3000", "--results"]);
     done(&folder, &["year", "scene.json", "-o", "c", "--photons", "3000", "--csv"]);
     for (show, texts) in [
-        ("months", &["daily light integral, all", "both", "MJ/m²/d"][..]),
+        ("months", &["daily light integral", "both", "MJ/m²/d"][..]),
         ("carpet", &["hour of the day", "both", "W/m²", "06-20"]),
         ("day", &["hour of the day", "2025-06-2", "W/m²"]),
     ] {

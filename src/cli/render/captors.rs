@@ -5,7 +5,7 @@ use crate::{
     error::Result,
     formats::scene_file::LoadedScene,
     results::{result::RunResult, saved::ResultsFile},
-    show::render::Viewpoint,
+    show::{picture::Legend, render::Viewpoint},
     transport::{settings::Settings, simulate::simulate},
 };
 
@@ -35,12 +35,15 @@ impl Task<'_> {
             })
         };
         let all = (0..faces.len()).flat_map(|c| [value(c, true), value(c, false)]).flatten();
-        let scale = self.scale(all.collect(), 1.0);
+        let all: Vec<f64> = all.collect();
+        let most = all.iter().copied().fold(0.0, f64::max);
+        let scale = self.scale(all, 1.0);
         let picture = self.pale(Viewpoint::first_visible, |captor, front| {
             value(captor, front).map(|v| scale.colour(v))
         })?;
         let [_, unit] = self.scene.units(self.band.index.unwrap_or(0));
         let legend = self.legend("irradiance", &unit, scale);
+        let legend = Legend { beyond: most > scale.high, ..legend };
         Ok(Made { picture: picture.with_bar(&legend)?, pixels: None, words })
     }
 

@@ -6,9 +6,7 @@ use super::task::{Made, Task, photons_and_rays};
 use crate::{
     error::Result,
     show::{
-        picture::{
-            BandColours, Exposure, Legend, PAPER, Picture, Scale, encoded, linear, with_glow,
-        },
+        picture::{BandColours, Exposure, Legend, PAPER, Picture, encoded, linear, with_glow},
         render::{Pixels, Show},
     },
 };
@@ -57,10 +55,10 @@ impl Task<'_> {
             _ => "irradiance",
         };
         let unit = self.scene.quantity.unit_names().irradiance;
-        let scale = self.scale_of(&shown.pixels(), value);
-        let colours = shown.in_colours(PAPER, |values| linear(scale.colour(value(values))));
+        let legend = self.legend_of(&shown.pixels(), value, what, &unit);
+        let colours = shown.in_colours(PAPER, |values| linear(legend.scale.colour(value(values))));
         let pixels = fragments.pixels();
-        let picture = self.with_bar(pixels.width, colours, self.legend(what, &unit, scale))?;
+        let picture = Self::with_bar(pixels.width, colours, &legend)?;
         Ok(Made {
             picture,
             pixels: Some(pixels),
@@ -74,12 +72,12 @@ impl Task<'_> {
         let fragments = self.fragments(&light, Show::Error { bands: &self.band.bands })?;
         let pixels = fragments.errors(self.sampling.threads, self.denoises())?;
         let value = |values: &[f32]| 100.0 * f64::from(values[0]);
-        let scale = self.scale_of(&pixels, value);
+        let legend = self.legend_of(&pixels, value, "error", "%");
         let colour = |(i, covered): (usize, &f32)| {
-            PAPER.lerp(linear(scale.colour(value(pixels.pixel(i)))), *covered)
+            PAPER.lerp(linear(legend.scale.colour(value(pixels.pixel(i)))), *covered)
         };
         let colours = pixels.covered.iter().enumerate().map(colour).collect();
-        let picture = self.with_bar(pixels.width, colours, self.legend("error", "%", scale))?;
+        let picture = Self::with_bar(pixels.width, colours, &legend)?;
         Ok(Made {
             picture,
             pixels: Some(pixels),
@@ -87,16 +85,25 @@ impl Task<'_> {
         })
     }
 
-    /// Returns the scale for the values of the pixels that show something. The brightest 5 % of
-    /// them do not stretch it, for lamp housings are small and bright.
-    fn scale_of(&self, pixels: &Pixels, value: impl Fn(&[f32]) -> f64) -> Scale {
+    /// Returns a legend for the values of the pixels that show something. The brightest 5 % of them
+    /// do not stretch its scale, for lamp housings are small and bright.
+    fn legend_of(
+        &self,
+        pixels: &Pixels,
+        value: impl Fn(&[f32]) -> f64,
+        what: &str,
+        unit: &str,
+    ) -> Legend {
         let seen = (0..pixels.covered.len()).filter(|&i| pixels.covered[i] > 0.0);
-        self.scale(seen.map(|i| value(pixels.pixel(i))).collect(), 0.95)
+        let values: Vec<f64> = seen.map(|i| value(pixels.pixel(i))).collect();
+        let scale = self.scale(values.clone(), 0.95);
+        let beyond = values.iter().any(|value| *value > scale.high);
+        Legend { beyond, ..self.legend(what, unit, scale) }
     }
 
     /// Makes a picture of linear colours, with a colour bar.
-    fn with_bar(&self, width: usize, colours: Vec<Vec3>, legend: Legend) -> Result<Picture> {
-        Picture::new(width, colours.into_iter().map(encoded)).with_bar(&legend)
+    fn with_bar(width: usize, colours: Vec<Vec3>, legend: &Legend) -> Result<Picture> {
+        Picture::new(width, colours.into_iter().map(encoded)).with_bar(legend)
     }
 }
 

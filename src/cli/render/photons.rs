@@ -63,6 +63,7 @@ impl Task<'_> {
             },
             scale,
             whole: self.arguments.colour == By::Bounce,
+            beyond: false,
         };
         let words = format!("{}, {} of them seen\n", photons(&light), dots.len());
         Ok(Made { picture: picture.with_bar(&legend)?, pixels: None, words })

@@ -11,6 +11,7 @@ use crate::{
     error::{Error, Result},
     formats::scene_file::LoadedScene,
     math::geometry::Ray,
+    results::result::{band_results, light_name},
     scene::world::Scene,
     show::{
         picture::{Legend, PAPER, Picture, Scale},
@@ -204,8 +205,14 @@ impl<'a> Task<'a> {
     }
 
     pub fn legend(&self, what: &str, unit: &str, scale: Scale) -> Legend {
-        let short: String = self.band.name.chars().take(14).collect();
-        Legend { title: vec![what.into(), short, unit.into()], scale, whole: false }
+        let flux = self.scene.quantity.unit_names().flux;
+        let light = match what {
+            "irradiance" => light_name(&band_results(self.scene), self.band.index, &flux),
+            _ => format!("{what}, {}", self.band.name),
+        };
+        let short = |line: &str| line.chars().take(14).collect();
+        let lines = light.splitn(2, ", ").chain([unit]);
+        Legend { title: lines.map(short).collect(), scale, whole: false, beyond: false }
     }
 
     /// Makes a pale picture of what `see` says each ray meets first. `colour` gives the colour of a

@@ -208,6 +208,32 @@ fn balance(scene: &Scene, power: &[f64], totals: &Totals) -> Energy {
     }
 }
 
+/// Returns the name of the light per area in a band or sum (`None`: in all bands together), as it
+/// stands at axes: PPFD, if it counts photons within 400 to 700 nm, or else irradiance; with the name
+/// of the band where there are others and PPFD does not say which.
+pub fn light_name(bands: &[BandResult], of: Option<usize>, flux: &str) -> String {
+    let own = of.map(|of| &bands[of]);
+    let is_part = |band: &BandResult| match own.map(|own| (own, &own.sum_of)) {
+        None => true,
+        Some((_, Some(parts))) => parts.contains(&band.name),
+        Some((own, None)) => own.name == band.name,
+    };
+    let parts = bands.iter().filter(|band| band.sum_of.is_none() && is_part(band));
+    let ranges: Vec<(f64, f64)> =
+        parts.map(|band| (band.from_nm.unwrap_or(0.0), band.to_nm.unwrap_or(f64::MAX))).collect();
+    let counts = flux == "umol/s" && own.is_none_or(|own| own.weights.is_none());
+    let within = ranges.iter().all(|&(from, to)| from >= 399.0 && to <= 701.0);
+    let is_ppfd = counts && within && !ranges.is_empty();
+    let name = if is_ppfd { "PPFD" } else { "irradiance" };
+    let single = ranges.len() == 1;
+    let whole = !single || ranges.iter().any(|&(from, to)| from <= 401.0 && to >= 699.0);
+    match own {
+        Some(own) if bands.len() > 1 && !(is_ppfd && whole) => format!("{name}, {}", own.name),
+        None if bands.len() > 1 && !is_ppfd => format!("{name}, all bands"),
+        _ => name.into(),
+    }
+}
+
 /// Returns the bands of a scene, then its sums.
 pub fn band_results(scene: &Scene) -> Vec<BandResult> {
     let bands = scene.bands.iter().map(|band| BandResult {

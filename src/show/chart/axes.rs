@@ -59,6 +59,11 @@ impl Axis {
         Self { log: true, ..Self::linear(label, ends) }
     }
 
+    /// Returns the axis without its label.
+    pub fn unlabelled(self) -> Self {
+        Self { label: String::new(), ..self }
+    }
+
     /// Returns the axis with names of places in place of numbers.
     pub fn with_names(self, names: Vec<(f64, String)>) -> Self {
         Self { names: Some(names), ..self }

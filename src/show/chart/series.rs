@@ -11,7 +11,7 @@ use plotters::{
 
 use super::{
     axes::Frame,
-    paper::{Area, Failure, Place, on_paper, px, small},
+    paper::{Area, Failure, Place, hairline, line, on_paper, px, small},
 };
 
 /// Width of the lines of series.
@@ -24,6 +24,8 @@ const MARKS: usize = 5;
 /// Lengths of dashes and of the gaps between them, of series and of horizontal lines.
 const DASHES: (i32, i32) = (px(5), px(4));
 const DOTTED: (i32, i32) = (px(2), px(3));
+/// Half the length of the ends of whiskers.
+const WHISKER: i32 = px(2);
 /// Length of a stroke in a legend, and the distance from its start to the name.
 const SWATCH: i32 = px(18);
 pub(super) const NAME: i32 = px(23);
@@ -87,11 +89,8 @@ pub enum Stroke {
         /// Whether the colour is pale.
         pale: bool,
     },
-    /// A pale box at each pair of points, wherever the columns are.
-    Boxes {
-        /// The width in units of the x axis.
-        width: f64,
-    },
+    /// A thin black line with short ends between the two points of each pair.
+    Whiskers,
 }
 
 /// A part of what is drawn of a series.
@@ -112,10 +111,17 @@ impl Series {
         }
     }
 
+    /// Returns the colour of the name: dark enough for letters.
+    pub(super) fn ink(&self) -> RGBColor {
+        let RGBColor(r, g, b) = self.colour();
+        let dark = |part: u8| (0.78 * f64::from(part)) as u8;
+        RGBColor(dark(r), dark(g), dark(b))
+    }
+
     /// Returns the points that can be shown: runs between those that cannot, or pairs.
     pub(super) fn runs(&self, shown: impl Fn(&(f64, f64)) -> bool) -> Vec<&[(f64, f64)]> {
         match self.stroke {
-            Stroke::Bars | Stroke::Columns { .. } | Stroke::Boxes { .. } => {
+            Stroke::Bars | Stroke::Whiskers | Stroke::Columns { .. } => {
                 self.points.chunks_exact(2).filter(|pair| pair.iter().all(&shown)).collect()
             }
             _ => {
@@ -131,14 +137,14 @@ impl Series {
             let places: Vec<Place> = run.iter().map(|&point| frame.place(point)).collect();
             let (lines, marks, area) = match self.stroke {
                 Stroke::Line | Stroke::Hollow => (true, true, false),
-                Stroke::Plain | Stroke::Dashed | Stroke::Level | Stroke::Bars => {
-                    (true, false, false)
-                }
+                Stroke::Plain
+                | Stroke::Dashed
+                | Stroke::Level
+                | Stroke::Bars
+                | Stroke::Whiskers => (true, false, false),
                 Stroke::Marks | Stroke::Dots => (false, true, false),
                 Stroke::Below | Stroke::Above => (false, false, false),
-                Stroke::Band | Stroke::Columns { .. } | Stroke::Boxes { .. } => {
-                    (false, false, true)
-                }
+                Stroke::Band | Stroke::Columns { .. } => (false, false, true),
             };
             if lines && places.len() > 1 {
                 shapes.push(Shape::Path(places.clone()));
@@ -148,7 +154,7 @@ impl Series {
                 shapes.extend(places.iter().copied().map(Shape::Mark));
             }
             match self.stroke {
-                Stroke::Columns { width, .. } | Stroke::Boxes { width } => {
+                Stroke::Columns { width, .. } => {
                     let at = |i: usize, aside: f64| {
                         frame.place((run[i].0 + aside * 0.5 * width, run[i].1))
                     };
@@ -191,6 +197,12 @@ impl Series {
             (Shape::Path(points), Stroke::Level) => {
                 dashed(points, DOTTED, stroke.stroke_width(px(1) as u32))?;
             }
+            (Shape::Path(points), Stroke::Whiskers) => {
+                line(area, [points[0], points[1]], hairline())?;
+                for &(x, y) in points {
+                    line(area, [(x - WHISKER, y), (x + WHISKER, y)], hairline())?;
+                }
+            }
             (Shape::Path(points), _) => area.draw(&PathElement::new(points.clone(), stroke))?,
             (Shape::Mark(at), Stroke::Dots) => {
                 area.draw(&Circle::new(*at, DOT, colour.mix(0.35).filled()))?;
@@ -203,10 +215,6 @@ impl Series {
             (Shape::Area(corners), Stroke::Columns { pale, .. }) => {
                 // opaque: no line of the grid shows through
                 let paint = on_paper(colour, if pale { 0.4 } else { 0.85 });
-                area.draw(&Rectangle::new([corners[0], corners[2]], paint.filled()))?;
-            }
-            (Shape::Area(corners), Stroke::Boxes { .. }) => {
-                let paint = on_paper(colour, 0.28);
                 area.draw(&Rectangle::new([corners[0], corners[2]], paint.filled()))?;
             }
             (Shape::Area(corners), _) => {
@@ -253,7 +261,9 @@ impl Series {
             Stroke::Line | Stroke::Hollow => vec![flat, mark],
             Stroke::Plain | Stroke::Level | Stroke::Dashed => vec![flat],
             Stroke::Marks | Stroke::Dots => vec![mark],
-            Stroke::Bars => vec![Shape::Path(vec![(middle, y - high), (middle, y + high)])],
+            Stroke::Bars | Stroke::Whiskers => {
+                vec![Shape::Path(vec![(middle, y - high), (middle, y + high)])]
+            }
             Stroke::Below | Stroke::Above => {
                 let down = if self.stroke == Stroke::Below { high } else { -high };
                 vec![
@@ -265,7 +275,7 @@ impl Series {
                     ]),
                 ]
             }
-            Stroke::Band | Stroke::Columns { .. } | Stroke::Boxes { .. } => {
+            Stroke::Band | Stroke::Columns { .. } => {
                 vec![Shape::Area(vec![
                     (x, y - high),
                     (end, y - high),

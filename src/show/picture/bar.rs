@@ -17,6 +17,8 @@ pub struct Legend {
     pub scale: Scale,
     /// Whether only whole numbers stand along the bar, as for counts.
     pub whole: bool,
+    /// Whether there are numbers above the bar, which then has a pointed end.
+    pub beyond: bool,
 }
 
 /// Least height of a picture with a bar, pixels.
@@ -57,7 +59,8 @@ impl Picture {
         for (i, title) in title.iter().enumerate() {
             text(margin, line * (i as f64 + 1.2), title);
         }
-        let top = line * (title.len() as f64 + 1.2);
+        let tip = if legend.beyond { 0.8 * em } else { 0.0 };
+        let top = line * (title.len() as f64 + 1.2) + tip;
         let length = (height - line - top).max(2.0);
         for (value, number) in &ticks {
             let y = top + (1.0 - legend.scale.place(*value)) * length;
@@ -66,6 +69,15 @@ impl Picture {
         for (value, _) in &ticks {
             let (x, y) = (margin + bar, top + (1.0 - legend.scale.place(*value)) * length);
             let _ = write!(svg, "<path d=\"M{x} {y}h{mark}\" stroke=\"#1a1a1a\"/>");
+        }
+        if legend.beyond {
+            let [r, g, b] = colour_at(1.0).to_array().map(|c| (255.0 * c).round() as u8);
+            let (side, back) = (0.5 * bar, 0.0 - tip);
+            let _ = write!(
+                svg,
+                "<path d=\"M{margin} {}l{side} {back}l{side} {tip}z\" fill=\"rgb({r},{g},{b})\"/>",
+                top.floor()
+            );
         }
         svg.push_str("</svg>");
         let mut beside = Self::of_svg(&svg, SAME)?;
@@ -90,7 +102,7 @@ mod tests {
         let bar = |title: &str| {
             let scale = Scale::new(0.0, 2.0, false).expect("a scale");
             plain
-                .with_bar(&Legend { title: vec![title.into()], scale, whole: false })
+                .with_bar(&Legend { title: vec![title.into()], scale, whole: false, beyond: false })
                 .expect("a bar")
         };
         let (empty, named) = (bar("   "), bar("<&\u{1}"));
@@ -99,13 +111,29 @@ mod tests {
         assert!(dark(&named) > dark(&empty) + 30, "{} {}", dark(&named), dark(&empty));
     }
 
+    /// A bar beyond which there are numbers ends in a point.
+    #[test]
+    fn a_bar_ends_in_a_point_where_there_is_more() {
+        let plain = Picture::new(100, std::iter::repeat_n(PAPER, 100 * 300));
+        let rows = |beyond: bool| {
+            let scale = Scale::new(0.0, 2.0, false).expect("a scale");
+            let legend = Legend { title: Vec::new(), scale, whole: false, beyond };
+            let picture = plain.with_bar(&legend).expect("a bar");
+            // the end of the bar is yellow
+            let yellow = |row: &[u8]| row.chunks(3).filter(|c| c[0] > 220 && c[2] < 80).count();
+            picture.rgb().chunks(3 * picture.width).map(yellow).find(|n| *n > 0).expect("a row")
+        };
+        assert!(rows(true) < 6 && rows(false) > 12, "{} {}", rows(true), rows(false));
+    }
+
     /// Between 0 and 2 counts have three numbers along a bar, and amounts more.
     #[test]
     fn counts_have_whole_numbers_along_a_bar() {
         let plain = Picture::new(100, std::iter::repeat_n(PAPER, 100 * 600));
         let dark = |whole: bool| {
             let scale = Scale::new(0.0, 2.0, false).expect("a scale");
-            let picture = plain.with_bar(&Legend { title: Vec::new(), scale, whole });
+            let picture =
+                plain.with_bar(&Legend { title: Vec::new(), scale, whole, beyond: false });
             picture.expect("a bar").rgb().iter().filter(|c| **c < 100).count()
         };
         assert!(dark(true) < dark(false) && dark(true) > 0);

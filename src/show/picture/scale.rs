@@ -51,16 +51,21 @@ impl Scale {
         Self { low: if low < high { low } else { 0.1 * high }, high, log }
     }
 
-    /// Chooses a scale for numbers from 0, so that colours compare as amounts do, to a round number.
-    /// 0 to 1 if no number is above 0.
-    pub fn from_zero(values: impl Iterator<Item = f64>) -> Self {
-        let most = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+    /// Chooses a scale that holds all numbers, between round numbers. It begins at 0, so that colours
+    /// compare as amounts do, unless the least number is more than half of the greatest. 0 to 1 if no
+    /// number is above 0.
+    pub fn around(values: impl Iterator<Item = f64>) -> Self {
+        let ends = (f64::INFINITY, 0.0f64);
+        let known = values.filter(|value| value.is_finite());
+        let (least, most) = known.fold(ends, |(least, most), v| (least.min(v), most.max(v)));
         if most <= 0.0 {
             return Self { low: 0.0, high: 1.0, log: false };
         }
+        let from = if least > 0.5 * most && least < most { least } else { 0.0 };
         // about eight steps
-        let step = round_up(most / 8.0);
-        Self { low: 0.0, high: (most / step - 1e-9).ceil() * step, log: false }
+        let step = round_up((most - from) / 8.0);
+        let [low, high] = [(from / step + 1e-9).floor(), (most / step - 1e-9).ceil()];
+        Self { low: low * step, high: high * step, log: false }
     }
 
     /// Returns the place of a number on the bar: 0 at the lower end and below, 1 at the upper end
@@ -171,13 +176,14 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_from_zero_is_round_and_holds_all() {
+    fn a_scale_is_round_and_holds_all() {
         let of = |values: &[f64]| {
-            let Scale { low, high, .. } = Scale::from_zero(values.iter().copied());
+            let Scale { low, high, .. } = Scale::around(values.iter().copied());
             (low, high)
         };
         assert_eq!(of(&[12.0, 41.0]), (0.0, 50.0));
-        assert_eq!(of(&[812.0, 1004.0]), (0.0, 1200.0));
+        assert_eq!(of(&[412.0, 1004.0]), (0.0, 1200.0));
+        assert_eq!(of(&[152.0, 203.0]), (150.0, 210.0));
         assert_eq!(of(&[5.0, 5.0]), (0.0, 5.0));
         for none in [&[][..], &[0.0], &[-1.0], &[f64::NAN, f64::INFINITY]] {
             assert_eq!(of(none), (0.0, 1.0), "{none:?}");

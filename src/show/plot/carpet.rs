@@ -51,8 +51,8 @@ pub(super) struct Carpets {
     /// Length of the hours, h.
     pub step: f64,
     pub scale: Scale,
-    /// Lines above the bar.
-    pub legend: Vec<String>,
+    /// The label of the bar.
+    pub label: String,
 }
 
 impl Carpets {
@@ -66,7 +66,10 @@ impl Carpets {
                 self.draw(carpet, part)?;
             }
             let high = down.min(HIGHEST);
-            draw_bar(&bar, &self.scale, &self.legend, high)?;
+            let values = self.carpets.iter().flat_map(|carpet| carpet.cells.iter().map(|c| c.2));
+            // hours without light are not below the bar
+            let lit = values.filter(|value| *value > 0.0);
+            draw_bar(&bar, &self.scale, &self.label, [ROOM.2, high - BELOW], lit)?;
             let dark =
                 |carpet: &Carpet| carpet.cells.iter().any(|cell| cell.2.is_nan() || cell.2 <= 0.0);
             if self.carpets.iter().any(dark) {

@@ -2,7 +2,7 @@
 
 use crate::{
     error::{Error, Result},
-    results::result::{CaptorResult, RunResult},
+    results::result::{CaptorResult, RunResult, light_name},
 };
 
 /// The kinds of plot.
@@ -89,21 +89,17 @@ impl<'a> Chosen<'a> {
         &self.result.bands[self.band].name
     }
 
-    /// Returns the name of irradiance in this band: PPFD, if it counts photons within 400 to 700
-    /// nm.
-    pub fn irradiance_name(&self) -> &'static str {
-        let bands = &self.result.bands;
-        let own = &bands[self.band];
-        let is_part = |name: &str| own.sum_of.iter().flatten().any(|part| part == name);
-        let parts = bands.iter().filter(|band| match own.sum_of {
-            Some(_) => band.sum_of.is_none() && is_part(&band.name),
-            None => std::ptr::eq(*band, own),
-        });
-        let mut ranges = parts.map(|band| (band.from_nm, band.to_nm));
-        let inside = ranges
-            .all(|range| matches!(range, (Some(from), Some(to)) if from >= 399.0 && to <= 701.0));
-        let photons = self.result.unit.flux == "umol/s" && own.weights.is_none();
-        if photons && inside { "PPFD" } else { "irradiance" }
+    /// Returns the name of the band after a comma, if there is another.
+    pub fn of_band(&self) -> String {
+        match self.result.bands.len() {
+            1 => String::new(),
+            _ => format!(", {}", self.band_name()),
+        }
+    }
+
+    /// Returns the name of irradiance in this band, as it stands at axes.
+    pub fn light_name(&self) -> String {
+        light_name(&self.result.bands, Some(self.band), &self.result.unit.flux)
     }
 
     pub fn per_area(&self) -> &'a str {

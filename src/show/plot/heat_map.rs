@@ -6,7 +6,7 @@ use plotters::{
     element::{Circle, PathElement, Polygon, Rectangle, Text},
     prelude::{Color, RGBColor, ShapeStyle},
     style::{
-        BLACK, WHITE,
+        BLACK, FontTransform, WHITE,
         text_anchor::{HPos, VPos},
     },
 };
@@ -16,7 +16,7 @@ use crate::{
     show::{
         chart::{
             axes::{Axis, BELOW, Frame},
-            paper::{Area, Failure, LARGE, Place, SMALL, Width, drawn, font, length, px, small},
+            paper::{Area, Failure, LARGE, Place, Width, drawn, font, length, px, small},
         },
         picture::{Scale, label},
     },
@@ -52,8 +52,8 @@ pub(super) struct HeatMap {
 pub(super) struct HeatMaps {
     pub maps: Vec<HeatMap>,
     pub scale: Scale,
-    /// Lines above the bar.
-    pub legend: Vec<String>,
+    /// The label of the bar.
+    pub label: String,
 }
 
 /// A place in a map, and its value.
@@ -83,7 +83,7 @@ impl HeatMaps {
         let ratio = self.maps.iter().fold(0.0, steepest);
         let room = f64::from(across - left - right);
         let colours = (room * ratio).clamp(room / 4.0, f64::from(HIGHEST)) as i32;
-        let down = colours.max(px(150)) + above + below;
+        let down = colours.max(px(100)) + above + below;
         // the colour bar stands beside a map that is narrower than its place
         let wide = (f64::from(colours) / ratio.max(f64::MIN_POSITIVE)).min(room) as i32;
         let across = if columns == 1 { left + wide + right } else { across };
@@ -94,42 +94,60 @@ impl HeatMaps {
             for (map, part) in self.maps.iter().zip(&parts) {
                 map.draw(part, &self.scale)?;
             }
-            draw_bar(&bar, &self.scale, &self.legend, down)
+            let high = above + colours.max(px(100));
+            let values = self.maps.iter().flat_map(HeatMap::drawn_values);
+            draw_bar(&bar, &self.scale, &self.label, [above, high], values)
         })
     }
 }
 
-/// Draws the colour bar in an area of this height, with the lines of a legend above it.
+/// Draws the colour bar between these heights of an area, with its label to the right. An end beyond
+/// which there are values is pointed.
 pub(super) fn draw_bar(
     area: &Area,
     scale: &Scale,
-    legend: &[String],
-    height: i32,
+    name: &str,
+    [top, bottom]: [i32; 2],
+    values: impl Iterator<Item = f64>,
 ) -> Result<(), Failure> {
-    for (i, line) in legend.iter().enumerate() {
-        let short: String = printed(line).chars().take(16).collect();
-        area.draw(&Text::new(short, (px(4), px(10) + px(14) * i as i32), font(SMALL)))?;
-    }
-    let (top, bottom) = (px(60), height - ROOM.3);
-    let most = ((bottom - top) / px(17)).clamp(2, 10) as usize;
+    let (left, right) = (px(4), px(18));
     for y in (top..bottom).step_by(px(1) as usize) {
         let place = 1.0 - f64::from(y - top) / f64::from(bottom - top - 1);
         let value = scale.low + place * (scale.high - scale.low);
         // rows overlap, so that no seam is seen between them
-        let row = [(px(4), y), (px(18), (y + px(2)).min(bottom))];
+        let row = [(left, y), (right, (y + px(2)).min(bottom))];
         area.draw(&Rectangle::new(row, colour(scale, value).filled()))?;
     }
+    let beyond = 1e-6 * (scale.high - scale.low);
+    let (below, above) = values.fold((false, false), |(below, above), v| {
+        (below || v < scale.low - beyond, above || v > scale.high + beyond)
+    });
+    let ends = [(above, top, -px(9), scale.high), (below, bottom, px(9), scale.low)];
+    for (_, y, tip, value) in ends.into_iter().filter(|end| end.0) {
+        let corners = vec![(left, y), (right, y), ((left + right) / 2, y + tip)];
+        area.draw(&Polygon::new(corners, colour(scale, value).filled()))?;
+    }
     let beside = small(HPos::Left, VPos::Center);
+    let mut longest = 0;
+    let most = ((bottom - top) / px(17)).clamp(2, 10) as usize;
     for value in scale.ticks(most) {
         let y = bottom - (scale.place(value) * f64::from(bottom - top)).round() as i32;
         let line = BLACK.stroke_width(px(1) as u32);
-        area.draw(&PathElement::new(vec![(px(18), y), (px(22), y)], line))?;
+        area.draw(&PathElement::new(vec![(right, y), (right + px(4), y)], line))?;
         area.draw(&Text::new(label(value), (px(25), y), beside.clone()))?;
+        longest = longest.max(length(&label(value)));
     }
-    Ok(())
+    let upright = small(HPos::Center, VPos::Center).transform(FontTransform::Rotate270);
+    let at = (px(25) + longest + px(14), (top + bottom) / 2);
+    Ok(area.draw(&Text::new(printed(name), at, upright))?)
 }
 
 impl HeatMap {
+    /// Returns the values at the corners of what is drawn.
+    pub fn drawn_values(&self) -> impl Iterator<Item = f64> + use<> {
+        self.spread().into_iter().flatten().map(|corner| corner.2)
+    }
+
     /// Returns the triangles between the points; none if all points lie on a line.
     pub fn triangles(&self) -> Vec<[Corner; 3]> {
         let points: Vec<delaunator::Point> =

@@ -32,7 +32,7 @@ pub(super) fn layers(chosen: &Chosen) -> Result<Plot> {
     let canopy = chosen.result.canopy.as_ref().map(|canopy| canopy.absorbed[chosen.band]);
     let title = match canopy {
         Some(share) => format!("the plants absorb {:.1} % of {band}", 100.0 * share),
-        None => format!("absorbed by layers, {band}"),
+        None => format!("absorbed by layers{}", chosen.of_band()),
     };
     let chart = Chart {
         title,

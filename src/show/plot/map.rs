@@ -57,13 +57,12 @@ pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
         notes.push(format!("{} sensors are in none of the planes drawn", sensors.len() - drawn));
     }
     let maps: Vec<HeatMap> = planes.iter().filter_map(|plane| plane.map(chosen)).collect();
-    let values = || maps.iter().flat_map(|map| map.values.iter().copied());
     let scale = match range {
         Some((low, high)) => Scale::new(low, high, false)?,
-        None => Scale::from_zero(values()),
+        None => Scale::around(maps.iter().flat_map(HeatMap::drawn_values)),
     };
-    let legend = [chosen.irradiance_name(), chosen.band_name(), chosen.per_area()];
-    let maps = HeatMaps { maps, scale, legend: legend.map(String::from).to_vec() };
+    let label = format!("{}, {}", chosen.light_name(), chosen.per_area());
+    let maps = HeatMaps { maps, scale, label };
     Ok(Plot { drawn: Drawn::Maps(maps), notes })
 }
 

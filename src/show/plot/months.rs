@@ -42,7 +42,11 @@ impl DailyLight {
     /// Makes the chart.
     pub fn chart(&self) -> Chart {
         let mut chart = Chart { linear_x: true, linear_y: true, ..Chart::default() };
-        chart.title = format!("daily light integral, {}", self.band);
+        // the band of a scene that names none is `all`
+        chart.title = match self.band.as_str() {
+            "all" => "daily light integral".into(),
+            band => format!("daily light integral of {band}"),
+        };
         chart.y = format!("DLI, {}", self.unit);
         let by_month = self.months.len() > 1;
         for (colour, of) in self.of.iter().enumerate() {
@@ -53,7 +57,7 @@ impl DailyLight {
         }
         match by_month {
             true => {
-                chart.x = "month, with the range of its days (pale)".into();
+                chart.x = "month".into();
                 let names = self.months.iter().zip(1..);
                 chart.x_names = names.map(|(m, i)| (f64::from(i), month_name(m))).collect();
                 chart.x_ends = Some([0.4, self.months.len() as f64 + 0.6]);
@@ -66,11 +70,11 @@ impl DailyLight {
         if let [of] = &self.of[..] {
             chart.title += &format!(", {}", of.id);
         }
+        let mut meaning = |name: &str, stroke| {
+            let (name, colour) = (Some(name.into()), Series::GREY);
+            chart.series.push(Series { name, colour, stroke, points: Vec::new() });
+        };
         if self.of.iter().any(|of| !of.daylight.is_empty()) {
-            let mut meaning = |name: &str, stroke| {
-                let (name, colour) = (Some(name.into()), Series::GREY);
-                chart.series.push(Series { name, colour, stroke, points: Vec::new() });
-            };
             match (by_month, &self.of[..]) {
                 (true, [_]) => {}
                 (true, _) => {
@@ -79,6 +83,9 @@ impl DailyLight {
                 }
                 (false, _) => meaning("daylight alone", Stroke::Dashed),
             }
+        }
+        if by_month {
+            meaning("least to greatest day", Stroke::Whiskers);
         }
         chart
     }
@@ -106,9 +113,7 @@ impl DailyLight {
             ranges.extend([end(f64::min), end(f64::max)].into_iter().flatten().map(|y| (x, y)));
             first = last;
         }
-        // ranges are seen on both sides of the columns, and above them
-        add(series, None, Series::GREY, Stroke::Boxes { width: 0.94 * width }, ranges);
-        let column = |pale| Stroke::Columns { width: 0.64 * width, pale };
+        let column = |pale| Stroke::Columns { width: 0.9 * width, pale };
         let (daylight, lamps) = ("daylight".to_string(), "lamps".to_string());
         match (of.daylight.is_empty(), self.of.len()) {
             (true, 1) => add(series, None, colour, column(false), lower),
@@ -122,6 +127,7 @@ impl DailyLight {
                 add(series, None, colour, column(true), upper);
             }
         }
+        add(series, None, Series::GREY, Stroke::Whiskers, ranges);
     }
 }
 

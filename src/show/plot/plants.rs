@@ -115,9 +115,9 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
         series,
         ..Chart::default()
     };
-    let band = chosen.band_name();
+    let band = chosen.of_band();
     let mut charts = vec![chart(
-        format!("absorbed by each plant, {band}"),
+        format!("absorbed by each plant{band}"),
         "plant",
         format!("absorbed, {unit}"),
         by_plant(&objects),
@@ -125,8 +125,8 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
     let ranks = by_rank(&objects);
     if !ranks.is_empty() {
         charts.push(chart(
-            format!("absorbed by rank, mean over plants, {band}"),
-            "rank: the number of the leaf",
+            format!("absorbed by rank, mean over plants{band}"),
+            "rank of the leaf",
             format!("absorbed per plant, {unit}"),
             ranks,
         ));

@@ -45,9 +45,15 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         Some(point(captor, per_area(absorbed[band]), error[band].map(per_area)))
     });
     let kinds = [
-        (format!("sensors, {}", chosen.irradiance_name()), sensors.collect::<Vec<Point>>()),
+        (format!("sensors, {}", chosen.light_name()), sensors.collect::<Vec<Point>>()),
         ("surfaces, absorbed".into(), surfaces.collect()),
     ];
+    let band = chosen.of_band();
+    let (title, light) = match kinds.each_ref().map(|(_, points)| points.is_empty()) {
+        [false, true] => (format!("{} over height", chosen.light_name()), chosen.light_name()),
+        [true, _] => (format!("absorbed over height{band}"), "absorbed per area".into()),
+        [false, false] => (format!("light over height{band}"), "light per area".into()),
+    };
     let mut series = Vec::new();
     for (colour, (name, points)) in
         kinds.into_iter().filter(|(_, points)| !points.is_empty()).enumerate()
@@ -65,8 +71,8 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         return Err(nothing("have no captors", "run a scene with sensors or captors"));
     }
     let chart = Chart {
-        title: format!("{} over height, {}", chosen.irradiance_name(), chosen.band_name()),
-        x: format!("per area, {}", chosen.per_area()),
+        title,
+        x: format!("{light}, {}", chosen.per_area()),
         y: "height z, m".into(),
         linear_x: true,
         linear_y: true,

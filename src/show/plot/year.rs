@@ -11,7 +11,7 @@ use crate::{
     error::{Error, Result},
     formats::year_table::{Face, YearFolder, YearTable},
     math::pattern::{self, apart},
-    results::year_facts::YearFacts,
+    results::{result::light_name, year_facts::YearFacts},
     show::{
         chart::{Chart, Series, Stroke},
         picture::Scale,
@@ -91,6 +91,8 @@ struct Chosen<'t> {
     notes: Vec<String>,
     /// Words for the light, where it is not that on the front.
     face: &'static str,
+    /// The name of the light, with the face.
+    light: String,
 }
 
 impl<'t> Chosen<'t> {
@@ -145,7 +147,16 @@ impl<'t> Chosen<'t> {
             Face::Back => " on backs",
             Face::Absorbed => " absorbed",
         };
-        Ok(Self { band, name: &table.bands[band], ids, notes, face })
+        let name = &table.bands[band];
+        let facts = &year.facts;
+        let of = facts.bands.iter().position(|band| band.name == *name);
+        let light = match (request.face, of) {
+            (Face::Absorbed, _) if facts.bands.len() > 1 => format!("absorbed, {name}"),
+            (Face::Absorbed, _) => "absorbed".into(),
+            (_, None) => format!("{name}{face}"),
+            (_, of) => format!("{}{face}", light_name(&facts.bands, of, &facts.unit.flux)),
+        };
+        Ok(Self { band, name, ids, notes, face, light })
     }
 }
 
@@ -228,17 +239,17 @@ fn carpet(
         let value = |t: usize| f64::from(hours.value(t, id, chosen.band)[0]);
         let cells = clocks.iter().zip(&day_of).enumerate();
         let cells = cells.map(|(t, ((_, hour), day))| (*day, *hour, value(t)));
-        Carpet { title: hours.ids[id].clone(), cells: cells.collect() }
+        let title = format!("{} of every hour at “{}”", chosen.light, hours.ids[id]);
+        Carpet { title, cells: cells.collect() }
     };
     let carpets: Vec<Carpet> = chosen.ids.iter().map(carpet).collect();
     let values = carpets.iter().flat_map(|c| c.cells.iter().map(|cell| cell.2));
     let scale = match request.range {
         Some((low, high)) => Scale::new(low, high, false)?,
-        None => Scale::from_zero(values),
+        None => Scale::around(values.filter(|value| value.is_finite()).chain([0.0])),
     };
-    let unit = facts.irradiance(chosen.name).to_string();
-    let legend = vec![format!("{}{}", chosen.name, chosen.face), unit];
-    let drawn = Drawn::Carpets(Carpets { carpets, days, step: step(&clocks), scale, legend });
+    let label = format!("{}, {}", chosen.light, facts.irradiance(chosen.name));
+    let drawn = Drawn::Carpets(Carpets { carpets, days, step: step(&clocks), scale, label });
     Ok(Plot { drawn, notes: chosen.notes.clone() })
 }
 
@@ -273,11 +284,11 @@ fn day(
     }
     let middle = 0.5 * step(&clocks);
     let mut chart = Chart {
-        title: format!("{}{}, {day}", chosen.name, chosen.face),
+        title: format!("{} on {day}", chosen.light),
         x: "hour of the day".into(),
         x_names: (0..=4).map(|i| (6.0 * f64::from(i), (6 * i).to_string())).collect(),
         x_ends: Some([0.0, 24.0]),
-        y: format!("{}{}, {}", chosen.name, chosen.face, facts.irradiance(chosen.name)),
+        y: format!("{}, {}", chosen.light, facts.irradiance(chosen.name)),
         linear_x: true,
         linear_y: true,
         ..Chart::default()

@@ -182,7 +182,15 @@ impl Whitted<'_> {
                 Some(gather) if place.share < FAINT => {
                     let k = self.light.coarse(COARSE);
                     let told = near(shared, &|| told(self.light, &gather.cache, k, place));
-                    Found::told(told, error_of_told(self.light.k, k, place))
+                    let found = Found::told(told, error_of_told(self.light.k, k, place));
+                    match place.gloss {
+                        Some(gloss) => {
+                            let lamps = gloss.lamps(rng);
+                            let none = lamps.zero();
+                            found.with([lamps, none])
+                        }
+                        None => found,
+                    }
                 }
                 Some(gather) => {
                     let told = near(shared_focused, &|| gather.focused(place));

@@ -8,6 +8,7 @@ use crate::{
         geometry::{Frame, Ray},
         rng::Stream,
         sampling::{cosine_power, cosine_power_density},
+        spectrum::{Lanes, Spectrum},
     },
     scene::{
         light::LightHit,
@@ -63,6 +64,13 @@ impl<'a> Gloss<'a> {
         let density =
             |d: Vec3| cosine_power_density(EXPONENT, 0.5 * d.distance_squared(self.mirrored));
         density(direction) + density(direction - 2.0 * height * self.facing)
+    }
+
+    /// Estimates, with one light point, the radiance of lamps that the leaf mirrors, without the part
+    /// that [`weight`](Self::weight) leaves to sampled directions.
+    pub fn lamps<L: Lanes>(&self, rng: &mut Stream) -> Spectrum<L> {
+        let [_, mirrored] = self.joined.radiance(|d| self.density(d), rng);
+        mirrored.scaled(self.fraction)
     }
 
     /// Returns the weight, in [0, 1], of a light that the branch along `ray` meets, after it has left

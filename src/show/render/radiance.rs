@@ -202,8 +202,8 @@ impl<'a> Whitted<'a> {
                     Some((gloss, direction)) => {
                         sum.lamps += met.scaled(leaves[gloss].weight(direction, &ray, &hit));
                     }
-                    // a lamp mirrored by a leaf is met by some of the rays of a pixel, and the
-                    // filter evens it; the sun is so bright that it stays in its place
+                    // a lamp mirrored by a smooth leaf is met by some of the rays of a pixel, and
+                    // the filter evens it; the sun is so bright that it stays in its place
                     None if on_gloss && scene.lights[hit.light].entrance().is_none() => {
                         sum.lamps += met;
                     }
@@ -218,7 +218,7 @@ impl<'a> Whitted<'a> {
             };
             let length = length + hit.t;
             let share = throughput.largest();
-            let rough = from_eye && self.normals.is_some() && share >= FAINT;
+            let rough = from_eye && self.normals.is_some();
             let before = leaves.len();
             leaves.extend(rough.then(|| Gloss::of(scene, &at)).flatten());
             let glossy = leaves.get(before);

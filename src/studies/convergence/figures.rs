@@ -7,8 +7,11 @@ use crate::show::chart::{Chart, Series, Stroke};
 
 /// The relative error for which the words give the cost.
 const GOAL: f64 = 0.01;
-/// Runs of less CPU time, s, have a figure of merit that is that of starting.
-const STARTED: f64 = 0.2;
+/// Budgets of which starting takes a greater share of the CPU time are not drawn against time.
+const STARTING: f64 = 0.5;
+/// Estimates from the photon map are drawn where the largest map leaves one of them less than so much
+/// of the error of the smallest.
+const IMPROVED: f64 = 0.7;
 /// The greatest error of light beyond a number of bounces, relative to it, that is drawn.
 const KNOWN: f64 = 0.5;
 /// The share of light for which the words give the number of bounces.
@@ -26,8 +29,14 @@ impl ConvergenceStudy {
             ("merit", self.merit_chart()),
             ("bounces", self.bounce_chart()),
         ];
-        if self.rungs.iter().any(|rung| rung.arrivals.is_some()) {
-            charts.push(("map", self.map_chart()));
+        // a map says nothing where no estimate becomes better with more of it
+        let maps = self.map_chart();
+        let improves = |series: &Series| {
+            let ends = series.points.first().zip(series.points.last());
+            ends.is_some_and(|((_, first), (_, last))| *last < IMPROVED * first)
+        };
+        if maps.series.iter().any(improves) {
+            charts.push(("map", maps));
         }
         charts
     }
@@ -46,35 +55,41 @@ impl ConvergenceStudy {
         self.rungs.iter().filter(move |rung| rung.estimator == estimator)
     }
 
-    /// Returns the lines of a chart, one series for each estimator.
-    fn series(
-        &self,
-        stroke: Stroke,
-        name: impl Fn(&str) -> Option<String>,
-        point: impl Fn(&Rung) -> (f64, f64),
-    ) -> Vec<Series> {
-        let estimators = self.estimators().into_iter().enumerate();
-        let one = |(colour, estimator): (usize, &str)| Series {
-            name: name(estimator),
-            colour,
-            stroke,
-            points: self.rungs_of(estimator).map(&point).collect(),
+    /// Returns the CPU seconds that an estimator takes to start: what a line through its two smallest
+    /// budgets has at no photons.
+    fn starting(&self, estimator: &str) -> f64 {
+        let rungs: Vec<&Rung> = self.rungs_of(estimator).take(2).collect();
+        let [one, two] = rungs[..] else { return 0.0 };
+        let each = (two.cpu_seconds - one.cpu_seconds)
+            / two.photons.saturating_sub(one.photons).max(1) as f64;
+        (one.cpu_seconds - each * one.photons as f64).clamp(0.0, one.cpu_seconds)
+    }
+
+    /// Returns a value of each budget over the CPU time that it takes beside starting, one series for
+    /// each estimator. Budgets that mostly start are left out, but for the last two.
+    fn over_time(&self, value: impl Fn(&Rung, f64) -> f64) -> Vec<Series> {
+        let of = |(colour, estimator): (usize, &str)| {
+            let starting = self.starting(estimator);
+            let rungs: Vec<&Rung> = self.rungs_of(estimator).collect();
+            let known = |rung: &&&Rung| starting <= STARTING * rung.cpu_seconds;
+            let first = rungs.len() - rungs.iter().filter(known).count();
+            let first = first.min(rungs.len().saturating_sub(2));
+            let points = rungs[first..].iter().map(|rung| {
+                let seconds = rung.cpu_seconds - starting;
+                (seconds, value(rung, seconds))
+            });
+            let (name, points) = (Some(estimator.to_string()), points.collect());
+            Series { name, colour, stroke: Stroke::Line, points }
         };
-        estimators.map(one).collect()
+        self.estimators().into_iter().enumerate().map(of).collect()
     }
 
     fn error_chart(&self) -> Chart {
-        let named = |name: &str| Some(name.to_string());
-        let mut series = self.series(Stroke::Line, named, |rung| (rung.cpu_seconds, rung.error));
-        for (colour, estimator) in self.estimators().into_iter().enumerate() {
-            let rows = self.rows.iter().filter(|row| row.estimator == estimator);
-            let points = rows.map(|row| (row.cpu_seconds, row.error)).collect();
-            series.push(Series { name: None, colour, stroke: Stroke::Dots, points });
-        }
-        series.extend(self.guide());
+        let mut series = self.over_time(|rung, _| rung.error);
+        series.extend(guide(&series));
         Chart {
             title: format!("{}: error against cost", self.scene),
-            x: "CPU time, s".into(),
+            x: "CPU time without starting, s".into(),
             y: "relative RMS error of irradiance".into(),
             series,
             levels: vec![("error of the reference".into(), self.floor)],
@@ -82,67 +97,35 @@ impl ConvergenceStudy {
         }
     }
 
-    /// Returns a line that falls as noise does, below the first estimator.
-    fn guide(&self) -> Option<Series> {
-        let first = self.rungs.first()?;
-        let last = self.rungs_of(&first.estimator).last()?;
-        let (x, y) = (first.cpu_seconds, 0.5 * first.error);
-        let end = last.cpu_seconds;
-        let points = vec![(x, y), (end, y * (x / end).sqrt())];
-        let name = Some("slope −1/2".into());
-        Some(Series { name, colour: Series::GREY, stroke: Stroke::Dashed, points })
-    }
-
     fn bias_chart(&self) -> Chart {
-        let named = |name: &str| Some(name.to_string());
-        let mut series = self.series(Stroke::Line, named, |r| (r.photons as f64, r.spread));
-        // summed flux has no bias, except what noise makes look like one
-        let biased = |r: &Rung| (r.photons as f64, r.arrivals.map_or(f64::NAN, |_| r.bias));
-        let biases = self.series(Stroke::Hollow, |_| None, biased);
-        let known = |s: &Series| s.points.iter().any(|(_, y)| y.is_finite() && *y > 0.0);
-        let biases: Vec<Series> = biases.into_iter().filter(known).collect();
-        if !biases.is_empty() {
-            let meaning = |name: &str, stroke| Series {
-                name: Some(name.into()),
-                colour: Series::GREY,
-                stroke,
-                points: Vec::new(),
+        let panel = |estimator: &str| {
+            let series = |name: &str, colour, stroke, value: &dyn Fn(&Rung) -> f64| {
+                let points =
+                    self.rungs_of(estimator).map(|rung| (rung.photons as f64, value(rung)));
+                Series { name: Some(name.into()), colour, stroke, points: points.collect() }
             };
-            series.push(meaning("spread", Stroke::Line));
-            series.push(meaning("bias, where noise is not all of it", Stroke::Hollow));
-        }
-        series.extend(biases);
+            let spread = series("spread", 0, Stroke::Line, &|rung| rung.spread);
+            // summed flux has no bias, except what noise makes look like one
+            let bias = |rung: &Rung| rung.arrivals.map_or(f64::NAN, |_| rung.bias);
+            let bias = series("bias, where noise is not all of it", 1, Stroke::Hollow, &bias);
+            (estimator.to_string(), vec![spread, bias])
+        };
         Chart {
             title: format!("{}: bias and spread", self.scene),
             x: "photons or paths".into(),
-            y: "relative RMS over captors".into(),
-            series,
+            y: "relative RMS".into(),
+            panels: self.estimators().into_iter().map(panel).collect(),
             levels: vec![("error of the reference".into(), self.floor)],
             ..Chart::default()
         }
     }
 
     fn merit_chart(&self) -> Chart {
-        let named = |name: &str| Some(name.to_string());
-        let mut series = self.series(Stroke::Line, named, |rung| (rung.cpu_seconds, rung.merit));
-        let started = |(seconds, _): &(f64, f64)| *seconds >= STARTED;
-        if series.iter().any(|series| series.points.iter().filter(|p| started(p)).count() > 1) {
-            for series in &mut series {
-                // a run that took less time than one of fewer photons was not alone on its processor
-                let mut longest = 0.0;
-                series.points.retain(|point| {
-                    let goes_on = started(point) && point.0 > longest;
-                    longest = point.0.max(longest);
-                    goes_on
-                });
-            }
-            series.retain(|series| !series.points.is_empty());
-        }
         Chart {
             title: format!("{}: figure of merit", self.scene),
-            x: "CPU time, s".into(),
+            x: "CPU time without starting, s".into(),
             y: "1 / (relative variance × time), 1/s".into(),
-            series,
+            series: self.over_time(|rung, seconds| 1.0 / (rung.spread.powi(2) * seconds)),
             ..Chart::default()
         }
     }
@@ -172,21 +155,25 @@ impl ConvergenceStudy {
         Chart {
             title: format!("{}: light beyond a number of bounces", self.scene),
             x: "bounces kept".into(),
-            y: "what is missing, relative".into(),
+            y: "missing share of light".into(),
             linear_x: true,
             series: vec![
-                series("RMS over captors", 0, &spread),
-                series("share of all light", 1, &share),
+                series("at the captors (RMS)", 0, &spread),
+                series("of all light", 1, &share),
             ],
             ..Chart::default()
         }
     }
 
     fn map_chart(&self) -> Chart {
-        let named = |name: &str| Some(name.to_string());
-        let stored = |rung: &Rung| (rung.arrivals.unwrap_or(f64::NAN), rung.error);
-        let mut series = self.series(Stroke::Line, named, stored);
-        series.retain(|series| series.points.iter().any(|(x, _)| x.is_finite()));
+        let stored = |(colour, estimator): (usize, &str)| {
+            let points = self.rungs_of(estimator).filter_map(|r| Some((r.arrivals?, r.error)));
+            let (name, points) = (Some(estimator.to_string()), points.collect());
+            Series { name, colour, stroke: Stroke::Line, points }
+        };
+        let estimators = self.estimators().into_iter().enumerate();
+        let mut series: Vec<Series> = estimators.map(stored).collect();
+        series.retain(|series| !series.points.is_empty());
         Chart {
             title: format!("{}: error against map size", self.scene),
             x: "arrivals in the photon map".into(),
@@ -246,6 +233,15 @@ impl ConvergenceStudy {
             false => format!("{}: {error} at {photons:.1e} photons ({limits}).", last.estimator),
         }
     }
+}
+
+/// Returns a line that falls as noise does, below the first estimator.
+fn guide(series: &[Series]) -> Option<Series> {
+    let points = &series.first()?.points;
+    let (&(x, y), &(end, _)) = (points.first()?, points.last()?);
+    let points = vec![(x, 0.5 * y), (end, 0.5 * y * (x / end).sqrt())];
+    let name = Some("slope −1/2".into());
+    Some(Series { name, colour: Series::GREY, stroke: Stroke::Dashed, points })
 }
 
 /// Says what time and how many photons the goal takes at the median captor.

@@ -5,7 +5,7 @@ use std::{cmp::Reverse, collections::BTreeMap};
 use crate::{
     formats::sweep_file::{Parameter, Run, Sweep},
     math::pattern::without_copies,
-    results::saved::{Band, ResultsFile},
+    results::{result::light_name, saved::ResultsFile},
     show::chart::{Chart, Series, Stroke},
 };
 
@@ -19,8 +19,8 @@ const PICTURES: usize = 100;
 /// The contents of the plots, gathered run by run.
 #[derive(Default)]
 pub struct Responses {
-    /// Unit of each band and sum.
-    units: Vec<String>,
+    /// Name of the light in each band and sum, and its unit.
+    lights: Vec<[String; 2]>,
     /// For each parameter, whether it has an axis.
     drawn: Vec<bool>,
     /// Names of the groups that are drawn, and the number of all groups.
@@ -45,15 +45,19 @@ impl Responses {
     /// Adds a run. The first run decides which groups are drawn: those with the most captors, and
     /// copies only where there is no group of all of them.
     pub fn add(&mut self, sweep: &Sweep, run: &Run, results: &ResultsFile) {
-        if self.units.is_empty() {
+        if self.lights.is_empty() {
             let all = results.groups.iter().collect();
             let mut largest = without_copies(all, |group| group.values.id.as_str());
             self.all_groups = largest.len();
             largest.sort_by_key(|group| Reverse(group.captors));
             largest.truncate(GROUPS);
             self.drawn = sweep.parameters().iter().map(is_drawn).collect();
-            let unit = |band: &Band| band.unit.as_ref().unwrap_or(&results.unit).irradiance.clone();
-            self.units = results.bands.iter().map(unit).collect();
+            let light = |of: usize| {
+                let unit = results.bands[of].unit.as_ref().map(|unit| unit.irradiance.to_string());
+                let unit = unit.unwrap_or_else(|| results.unit.irradiance.clone());
+                [light_name(&results.bands, Some(of), &results.unit.flux), unit]
+            };
+            self.lights = (0..results.bands.len()).map(light).collect();
             self.groups = largest.iter().map(|group| group.values.id.clone()).collect();
             self.bands = results.bands.iter().map(|band| band.name.clone()).collect();
         }
@@ -146,27 +150,33 @@ impl Responses {
                 add(None, Stroke::Band, ends);
             }
         }
+        let [light, unit] = &self.lights[band];
+        let mut title = format!("{light}: mean of each group");
         if series.iter().any(|series| series.stroke == Stroke::Band) {
-            series.push(Series {
-                name: Some("least to greatest captor".into()),
-                colour: Series::GREY,
-                stroke: Stroke::Band,
-                points: Vec::new(),
-            });
+            title += ", with the range of its captors";
         }
-        let mut title = format!("{}, mean of each group", self.bands[band]);
         if self.all_groups > self.groups.len() {
             title += &format!(" (the largest {} of {})", self.groups.len(), self.all_groups);
         }
         Chart {
             title,
-            x: parameter.name.clone(),
-            y: format!("irradiance, {}", self.units[band]),
+            x: label(parameter),
+            y: format!("{light}, {unit}"),
             linear_x: true,
             linear_y: true,
             series,
             ..Chart::default()
         }
+    }
+}
+
+/// Returns the label of a parameter's axis: its name or, if that is only the name of what has the
+/// number in the scene, the number's name too, such as `reflectance of sides`.
+fn label(Parameter { name, at, .. }: &Parameter) -> String {
+    let place = at.first().and_then(|at| at.rsplit_once('/'));
+    match place.filter(|(of, _)| of.split('/').any(|part| part == name)) {
+        Some((_, number)) => format!("{number} of {name}"),
+        None => name.clone(),
     }
 }
 
@@ -203,7 +213,7 @@ mod tests {
         let charts = responses.charts(&sweep);
         let [(name, chart)] = &charts[..] else { panic!("{charts:?}") };
         assert_eq!(name, "power");
-        let [mean, bars, ends, meaning] = &chart.series[..] else { panic!("{chart:?}") };
+        let [mean, bars, ends] = &chart.series[..] else { panic!("{chart:?}") };
         assert_eq!(mean.points, [(5.0, 5.0), (8.0, 2.0)]);
         assert_eq!((mean.stroke, bars.stroke), (Stroke::Line, Stroke::Bars));
         // errors of 0.3 and 0.4 give the mean an error of sqrt(0.09 + 0.16) / 2
@@ -211,8 +221,8 @@ mod tests {
             assert!((bar.1 - expected).abs() < 1e-12, "{:?}", bars.points);
         }
         // from the least of each and back along the greatest
-        assert_eq!((ends.stroke, meaning.stroke), (Stroke::Band, Stroke::Band));
-        assert_eq!(meaning.name.as_deref(), Some("least to greatest captor"));
+        assert_eq!(ends.stroke, Stroke::Band);
+        assert_eq!(chart.title, "irradiance: mean of each group, with the range of its captors");
         assert_eq!(ends.points, [(5.0, 4.0), (8.0, 1.0), (8.0, 4.0), (5.0, 7.0)]);
     }
 }
