@@ -21,7 +21,7 @@ use crate::{error::Result, math::machine};
 /// taps, which the passes before have mixed: the value for a full kernel. All passes together reach
 /// 9 pixels far (root mean square). A farther reach would flatten the slope of light near edges. The
 /// last pass is dense again: the three before it never mix neighbours, and leave a lattice of dots
-/// where the first has not evened all. The first round goes without it.
+/// where the first has not evened all.
 const PASSES: [(isize, f32); 5] = [(1, 0.0), (2, 0.15), (4, 0.18), (8, 0.19), (1, 0.95)];
 /// Weights of the B3 spline, from the middle outwards.
 const KERNEL: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
@@ -163,8 +163,8 @@ impl Fragments {
         });
         let round = |known: Option<&[Noisy]>| {
             let mut evened = found.clone();
-            let passes = if known.is_some() { &PASSES[..] } else { &PASSES[..4] };
-            for (&(step, correlation), weights) in passes.iter().zip(weights.iter().cycle()) {
+            // the last pass has the steps of the first
+            for ((step, correlation), weights) in PASSES.into_iter().zip(weights.iter().cycle()) {
                 let (from, by) = (&evened[..], known.unwrap_or(&evened));
                 let pass = Pass { from, by, step, weights, correlation, common };
                 evened = each(&|pixel, fragment| self.exchanged(&pass, pixel, fragment));
@@ -527,13 +527,13 @@ mod tests {
     }
 
     /// Noise by which every pixel differs from its neighbours, as a chess board's squares do, leaves
-    /// no such pattern: their values are on average within 0.5 % of each other.
+    /// no such pattern: black and white ones are 20 % apart before, and then less than 0.2 %.
     #[test]
     fn no_lattice_is_left() {
         let square = |i: usize| (i % SIDE + i / SIDE) % 2;
         let noisy = noisy_rays(
             |_| 0,
-            |i, u| if u < [0.2, 0.8][(i % SIDE + i / SIDE) % 2] { 2.0 } else { 0.0 },
+            |i, u| if u < [0.45, 0.55][(i % SIDE + i / SIDE) % 2] { 2.0 } else { 0.0 },
         );
         let apart = |pixels: &Pixels| {
             let mut sums = [0.0; 2];
@@ -542,7 +542,7 @@ mod tests {
         };
         let after = noisy.denoised(&[0], 1).expect("threads").pixels();
         println!("{} {}", apart(&noisy.pixels()), apart(&after));
-        assert!(apart(&noisy.pixels()) > 0.5 && apart(&after) < 0.0025, "{}", apart(&after));
+        assert!(apart(&noisy.pixels()) > 0.08 && apart(&after) < 0.001, "{}", apart(&after));
     }
 
     /// No light goes from one surface to another, to or from a NaN, or to a pixel that shows no
