@@ -54,7 +54,8 @@ def main(photons=2e6):
         left.set(xlabel="lamp", ylabel="power / data sheet", ylim=(0.5, 1.3), xlim=(-0.5, len(TRUE) - 0.5), xticks=places,
                  xticklabels=[lamp.removeprefix("lamp ") for lamp in TRUE])
         # a square with equal axes: on the line, the simulation is right
-        ends = [10 * np.floor(min(sheet.min(), readings.value.min()) / 10), 10 * np.ceil(max(sheet.max(), readings.value.max()) / 10)]
+        values = np.concatenate([sheet, fitted, readings.value])
+        ends = [10 * np.floor(values.min() / 10), 10 * np.ceil(values.max() / 10)]
         right.plot(ends, ends, color="0.6", linewidth=0.8)
         right.plot(sheet, readings.value, "o", markersize=3, markerfacecolor="none", color="0.45")
         right.plot(fitted, readings.value, "o", markersize=3, color="C0")

@@ -149,8 +149,8 @@ _NUMBERED = 12
 
 
 def _contours(ax: Any, x: Any, y: Any, values: Any, options: dict[str, Any]) -> tuple[Any, Any]:
-    """Fills the plane with colours, from 0 unless the least value is more than half of the greatest, and draws contours with a number on each where there is room; returns the colours
-    and the numbers of their bar."""
+    """Fills the plane with colours, from 0 unless the least value is more than half of the greatest, and draws contours with
+    a number on each where there is room; returns the colours and the numbers of their bar."""
     from matplotlib.ticker import MaxNLocator
 
     x, y, values = _smooth(*_to_cells(x, y, values))
