@@ -694,9 +694,9 @@ def glasshouse():
 # by Rayleigh's law as wavelength to the -4) and by fine haze (to the -1.3, after Angstrom), with as much of it visible as
 # of the standard's clear sky.
 CLEAR_SKY = [0.515, 0.521, 0.414, 0.334, 0.271, 0.216]
-# The sun's light near the horizon, likewise: the standard's (ASTM G173-03) after another 1.5 of the air's depth, of
+# The sun's light near the horizon, likewise: the standard's (ASTM G173-03) after another 4.1 of the air's depth, of
 # which the blue loses most.
-LOW_SUN = [0.141, 0.260, 0.332, 0.394, 0.443, 0.472]
+LOW_SUN = [0.051, 0.136, 0.217, 0.301, 0.377, 0.432]
 HOUSE_BANDS = {
     "bands": [{"name": str(low), "from_nm": low, "to_nm": low + 50} for low in range(400, 700, 50)],
     "sums": {"PAR": [str(low) for low in range(400, 700, 50)]},
@@ -804,10 +804,10 @@ def evening():
         "objects": [
             {"name": "tomato", "obj": "tomato-fine.obj", "instances": {"csv": "evening-rows.csv"}, "captor": True},
             {"name": "ground", "obj": "evening-ground.obj", "captor": True, "ground": True}],
-        "site": {"latitude": LATITUDE, "longitude": LONGITUDE}, "time": "2025-06-21T19:40+02:00",
-        "weather": {"direct_normal": 560, "diffuse_horizontal": 75},
+        "site": {"latitude": LATITUDE, "longitude": LONGITUDE}, "time": "2025-06-21T20:20+02:00",
+        "weather": {"direct_normal": 400, "diffuse_horizontal": 45},
         "lights": [{"type": "sun", "share": LOW_SUN}, {"type": "sky", "share": CLEAR_SKY}],
-        "camera": {"position": [2.4, -1.2, 1.65], "look_at": [4.2, 4, 0.75], "up": [0, 0, 1], "fov_deg": 58,
+        "camera": {"position": [2.4, -1.2, 1.7], "look_at": [4.2, 4, 0.3], "up": [0, 0, 1], "fov_deg": 58,
                    "width": 1200, "height": 675},
         "settings": {"photons": 2000000, "seed": 1},
     })
@@ -847,7 +847,7 @@ def vertical_farm():
     save(SCENES / "farm-lettuces.csv", lines)
 
     lamps = [
-        {"type": "area", "name": f"{rack}{tier + 1}{row}{k + 1}", "power": [12, 17, 16, 17, 22, 28],
+        {"type": "area", "name": f"{rack}{tier + 1}{row}{k + 1}", "power": [14, 16, 18, 19, 21, 22],
          "vertices": [[round(c, 3) for c in corner] for corner in (
              (x, v - 0.012, z), (x, v + 0.012, z), (x + 1.16, v + 0.012, z), (x + 1.16, v - 0.012, z))]}
         for rack, y in zip("AB", RACKS_Y) for tier in range(TIERS)

@@ -122,7 +122,7 @@ fn a_map_has_the_sensors_their_colours_and_contours() {
             (xs.iter().sum::<f64>() / xs.len() as f64, [byte(0), byte(1), byte(2)])
         })
         // beyond the map the bar has pointed ends, as values go on to the ends of the cells
-        .filter(|(x, _)| *x < (2 * columns[2] - columns[1]) as f64)
+        .filter(|(x, _)| *x < 1.55 * columns[2] as f64 - 0.55 * columns[1] as f64)
         .collect();
     assert!(polygons.len() > 40, "{}", polygons.len());
     let colour = |least: bool| {

@@ -38,7 +38,7 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
     RGBColor(90, 90, 90),
 ];
 
