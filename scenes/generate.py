@@ -326,8 +326,8 @@ def tomato(fine=False):
                 veins=TOMATO_LEAFLET, bend=32 + 8 * wobble(k), fold=14 + 4 * wobble(k + 2 * i), **shape)
             for material, triangles in leaflet.items():
                 parts[f"leaf{i}", material] += triangles
-    name, title = ("tomato-fine", "the same with round leaves and veins") if fine else ("tomato", "young tomato plant")
-    write_obj(SCENES / f"{name}.obj", f"{title}, m; origin at the soil", parts)
+    name, kind = ("tomato-fine", " with round, veined leaves") if fine else ("tomato", "")
+    write_obj(SCENES / f"{name}.obj", f"young tomato plant{kind}, m; origin at the soil", parts)
 
 
 def cucumber(fine=False):
@@ -348,12 +348,12 @@ def cucumber(fine=False):
         leaf = sheet(fine, i > 5, base=base, length=length, veins=CUCUMBER_LEAF, bend=42, fold=12 + 8 * youth, **shape)
         for material, triangles in leaf.items():
             parts[f"leaf{i}", material] += triangles
-    name, title = ("cucumber-fine", "the same with round leaves and veins") if fine else ("cucumber", "young cucumber plant")
-    write_obj(SCENES / f"{name}.obj", f"{title}, m; origin at the soil", parts)
+    name, kind = ("cucumber-fine", " with round, veined leaves") if fine else ("cucumber", "")
+    write_obj(SCENES / f"{name}.obj", f"young cucumber plant{kind}, m; origin at the soil", parts)
 
 
 def lettuce():
-    """A head of lettuce (Lactuca sativa), 0.26 m wide: 24 leaves in a rosette, the inner ones upright, small
+    """A head of lettuce (Lactuca sativa), 0.31 m wide: 24 leaves in a rosette, the inner ones upright, small
     and light, with margins that wave. Origin at the soil."""
     parts = defaultdict(list)
     for i in range(24):
@@ -556,7 +556,7 @@ def spread(i):
 
 
 def meadow():
-    """The ground, a tuft of grass, a tree, and the places where they stand."""
+    """The ground, a tuft of grass, and the places of tufts and trees."""
     low_x, high_x, low_y, high_y = MEADOW
 
     def steps(low, high, count):  # closer to each other around the middle
@@ -597,7 +597,7 @@ def meadow():
 
 
 def tree():
-    """A broad-leaved tree, 5 m tall: each branch ends in three, and the last ones bear leaves."""
+    """A broad-leaved tree, 5.8 m tall: each branch ends in three, and the last ones bear leaves."""
     parts, count = defaultdict(list), 0
 
     def branch(start, length, radius, order):
@@ -694,8 +694,8 @@ def glasshouse():
 # by Rayleigh's law as wavelength to the -4) and by fine haze (to the -1.3, after Angstrom), with as much of it visible as
 # of the standard's clear sky.
 CLEAR_SKY = [0.515, 0.521, 0.414, 0.334, 0.271, 0.216]
-# The sun's light near the horizon, likewise: the standard's (ASTM G173-03) after another 4.1 of the air's depth, of
-# which the blue loses most.
+# The sun's light near the horizon, likewise: the standard's (ASTM G173-03) after another 4.1 of the air's depth, by
+# the same laws with a haze of 0.08 at 1000 nm, over 0.43, the fraction of all its energy that is left.
 LOW_SUN = [0.051, 0.136, 0.217, 0.301, 0.377, 0.432]
 HOUSE_BANDS = {
     "bands": [{"name": str(low), "from_nm": low, "to_nm": low + 50} for low in range(400, 700, 50)],
@@ -853,10 +853,9 @@ def vertical_farm():
         for rack, y in zip("AB", RACKS_Y) for tier in range(TIERS)
         for row, v in zip("lr", (y - 0.165, y + 0.165)) for k in range(5)
         for x, z in [(0.02 + 1.2 * k, TIER_LOW + TIER_STEP * tier + 0.515)]]
-    green = {name: HOUSE_MATERIALS[name] for name in ("leaf", "vein")}
     save_scene(SCENES / "vertical-farm.json", {
         "name": "a vertical farm", "unit": "m", "quantity": "umol/s", **HOUSE_BANDS,
-        "materials": {**green, "leaf": HOUSE_MATERIALS["grass"], "heart": HOUSE_MATERIALS["straw"],
+        "materials": {"leaf": HOUSE_MATERIALS["grass"], "vein": HOUSE_MATERIALS["vein"], "heart": HOUSE_MATERIALS["straw"],
                       "wall": {"type": "lambert", "reflectance": 0.75}, "tray": {"type": "lambert", "reflectance": 0.8},
                       "floor": {"type": "phong", "reflectance": 0.3, "specular": 0.12, "exponent": 60},
                       "steel": {"type": "phong", "reflectance": 0.35, "specular": 0.3, "exponent": 25}},

@@ -162,8 +162,7 @@ impl Chart {
             if i % columns > 0 {
                 y = y.unlabelled();
             }
-            let far = |(_, level): &(String, f64)| !axes[1].ends().contains(level);
-            panel.levels.retain(|level| !far(level));
+            panel.levels.retain(|(_, level)| axes[1].ends().contains(level));
             panel.draw_on(part, [x, y], SMALL)?;
         }
         Ok(())
@@ -555,8 +554,8 @@ mod tests {
         assert!(!two(Stroke::Marks, 1).contains(line) && two(Stroke::Line, 1).contains(line));
     }
 
-    /// Names stand beside lines, at ends that are apart, and at the middles of lines that end together;
-    /// then there is no legend.
+    /// Names stand beside lines, at ends that are apart; where two lines end together, one at least has
+    /// its name at its middle. There is no legend.
     #[test]
     fn names_stand_beside_lines() {
         let drawn = |ends: [f64; 2], peaks: [f64; 2]| {

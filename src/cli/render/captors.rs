@@ -5,7 +5,7 @@ use crate::{
     error::Result,
     formats::scene_file::LoadedScene,
     results::{result::RunResult, saved::ResultsFile},
-    show::{picture::Legend, render::Viewpoint},
+    show::render::Viewpoint,
     transport::{settings::Settings, simulate::simulate},
 };
 
@@ -42,8 +42,7 @@ impl Task<'_> {
             value(captor, front).map(|v| scale.colour(v))
         })?;
         let [_, unit] = self.scene.units(self.band.index.unwrap_or(0));
-        let legend = self.legend("irradiance", &unit, scale);
-        let legend = Legend { beyond: most > scale.high, ..legend };
+        let legend = self.legend("irradiance", &unit, scale, most);
         Ok(Made { picture: picture.with_bar(&legend)?, pixels: None, words })
     }
 

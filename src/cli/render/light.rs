@@ -96,9 +96,8 @@ impl Task<'_> {
     ) -> Legend {
         let seen = (0..pixels.covered.len()).filter(|&i| pixels.covered[i] > 0.0);
         let values: Vec<f64> = seen.map(|i| value(pixels.pixel(i))).collect();
-        let scale = self.scale(values.clone(), 0.95);
-        let beyond = values.iter().any(|value| *value > scale.high);
-        Legend { beyond, ..self.legend(what, unit, scale) }
+        let most = values.iter().copied().fold(0.0, f64::max);
+        self.legend(what, unit, self.scale(values, 0.95), most)
     }
 
     /// Makes a picture of linear colours, with a colour bar.

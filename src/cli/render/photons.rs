@@ -36,7 +36,9 @@ impl Task<'_> {
         };
         // few photons are scattered often, so those do not stretch the scale
         let share = if self.arguments.colour == By::Bounce { 0.95 } else { 0.999 };
-        let scale = self.scale(dots.iter().map(|dot| value(dot.index)).collect(), share);
+        let values: Vec<f64> = dots.iter().map(|dot| value(dot.index)).collect();
+        let most = values.iter().copied().fold(0.0, f64::max);
+        let scale = self.scale(values, share);
         let size = (picture.width / 400).max(1);
         let mut draw = |at: [f32; 2], colour| {
             let [x, y] = at.map(|x| x as usize);
@@ -56,15 +58,10 @@ impl Task<'_> {
         for dot in path_dots {
             draw(dot.at, PATH);
         }
-        let legend = Legend {
-            title: match self.arguments.colour {
-                By::Power => self.legend(what, &unit, scale).title,
-                By::Bounce => vec![what.into()],
-            },
-            scale,
-            whole: self.arguments.colour == By::Bounce,
-            beyond: false,
-        };
+        let mut legend = self.legend(what, &unit, scale, most);
+        if self.arguments.colour == By::Bounce {
+            legend = Legend { title: vec![what.into()], whole: true, ..legend };
+        }
         let words = format!("{}, {} of them seen\n", photons(&light), dots.len());
         Ok(Made { picture: picture.with_bar(&legend)?, pixels: None, words })
     }

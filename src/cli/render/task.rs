@@ -204,7 +204,8 @@ impl<'a> Task<'a> {
         self.scale.unwrap_or_else(|| Scale::of(values, share, self.arguments.log))
     }
 
-    pub fn legend(&self, what: &str, unit: &str, scale: Scale) -> Legend {
+    /// Returns the legend of values of which `most` is the greatest.
+    pub fn legend(&self, what: &str, unit: &str, scale: Scale, most: f64) -> Legend {
         let flux = self.scene.quantity.unit_names().flux;
         let light = match what {
             "irradiance" => light_name(&band_results(self.scene), self.band.index, &flux),
@@ -212,7 +213,8 @@ impl<'a> Task<'a> {
         };
         let short = |line: &str| line.chars().take(14).collect();
         let lines = light.splitn(2, ", ").chain([unit]);
-        Legend { title: lines.map(short).collect(), scale, whole: false, beyond: false }
+        let (title, beyond) = (lines.map(short).collect(), most > scale.high);
+        Legend { title, scale, whole: false, beyond }
     }
 
     /// Makes a pale picture of what `see` says each ray meets first. `colour` gives the colour of a

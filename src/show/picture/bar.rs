@@ -72,7 +72,7 @@ impl Picture {
         }
         if legend.beyond {
             let [r, g, b] = colour_at(1.0).to_array().map(|c| (255.0 * c).round() as u8);
-            let (side, back) = (0.5 * bar, 0.0 - tip);
+            let (side, back) = (0.5 * bar, -tip);
             let _ = write!(
                 svg,
                 "<path d=\"M{margin} {}l{side} {back}l{side} {tip}z\" fill=\"rgb({r},{g},{b})\"/>",

@@ -182,15 +182,9 @@ impl Whitted<'_> {
                 Some(gather) if place.share < FAINT => {
                     let k = self.light.coarse(COARSE);
                     let told = near(shared, &|| told(self.light, &gather.cache, k, place));
-                    let found = Found::told(told, error_of_told(self.light.k, k, place));
-                    match place.gloss {
-                        Some(gloss) => {
-                            let lamps = gloss.lamps(rng);
-                            let none = lamps.zero();
-                            found.with([lamps, none])
-                        }
-                        None => found,
-                    }
+                    let lamps = place.gloss.map_or_else(|| told.zero(), |gloss| gloss.lamps(rng));
+                    let error = error_of_told(self.light.k, k, place);
+                    Found { lamps, ..Found::told(told, error) }
                 }
                 Some(gather) => {
                     let told = near(shared_focused, &|| gather.focused(place));
