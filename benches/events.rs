@@ -4,8 +4,7 @@
 use divan::{Bencher, black_box_drop, counter::ItemsCount};
 use glam::Vec3;
 use phylux::{
-    Scene,
-    formats::spec::*,
+    formats::{SceneBuilder, spec::*},
     math::{Lanes, Stream},
     scene::{
         Dielectric, Interaction, Lambert, Leaf, LeafFace, Material, Mirror, Pane, Phong,
@@ -29,7 +28,7 @@ fn emit(bencher: Bencher, shape: &str) {
             AreaSpec::polygon(corners, 1.0).into()
         }
     };
-    let loaded = Scene::builder().light(light).build().expect("a scene of one light");
+    let loaded = SceneBuilder::new().light(light).build().expect("a scene of one light");
     let light = &loaded.scene.lights[0];
     sample(bencher, |rng| light.emit(rng));
 }

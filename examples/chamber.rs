@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 use phylux::{
-    Control, FlatResult, Scene, Settings,
-    formats::{Mesh, spec::*},
+    Control, FlatResult, Settings,
+    formats::{Mesh, SceneBuilder, spec::*},
     math::Quantity,
     scene::Channel,
     simulate,
@@ -15,7 +15,7 @@ fn main() -> phylux::Result<()> {
         let name = format!("sensor at x = {x} m");
         CaptorSpec::disc(&name, [x, 0.25, 0.1], [0.0, 0.0, 1.0], 0.02)
     };
-    let loaded = Scene::builder()
+    let loaded = SceneBuilder::new()
         .quantity(Quantity::Micromole)
         .band("PAR", 400.0, 700.0)
         .material("white paint", LambertSpec::new(0.8))

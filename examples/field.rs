@@ -4,8 +4,8 @@
 
 use glam::DVec3;
 use phylux::{
-    Control, RunResult, Scene, Settings,
-    formats::{Mesh, spec::*},
+    Control, RunResult, Settings,
+    formats::{Mesh, SceneBuilder, spec::*},
     math::Stream,
     simulate,
 };
@@ -18,7 +18,7 @@ const LEAVES: usize = 8;
 fn main() -> phylux::Result<()> {
     let place = |i: usize| (i as f64 + 0.5) / PLANTS as f64;
     let places = (0..PLANTS * PLANTS).map(|i| [place(i % PLANTS), place(i / PLANTS), 0.0]);
-    let mut scene = Scene::builder()
+    let mut scene = SceneBuilder::new()
         .material("leaf", LeafSpec::new(0.08, 0.05))
         .material("soil", LambertSpec::new(0.15))
         .mesh("soil", square(1.0)?)

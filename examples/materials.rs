@@ -2,8 +2,8 @@
 //! parallel. Run it with `cargo run --release --example materials`.
 
 use phylux::{
-    Control, FlatResult, LoadedScene, Scene, Settings,
-    formats::{Mesh, spec::*},
+    Control, FlatResult, LoadedScene, Settings,
+    formats::{Mesh, SceneBuilder, spec::*},
     scene::Channel,
     simulate,
 };
@@ -48,7 +48,7 @@ fn greenhouse((_, direct, diffuse): &(&str, [f64; 2], [f64; 2])) -> phylux::Resu
         ..TableSpec::default()
     };
     let sun = SunSpec { irradiance: Some(800.0.into()), ..SunSpec::default() };
-    Scene::builder()
+    SceneBuilder::new()
         .sun_at(50.0, 180.0)
         .material("cover", cover)
         .mesh("roof", Mesh::from_faces(&corners, &[[0, 1, 2], [0, 2, 3]])?)

@@ -1,7 +1,7 @@
 //! Photon mapping for plant science: how much light every sensor and every leaf of a greenhouse or
 //! growth chamber receives.
 //!
-//! A scene comes from a file ([`load`]) or is made in memory ([`Scene::builder`]). Photons travel
+//! A scene comes from a file ([`load`]) or is made in memory ([`SceneBuilder`](formats::SceneBuilder)). Photons travel
 //! from its lights, and those that meet a captor are counted and stored ([`simulate`]); or paths go
 //! back from the captors to the lights ([`Estimator`]). [`RunResult`] tells what each captor
 //! received, [`FlatResult`] the same as arrays.
@@ -40,33 +40,94 @@
 #![deny(missing_docs)]
 #![deny(unnameable_types)]
 #![deny(unsafe_code)]
-// without the command line, the code that it alone uses is dead
-#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
-mod error;
+// what each module promises; crates/ holds the code
 
-// each of these modules uses only those declared above it
-pub mod math;
+/// Vectors, frames, random streams, spectra, statistics and units.
+pub mod math {
+    pub use phylux_core::math::{
+        Curve, Estimate, Extent, Frame, Lanes, LengthUnit, Quantity, Ray, Running, Spectrum,
+        Stream, Transform, Triangle, UnitNames, WeightedUnit, Wide,
+    };
+}
 
-pub mod scene;
+/// Surfaces, materials, lights and captors, and the validated scene of them.
+pub mod scene {
+    pub use phylux_core::scene::{
+        Area, Arrived, Band, BandRatio, BandSum, Basis, Bsdf, BsdfFaces, BsdfSample, CHANNELS,
+        Camera, Captor, CaptorKind, CaptorPart, Channel, Cone, CopyPart, Cover, CoverRow, Crossing,
+        Dielectric, Emission, EmittedRadiance, EmitterHit, FaceValues, Intensity, IntensityTable,
+        Interaction, IsotropicLine, Kernel, Lambert, Lamp, Lattice, Leaf, LeafFace, LeafSpectra,
+        Light, LightHit, LightPart, LightSample, LightSource, LobeKind, Luminaire, LuminaireArea,
+        Material, Mirror, NamedMaterial, PairValues, Pane, Patches, Period, Phong, PhongFractions,
+        Prospect, Response, Scatterer, Scene, SceneParts, Sensor, SharedCopy, SharedPart, Standing,
+        Start, Strata, Surface, SurfaceHit, SurfacePart, Table, Toward, Transport, Triangles, Tube,
+        Unplaced, View, daylight,
+    };
+}
 
-pub mod transport;
+/// The photon loop and its events, runs, estimators, tallies and photon maps.
+pub mod transport {
+    pub use phylux_core::transport::{
+        Accuracy, Arrival, Choice, Control, Counted, Dark, End, Estimator, Event, FaceBand, Flight,
+        Guide, Guiding, Ledger, Neighbour, Onward, PackedDirection, PhotonMap, Progress, Settings,
+        Shard, Simulation, StoredPhoton, SurfaceLight, Target, Totals, Unseen, Way, Worst,
+        found_and_unseen, light_surfaces, simulate, trace,
+    };
+}
 
-pub mod results;
+/// What a run found, with standard errors: values by captor, group and layer, and comparisons.
+pub mod results {
+    pub use phylux_results::{
+        Absorbed, AbsorbedByFace, BandResult, ByLight, Calibration, CanopyResult, CaptorResult,
+        Comparison, DarkResult, Difference, Electricity, Energy, EvenPowers, FaceResult, Factor,
+        FactorErrors, FlatResult, GroupElectricity, GroupResult, LampElectricity, LayerResult, Lit,
+        MapResult, Model, ModelErrors, NearestResult, RatioResult, Ratios, ReadingResult,
+        ResultsFile, RunResult, RunSettings, Share, Shares, SlopeIntercept, SumUnit,
+        ToleranceResult, Uniformity, Varied, Warning, WorstResult, YearFacts,
+    };
+}
 
-pub mod formats;
+/// Files, and descriptions of scenes.
+pub mod formats {
+    pub use phylux_files::{
+        ControlFile, DimFile, Face, FilesRead, HourlyLight, HourlyLights, HourlySun, InMemory,
+        LampControl, LoadedScene, Mesh, MeshGroup, OpenField, OutputFile, OutputFolder, Parameter,
+        Run, SceneBuilder, SeriesFile, SkyDivision, SpectrumAverage, StateControl, Sweep,
+        TableNote, TrackerControl, Turn, WhenKeys, YearTable, iso8601, load, load_by_hour,
+        load_from, load_with, parse_json, parse_results, read_json, read_results, spec, weather,
+        write_csv, write_json,
+    };
+}
 
+/// Pictures, charts, plots, pages and files for other programs.
 #[cfg(feature = "show")]
-pub mod show;
+pub mod show {
+    pub use phylux_show::{
+        Chart, Colours, ExportFormat, FirstVisible, Fragments, Gather, Legend, Picture, Pixels,
+        PlotStyle, RenderPlan, RenderStage, RenderedScene, Sampling, Scale, Series, Show, Shown,
+        Stroke, Viewpoint, VtkKind, Width, check_export, check_view, painted, render, write_export,
+        write_view,
+    };
+}
 
+/// Work that takes more than one run, or none: sweeps, years, convergence, checks.
 #[cfg(feature = "studies")]
-pub mod studies;
+pub mod studies {
+    pub use phylux_studies::{
+        Bounces, ConvergencePlan, ConvergenceStudy, EvenPlan, Forecast, HoursOf, Kept, Lamp,
+        MaterialSummary, Needs, ObjectSummary, Outcome, Places, Reference, Row, Rung, SceneSummary,
+        State, StateScene, Step, SweepControl, SweepPlan, SweepProgress, TrueValue, Value, Values,
+        Within, Year, YearOptions, YearScenes, check, check_meshes, even, join, load_base, merge,
+        study, sweep,
+    };
+}
 
 #[cfg(feature = "cli")]
 pub mod cli;
 
-pub use error::{Error, ErrorKind, Problem, Result};
 pub use formats::{LoadedScene, load};
+pub use phylux_core::error::{Error, ErrorKind, Problem, Result};
 pub use results::{FlatResult, RunResult};
 pub use scene::Scene;
 pub use transport::{Control, Estimator, Guiding, Settings, Simulation, Target, simulate};

@@ -5,7 +5,7 @@ use std::{collections::HashMap, fs, path::Path};
 use glam::DVec3;
 use phylux::{
     Control, FlatResult, LoadedScene, RunResult, Scene,
-    formats::{Mesh, MeshGroup, load_with, spec::*},
+    formats::{Mesh, MeshGroup, SceneBuilder, load_with, spec::*},
     load,
     math::Quantity,
 };
@@ -109,7 +109,7 @@ fn a_builder_makes_the_scene_of_a_file() {
         Mesh::from_faces(&corners, &[[0, 1, 2], [0, 2, 3]]).expect("a floor")
     };
     let scene = |reflectance: f64| {
-        Scene::builder()
+        SceneBuilder::new()
             .name("both")
             .quantity(Quantity::Micromole)
             .band("blue", 400.0, 500.0)
@@ -163,7 +163,7 @@ fn a_builder_makes_the_scene_of_a_file() {
     let refused = sentence(scene(1.2));
     assert_eq!(refused, sentence(file(1.2)));
     assert!(refused.starts_with("scene: /materials/soil/reflectance"), "{refused}");
-    let twice = Scene::builder()
+    let twice = SceneBuilder::new()
         .material("soil", LambertSpec::new(0.1))
         .material("soil", LambertSpec::new(0.2))
         .light(PointSpec::new([0.; 3], 1.0));

@@ -488,8 +488,8 @@ fn the_page_is_whole_and_the_same_each_time() {
 /// ends such an element.
 #[test]
 fn no_script_ends_its_element() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/show/view");
-    for entry in fs::read_dir(folder).expect("src/show/view") {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/show/src/view");
+    for entry in fs::read_dir(folder).expect("crates/show/src/view") {
         let path = entry.expect("an entry").path();
         if path.extension().is_some_and(|ending| ending == "js") {
             let text = fs::read_to_string(&path).expect("a script");

@@ -1,5 +1,6 @@
 //! The results of a run as flat arrays for numpy, and as files.
 
+use phylux::formats::parse_results;
 use std::{
     collections::BTreeMap,
     io::{self, Write},
@@ -54,7 +55,7 @@ impl Found {
     /// Returns the results as they are read from their file.
     pub fn results_file(&self) -> PyResult<ResultsFile> {
         let bytes = self.json_bytes()?;
-        Python::attach(|py| raised(py, ResultsFile::parse(&bytes)))
+        Python::attach(|py| raised(py, parse_results(&bytes)))
     }
 }
 

@@ -16,29 +16,28 @@ use super::{
     summary::{SHOWN_BANDS, short},
     terminal,
 };
-use crate::{
+use phylux_core::{
     error::{Error, Result},
-    formats::{
-        calibration_file,
-        input::read_bytes,
-        json,
-        measured_csv::{self, MeasuredRow},
-        output::{FilesRead, NOT_OURS, OutputFile, folder_of},
-        result_file::{read_json, write_lines},
-        scene_file::{self, LoadedScene},
-    },
-    results::{
-        calibration::{Calibration, EvenPowers, Lit, Model, Varied},
-        result::RunResult,
-    },
-    studies::calibrate::{
-        CalibrationPlan, EvenPlan, Grid, Vary, calibrate, calibrated_scene, even,
-        warnings_of_varied,
-    },
     transport::{
         settings::{Checked, Estimator, Guiding, Settings},
         simulate::{Control, Progress, simulate},
     },
+};
+use phylux_files::{
+    calibration_file,
+    input::read_bytes,
+    json,
+    measured_csv::{self, MeasuredRow},
+    output::{FilesRead, NOT_OURS, OutputFile, folder_of},
+    result_file::{read_json, write_lines},
+    scene_file::{self, LoadedScene},
+};
+use phylux_results::{
+    calibration::{Calibration, EvenPowers, Lit, Model, Varied},
+    result::RunResult,
+};
+use phylux_studies::calibrate::{
+    CalibrationPlan, EvenPlan, Grid, Vary, calibrate, calibrated_scene, even, warnings_of_varied,
 };
 
 /// The most lamps that are listed.
@@ -97,7 +96,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FRACTION", value_parser = run::tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// What guides photons to sensors that light hardly reaches [default: the scene's]
-    #[arg(long, value_enum, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = super::choices::guiding())]
     guiding: Option<Guiding>,
     /// No longer an option: --guiding has taken its place
     #[arg(long, hide = true, value_name = "N", value_parser = run::splitting)]

@@ -17,20 +17,20 @@ use super::{
     style::Plots,
     tracing::TracingArguments,
 };
-use crate::{
+use phylux_core::{
     error::{Error, Result},
-    formats::{
-        input, json,
-        output::{FilesRead, OutputFile, Temporary},
-        scene_file,
-        written::Written,
-    },
-    studies::convergence::{ConvergencePlan, ConvergenceStudy, Reference, Row, study},
     transport::{
         settings::Settings,
         simulate::{Control, Progress},
     },
 };
+use phylux_files::{
+    input, json,
+    output::{FilesRead, OutputFile, Temporary},
+    scene_file,
+    written::Written,
+};
+use phylux_studies::convergence::{ConvergencePlan, ConvergenceStudy, Reference, Row, study};
 
 /// The options of [`TracingArguments`], of which the seed promises less.
 #[derive(Args)]

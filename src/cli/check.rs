@@ -12,16 +12,16 @@ use super::{
     summary::{SHOWN_BANDS, short},
     terminal,
 };
-use crate::{
+use phylux_core::{
     error::{Error, Result},
-    formats::scene_file::{self, LoadedScene, OpenField},
     scene::{
         captor::CaptorKind,
         light::Light,
         world::{BandSum, Scene},
     },
-    studies::check::{MaterialSummary, ObjectSummary, SceneSummary, check, decimals},
 };
+use phylux_files::scene_file::{self, LoadedScene, OpenField};
+use phylux_studies::check::{MaterialSummary, ObjectSummary, SceneSummary, check, decimals};
 
 /// The most materials, objects or lights that are listed. Totals count those beyond, too.
 const LISTED: usize = 30;

@@ -1,5 +1,6 @@
 //! `phylux compare`: compares two results captor by captor.
 
+use phylux_files::result_file::read_results;
 use std::{
     fmt::Write,
     path::{Path, PathBuf},
@@ -8,16 +9,14 @@ use std::{
 use clap::Args;
 
 use super::{interrupt::Interrupt, outputs::check_places, summary::short};
-use crate::{
-    error::Result,
-    formats::{
-        csv_text,
-        output::{FilesRead, OutputFile},
-    },
-    results::{
-        compare::{Comparison, Difference, ODDS},
-        saved::ResultsFile,
-    },
+use phylux_core::error::Result;
+use phylux_files::{
+    csv_text,
+    output::{FilesRead, OutputFile},
+};
+use phylux_results::{
+    compare::{Comparison, Difference, ODDS},
+    saved::ResultsFile,
 };
 
 #[derive(Args)]
@@ -49,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let place = csv.as_ref().and_then(OutputFile::place).map(Path::to_path_buf);
     let read = FilesRead::new([&arguments.a, &arguments.b]);
     check_places(place.as_slice(), &read)?;
-    let (a, b) = (ResultsFile::read(&arguments.a)?, ResultsFile::read(&arguments.b)?);
+    let (a, b) = (read_results(&arguments.a)?, read_results(&arguments.b)?);
     let comparison = Comparison::new(&a, &b)?;
     if let Some(csv) = csv {
         csv.write(&read, |writer| {

@@ -9,17 +9,17 @@ use clap::{
 };
 
 use super::{check, compare, mix, render, run, summary::summary};
-use crate::{
+use phylux_core::{
     error::{Error, Result},
-    formats::scene_file::LoadedScene,
-    results::{
-        compare::Comparison,
-        result::{Factor, RunResult},
-        saved::ResultsFile,
-    },
-    show::{picture::Picture, render::Pixels},
     transport::{settings::Settings, simulate::Control},
 };
+use phylux_files::scene_file::LoadedScene;
+use phylux_results::{
+    compare::Comparison,
+    result::{Factor, RunResult},
+    saved::ResultsFile,
+};
+use phylux_show::{picture::Picture, render::Pixels};
 
 /// A text for a person, with warnings.
 pub struct Words {
@@ -75,7 +75,7 @@ pub fn found(loaded: &LoadedScene, options: &[String], control: &Control) -> Res
 
 /// Returns what `phylux check` says of a scene, and the same as the JSON of `--json`.
 pub fn describe(loaded: &LoadedScene) -> Result<(Words, String)> {
-    let summary = crate::studies::check::check(loaded)?;
+    let summary = phylux_studies::check::check(loaded)?;
     let json = check::as_json(loaded, &summary)?;
     Ok((Words { text: check::describe(loaded, &summary), warnings: summary.warnings }, json))
 }

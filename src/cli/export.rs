@@ -8,11 +8,11 @@ use super::{
     render::range,
     rendered::{self, Source},
 };
-use crate::{
+use phylux_core::{
     error::{Error, Result},
     scene::world::Scene,
-    show::export::{Colours, ExportFormat, check_export, write_export},
 };
+use phylux_show::export::{Colours, ExportFormat, check_export, write_export};
 
 #[derive(Args)]
 pub(super) struct Arguments {

@@ -17,13 +17,11 @@ use std::{
 use cpu_time::ProcessTime;
 
 use super::terminal;
-use crate::{
-    error::{Error, NOTHING_WRITTEN, Result, lock},
-    formats::{
-        output::{OutputFile, Temporary},
-        result_file::OutputFolder,
-        unfinished::GONE,
-    },
+use phylux_core::error::{Error, NOTHING_WRITTEN, Result, lock};
+use phylux_files::{
+    output::{OutputFile, Temporary},
+    result_file::OutputFolder,
+    unfinished::GONE,
 };
 
 /// Exit code of a command that was interrupted: 128 plus the number of the signal of Ctrl-C.

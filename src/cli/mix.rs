@@ -13,15 +13,13 @@ use super::{
     outputs::{OutputArguments, Outputs, check_places, place_of},
     summary::{SHOWN_BANDS, short, summary},
 };
-use crate::{
-    error::{Error, Result},
-    formats::{
-        calibration_file::{self, Factors},
-        output::FilesRead,
-        result_file::read_json,
-    },
-    results::result::{ByLight, Factor, FactorErrors, RunResult},
+use phylux_core::error::{Error, Result};
+use phylux_files::{
+    calibration_file::{self, Factors},
+    output::FilesRead,
+    result_file::read_json,
 };
+use phylux_results::result::{ByLight, Factor, FactorErrors, RunResult};
 
 /// The most lights that are listed.
 const LISTED: usize = 20;

@@ -5,6 +5,7 @@
 mod calibrate;
 mod chart;
 mod check;
+mod choices;
 mod compare;
 pub mod embedded;
 mod export;
@@ -31,8 +32,8 @@ use std::{ffi::OsString, sync::LazyLock};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use crate::error::{ErrorKind, Result};
-use crate::scene::bvh::Kernel;
+use phylux_core::error::{ErrorKind, Result};
+use phylux_core::scene::bvh::Kernel;
 
 /// Text that `--version` prints.
 static VERSION: LazyLock<String> = LazyLock::new(|| {

@@ -9,14 +9,12 @@ use std::{
 use clap::Args;
 
 use super::interrupt::{Interrupt, STANDARD_OUTPUT};
-use crate::{
-    error::{Error, Result},
-    formats::{
-        output::{CompleteFile, FilesRead, OutputFile},
-        result_file::{CompleteFolder, OutputFolder, write_csv, write_json},
-    },
-    results::result::RunResult,
+use phylux_core::error::{Error, Result};
+use phylux_files::{
+    output::{CompleteFile, FilesRead, OutputFile},
+    result_file::{CompleteFolder, OutputFolder, write_csv, write_json},
 };
+use phylux_results::result::RunResult;
 
 /// Heading of a group of options in the help.
 pub(super) const FILES: &str = "Files";

@@ -11,15 +11,13 @@ use super::{
     render,
     style::Style,
 };
-use crate::{
-    error::{Error, Result},
-    formats::{
-        output::FilesRead,
-        result_file::read_json,
-        year_table::{Face, YearTable},
-    },
-    show::plot::{Plot, PlotKind, PlotRequest, YearPlotKind, YearPlotRequest},
+use phylux_core::error::{Error, Result};
+use phylux_files::{
+    output::FilesRead,
+    result_file::read_json,
+    year_table::{Face, YearTable},
 };
+use phylux_show::plot::{Plot, PlotKind, PlotRequest, YearPlotKind, YearPlotRequest};
 
 #[derive(Args)]
 pub(super) struct Arguments {

@@ -10,7 +10,7 @@ use std::{
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, TermLike};
 
 use super::terminal;
-use crate::{error::lock, transport::simulate::Progress};
+use phylux_core::{error::lock, transport::simulate::Progress};
 
 /// Time before the first line where there is no terminal, and between two lines.
 const FIRST: Duration = Duration::from_secs(2);

@@ -16,18 +16,16 @@ use super::{
     outputs::{check_places, place_of},
     progress::during,
 };
-use crate::{
-    error::{Error, Result},
-    formats::{
-        output::{FilesRead, OutputFile},
-        scene_file,
-    },
-};
 use arguments::What;
 pub(super) use arguments::{Arguments, range};
+use phylux_core::error::{Error, Result};
+use phylux_files::{
+    output::{FilesRead, OutputFile},
+    scene_file,
+};
 pub(super) use task::{Made, make};
 #[cfg(feature = "exr")]
-use {crate::show::picture::write_exr, channels::channels};
+use {channels::channels, phylux_show::picture::write_exr};
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;

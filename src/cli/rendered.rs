@@ -1,6 +1,7 @@
 //! What `view` and `export` have in common: they read a scene and perhaps the results of a run,
 //! trace what these results do not tell, and write a file.
 
+use phylux_files::result_file::read_results;
 use std::{
     io::{self, Write},
     path::{Path, PathBuf},
@@ -15,20 +16,19 @@ use super::{
     progress::{during, show, terminal_bar},
     tracing::TracingArguments,
 };
-use crate::{
+use phylux_core::{
     error::{Error, NOTHING_WRITTEN, Result},
-    formats::{
-        output::FilesRead,
-        scene_file::{self, LoadedScene},
-    },
-    results::saved::ResultsFile,
     scene::world::Scene,
-    show::rendered::{RenderPlan, RenderStage, RenderedScene},
     transport::{
         settings::Settings,
         simulate::{Control, Progress},
     },
 };
+use phylux_files::{
+    output::FilesRead,
+    scene_file::{self, LoadedScene},
+};
+use phylux_show::rendered::{RenderPlan, RenderStage, RenderedScene};
 
 /// Arguments that name the scene and the source of its light.
 #[derive(Args)]
@@ -66,7 +66,7 @@ pub(super) fn write(
     let file = interrupt.file(output)?;
     let place = file.place().map(Path::to_path_buf);
     let (results, loaded) = during("reading the scene", || -> Result<_> {
-        let results = source.results.as_deref().map(ResultsFile::read).transpose()?;
+        let results = source.results.as_deref().map(read_results).transpose()?;
         Ok((results, scene_file::load(&source.scene)?))
     })?;
     let LoadedScene { scene, settings, warnings, files, .. } = loaded;

@@ -18,17 +18,9 @@ use super::{
     summary::{far_off, summary},
     terminal,
 };
-use crate::{
+use phylux_core::{
     error::{Error, ErrorKind, NOTHING_WRITTEN, Result, percent},
-    formats::{
-        output::{FilesRead, OutputFile},
-        run_work::{Checkpoint, KeptSettings, write_shard},
-        scene_file::{self, LoadedScene},
-        work_file::{Work, WorkHead},
-    },
-    results::result::{RunResult, ToleranceResult, WorstResult},
     scene::world::Scene,
-    studies::check::check_meshes,
     transport::{
         settings::{Checked, Estimator, Guiding, Settings, Target},
         shard::Shard,
@@ -38,6 +30,14 @@ use crate::{
         },
     },
 };
+use phylux_files::{
+    output::{FilesRead, OutputFile},
+    run_work::{Checkpoint, KeptSettings, write_shard},
+    scene_file::{self, LoadedScene},
+    work_file::{Work, WorkHead},
+};
+use phylux_results::result::{RunResult, ToleranceResult, WorstResult};
+use phylux_studies::check::check_meshes;
 
 /// Headings of groups of options in the help.
 const ENDS: &str = "When the run ends";
@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
     /// Method: photons from the lights, or paths back from the captors [default: the scene's]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = super::choices::estimator())]
     estimator: Option<Estimator>,
     /// Photons (or paths over all captors) to trace, e.g. 5e6; with --tolerance: the most to trace
     #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
@@ -79,7 +79,7 @@ pub(super) struct Arguments {
     map_photons: Option<usize>,
     /// What guides photons to captors that light hardly reaches [default: the scene's, or what a
     /// trial finds cheapest]
-    #[arg(long, value_enum, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = super::choices::guiding())]
     guiding: Option<Guiding>,
     /// No longer an option: --guiding has taken its place
     #[arg(long, hide = true, value_name = "N", value_parser = splitting)]

@@ -2,14 +2,12 @@
 
 use clap::ValueEnum;
 
-use crate::{
-    error::{Error, Result},
-    formats::{
-        control_file::ControlFile, result_file::SingleCaptor, scene_file::SceneSpec,
-        sweep_file::SweepFile,
-    },
-    results::result::RunResult,
+use phylux_core::error::{Error, Result};
+use phylux_files::{
+    control_file::ControlFile, result_file::SingleCaptor, scene_file::SceneSpec,
+    sweep_file::SweepFile,
 };
+use phylux_results::result::RunResult;
 
 /// Kind of files to print the schema of.
 #[derive(Clone, Copy, ValueEnum)]

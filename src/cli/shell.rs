@@ -10,10 +10,8 @@ use clap_complete::Shell;
 use clap_mangen::Man;
 
 use super::{help, interrupt::check_folder, terminal};
-use crate::{
-    error::{Error, Result},
-    formats::output::{FilesRead, OutputFile},
-};
+use phylux_core::error::{Error, Result};
+use phylux_files::output::{FilesRead, OutputFile};
 
 #[derive(Args)]
 pub(super) struct CompletionArguments {

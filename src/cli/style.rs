@@ -2,10 +2,8 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::{
-    error::{Error, Result},
-    show::{chart::Width, plot::PlotStyle},
-};
+use phylux_core::error::{Error, Result};
+use phylux_show::{chart::Width, plot::PlotStyle};
 
 #[derive(Args)]
 pub(super) struct Style {

@@ -2,12 +2,10 @@
 
 use std::{collections::HashSet, fmt::Write};
 
-use crate::{
-    results::result::{
-        AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult,
-        RunResult, Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
-    },
-    transport::settings::Guiding,
+use phylux_core::transport::settings::Guiding;
+use phylux_results::result::{
+    AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult, RunResult,
+    Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
 };
 
 /// The most bands that are shown.

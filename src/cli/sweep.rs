@@ -18,27 +18,27 @@ use super::{
     tracing::TracingArguments,
     year,
 };
-use crate::{
+use phylux_core::{
     error::{Error, Result},
-    formats::{
-        output::FilesRead,
-        result_file::write_json,
-        sweep_file::Sweep,
-        work_file::{Work, WorkReader},
-    },
-    show::plot::PlotStyle,
-    studies::{
-        check::check_meshes,
-        join::Shards,
-        sweep::{
-            Forecast, Outcome, State, SweepControl, SweepPlan, SweepProgress, from_simulations,
-            load_base, merge, sweep,
-        },
-    },
     transport::{
         settings::Checked,
         shard::Shard,
         simulate::{Control, Progress},
+    },
+};
+use phylux_files::{
+    output::FilesRead,
+    result_file::write_json,
+    sweep_file::Sweep,
+    work_file::{Work, WorkReader},
+};
+use phylux_show::plot::PlotStyle;
+use phylux_studies::{
+    check::check_meshes,
+    join::Shards,
+    sweep::{
+        Forecast, Outcome, State, SweepControl, SweepPlan, SweepProgress, from_simulations,
+        load_base, merge, sweep,
     },
 };
 

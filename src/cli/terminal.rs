@@ -8,7 +8,7 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-use crate::error::{Error, Result};
+use phylux_core::error::{Error, Result};
 
 /// Whether only results, warnings and errors are printed (`--quiet`).
 static QUIET: AtomicBool = AtomicBool::new(false);

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::run;
-use crate::transport::settings::Settings;
+use phylux_core::transport::settings::Settings;
 
 /// Options that are the same in several commands that trace; the scene's settings hold for those
 /// that are not given.

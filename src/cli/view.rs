@@ -5,12 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::rendered::{self, Source};
-use crate::{
-    error::Result,
-    formats::year_table::{Face, YearTable},
-    scene::world::Scene,
-    show::view::{check_view, write_view},
-};
+use phylux_core::{error::Result, scene::world::Scene};
+use phylux_files::year_table::{Face, YearTable};
+use phylux_show::view::{check_view, write_view};
 
 #[derive(Args)]
 pub(super) struct Arguments {

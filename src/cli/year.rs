@@ -20,21 +20,10 @@ use super::{
     style::Plots,
     summary::short,
 };
-use crate::{
+use asked::{Asked, Ready};
+use phylux_core::{
     error::{Error, ErrorKind, Result},
-    formats::{
-        output::{FilesRead, Temporary, folder_of},
-        scene_file::{LoadedScene, SkyDivision},
-        work_file::TableSettings,
-        year_work::YearWork,
-    },
     scene::captor::Channel,
-    show::plot::PlotStyle,
-    studies::year::{
-        HoursOf, Kept, Needs, Year, YearOptions, YearShards, gigabytes, months_of,
-        tables::{YearTables, write},
-        trace_shard as trace_shard_of,
-    },
     transport::{
         direct_sun::SunRays,
         settings::Guiding,
@@ -42,7 +31,18 @@ use crate::{
         simulate::{Control, Progress},
     },
 };
-use asked::{Asked, Ready};
+use phylux_files::{
+    output::{FilesRead, Temporary, folder_of},
+    scene_file::{LoadedScene, SkyDivision},
+    work_file::TableSettings,
+    year_work::YearWork,
+};
+use phylux_show::plot::PlotStyle;
+use phylux_studies::year::{
+    HoursOf, Kept, Needs, Year, YearOptions, YearShards, gigabytes, months_of,
+    tables::{YearTables, write},
+    trace_shard as trace_shard_of,
+};
 
 /// The most months, and the most captors or groups, that are shown.
 const MONTHS: usize = 12;
@@ -70,7 +70,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = super::run::count, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// What guides photons to sensors that light hardly reaches [default: the scene's]
-    #[arg(long, value_enum, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = super::choices::guiding())]
     guiding: Option<Guiding>,
     /// No longer an option: --guiding has taken its place
     #[arg(long, hide = true, value_name = "N", value_parser = super::run::splitting)]

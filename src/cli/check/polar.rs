@@ -5,7 +5,7 @@ use std::{collections::HashMap, fmt::Write, sync::Arc};
 
 use glam::Vec3;
 
-use crate::scene::{light::Intensity, world::Scene};
+use phylux_core::scene::{light::Intensity, world::Scene};
 
 /// The most drawings; scenes seldom have so many kinds of lamps.
 const MOST: usize = 4;

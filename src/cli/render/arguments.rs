@@ -5,10 +5,8 @@ use std::{path::PathBuf, time::Duration};
 use clap::{Args, ValueEnum};
 
 use super::view;
-use crate::{
-    cli::run,
-    transport::{settings::Checked, surface_light::SurfaceLight},
-};
+use crate::cli::run;
+use phylux_core::transport::{settings::Checked, surface_light::SurfaceLight};
 
 #[derive(Args)]
 pub struct Arguments {

@@ -1,13 +1,14 @@
 //! Pictures of captors, in false colour by the results of a run.
 
 use super::task::{Made, Task};
-use crate::{
+use phylux_core::{
     error::Result,
-    formats::scene_file::LoadedScene,
-    results::{result::RunResult, saved::ResultsFile},
-    show::render::Viewpoint,
     transport::{settings::Settings, simulate::simulate},
 };
+use phylux_files::result_file::read_results;
+use phylux_files::scene_file::LoadedScene;
+use phylux_results::result::RunResult;
+use phylux_show::render::Viewpoint;
 
 /// Irradiances of one captor, per band and then per sum, on the front and on the back.
 struct Faces([Option<Vec<f64>>; 2]);
@@ -17,7 +18,7 @@ impl Task<'_> {
         loaded.check_captors()?;
         let (faces, words) = match &self.arguments.results {
             Some(path) => {
-                let results = ResultsFile::read(path)?;
+                let results = read_results(path)?;
                 let words = format!("{} {}\n", results.photons, results.estimator);
                 results.check_scene(self.scene).map_err(|e| e.at(path.display()))?;
                 let faces = results.captors.into_iter().map(|captor| {

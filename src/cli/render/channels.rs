@@ -1,10 +1,8 @@
 //! The channels of an EXR file of a picture.
 
 use super::arguments::What;
-use crate::{
-    scene::world::Scene,
-    show::{picture::BandColours, render::Pixels},
-};
+use phylux_core::scene::world::Scene;
+use phylux_show::{picture::BandColours, render::Pixels};
 
 /// Returns the channels of an EXR file: each band, named by the quantity and the band; and for
 /// display R, G and B with radiance, or else the covered fraction of each pixel as A. Pictures of

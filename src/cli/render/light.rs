@@ -3,12 +3,10 @@
 use glam::Vec3;
 
 use super::task::{Made, Task, photons_and_rays};
-use crate::{
-    error::Result,
-    show::{
-        picture::{BandColours, Exposure, Legend, PAPER, Picture, encoded, linear, with_glow},
-        render::{Pixels, Show},
-    },
+use phylux_core::error::Result;
+use phylux_show::{
+    picture::{BandColours, Exposure, Legend, PAPER, Picture, encoded, linear, with_glow},
+    render::{Pixels, Show},
 };
 
 /// The largest light of a pixel that takes part in the glow, relative to white. The sun in a pane is

@@ -6,12 +6,10 @@ use super::{
     arguments::By,
     task::{Made, Task, photons},
 };
-use crate::{
-    error::Result,
-    show::{
-        picture::Legend,
-        render::{Viewpoint, path_dots, photon_dots},
-    },
+use phylux_core::error::Result;
+use phylux_show::{
+    picture::Legend,
+    render::{Viewpoint, path_dots, photon_dots},
 };
 
 impl Task<'_> {

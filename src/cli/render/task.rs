@@ -6,24 +6,24 @@ use std::{borrow::Cow, sync::atomic::AtomicBool, time::Instant};
 use glam::Vec3;
 
 use super::arguments::{Arguments, Denoise, What};
-use crate::{
-    cli::progress::{show, terminal_bar},
+use crate::cli::progress::{show, terminal_bar};
+use phylux_core::{
     error::{Error, Result},
-    formats::scene_file::LoadedScene,
     math::geometry::Ray,
-    results::result::{band_results, light_name},
     scene::world::Scene,
-    show::{
-        picture::{Legend, PAPER, Picture, Scale},
-        render::{
-            FirstVisible, Fragments, Gather, Pixels, Sampling, Show, Viewpoint, check_size,
-            painted, render,
-        },
-    },
     transport::{
         settings::Settings,
         simulate::{Control, Progress, light_surfaces},
         surface_light::SurfaceLight,
+    },
+};
+use phylux_files::scene_file::LoadedScene;
+use phylux_results::result::{band_results, light_name};
+use phylux_show::{
+    picture::{Legend, PAPER, Picture, Scale},
+    render::{
+        FirstVisible, Fragments, Gather, Pixels, Sampling, Show, Viewpoint, check_size, painted,
+        render,
     },
 };
 

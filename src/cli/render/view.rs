@@ -3,13 +3,13 @@
 use clap::Args;
 use glam::DVec3;
 
-use crate::{
+use phylux_core::{
     error::{Error, Result},
-    formats::scene_file::LoadedScene,
     scene::camera::View,
-    show::render::Viewpoint,
     transport::settings::Checked,
 };
+use phylux_files::scene_file::LoadedScene;
+use phylux_show::render::Viewpoint;
 
 /// Options of the camera. For those that are not given, the scene's camera is taken, or one is
 /// chosen.

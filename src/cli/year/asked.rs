@@ -2,22 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{
-    cli::{outputs::check_places, progress::during, terminal},
+use crate::cli::{outputs::check_places, progress::during, terminal};
+use phylux_core::{
     error::Result,
-    formats::{
-        control_file::ControlFile,
-        output::FilesRead,
-        scene_file::SkyDivision,
-        work_file::{TableSettings, Work, WorkHead},
-        year_work::YearSettings,
-    },
-    show::plot::PlotStyle,
-    studies::{
-        check::check_meshes,
-        year::{HoursOf, YearScenes, YearShards},
-    },
     transport::settings::{Guiding, Settings},
+};
+use phylux_files::{
+    control_file::ControlFile,
+    output::FilesRead,
+    scene_file::SkyDivision,
+    work_file::{TableSettings, Work, WorkHead},
+    year_work::YearSettings,
+};
+use phylux_show::plot::PlotStyle;
+use phylux_studies::{
+    check::check_meshes,
+    year::{HoursOf, YearScenes, YearShards},
 };
 
 /// What is asked for: which year is to be found, and how.

@@ -1,0 +1,608 @@
+//! The validated scene: surfaces, lights and captors, immutable and arranged for the tracing of
+//! rays.
+//!
+//! [`SceneParts`] is the input; `build` and `validate` turn it into a [`Scene`]; `shapes` keeps the
+//! triangles with their search structures; `lights_met` finds the lights that a ray meets.
+//!
+//! Coordinates come in double precision and are kept in single precision relative to the centre of
+//! the scene, so that a scene far from the origin works like one at the origin.
+
+mod arrived;
+mod build;
+mod digest;
+mod flush;
+mod images;
+mod lights_met;
+mod mirrors;
+mod outline;
+mod outside;
+mod parts;
+mod repeats;
+mod shapes;
+mod shared;
+mod triangles;
+mod tubes;
+mod validate;
+
+use std::{
+    borrow::Cow,
+    collections::BTreeMap,
+    ops::Range,
+    sync::{Arc, OnceLock},
+};
+
+use glam::{DVec3, Vec3, Vec4};
+
+use crate::{
+    math::{
+        geometry::{ROUNDING, Ray, Transform, Triangle, closeness},
+        sampling::Discrete,
+        spectrum::lanes,
+        units::{Quantity, UnitNames},
+    },
+    scene::{
+        bvh::{Bvh, Hit},
+        captor::{CHANNELS, Captor},
+        lattice::Lattice,
+        light::{Light, LightTree, Prism, sources},
+        material::Material,
+        stand::Stand,
+    },
+};
+use images::LightImages;
+use shapes::{Found, Shapes, has_parallel};
+use tubes::Tubes;
+
+pub use arrived::Arrived;
+pub use flush::FlushLight;
+pub use mirrors::{ChosenImage, FlatMirrors, MirrorPlane};
+pub use outline::Outline;
+pub use outside::Outside;
+pub use parts::{
+    Band, BandRatio, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts,
+    SharedPart, SurfacePart,
+};
+pub use shapes::{KeptShapes, LOOKED_AT};
+pub use triangles::{SharedCopy, Standing, Triangles};
+pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
+pub use validate::{check_watts, may_be_shared};
+
+/// Width of a triangle's margins, in bounds of the error of its points.
+const MARGINS: f32 = 4.0;
+
+/// Largest error of the difference between the distances at which a ray meets two faces at their
+/// common edge, as a multiple of the error of their points. The error is largest for a face that the
+/// ray grazes.
+const GRAZING: f32 = 512.0;
+
+/// The properties of one triangle of a surface that the photon loop needs.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// Unit normal of the front.
+    pub normal: Vec3,
+    /// Index of the material.
+    pub material: u32,
+    captor: u32,
+    /// Distance from the triangle at which rays that leave it start, m.
+    pub offset: f32,
+    /// The largest change of a barycentric weight that a movement of [`ROUNDING`] times the distance
+    /// 1 m makes.
+    pub steepest: f32,
+    /// The bound of the error of the triangle's points, over [`ROUNDING`], m.
+    pub reach: f32,
+}
+
+const NO_CAPTOR: u32 = u32::MAX;
+
+impl Surface {
+    /// Returns the index of the triangle's captor, if it is part of one.
+    #[inline]
+    pub fn captor(&self) -> Option<usize> {
+        (self.captor != NO_CAPTOR).then_some(self.captor as usize)
+    }
+
+    /// Returns the ray that leaves the triangle at a point. It starts off the surface, on the side of
+    /// the unit normal `side`, by the error of the point.
+    #[inline(always)]
+    fn leave(&self, point: Vec3, side: Vec3, direction: Vec3) -> Ray {
+        Ray { origin: point + self.offset * side, direction }
+    }
+}
+
+/// One of several copies of an object.
+#[derive(Clone, Debug)]
+pub struct ObjectCopy {
+    /// Index of the object.
+    pub object: Option<usize>,
+    /// Its range among the triangles of all surfaces; each copy has the same triangles in the same
+    /// order.
+    pub triangles: Range<usize>,
+    /// The transform that placed it, m from the user's origin.
+    pub transform: Transform,
+}
+
+/// What the copies of an object have in common besides their triangles.
+#[derive(Debug)]
+struct Common {
+    /// Its surfaces; a captor is numbered among those of a copy.
+    surfaces: Vec<Surface>,
+    /// Index of the object, if it has a name.
+    object: Option<usize>,
+    /// Index of the first captor of the first copy.
+    first_captor: usize,
+    /// Number of captors of each copy.
+    captors: usize,
+    /// The areas of the triangles of each captor, once they are asked for.
+    areas: Vec<OnceLock<Arc<Discrete>>>,
+}
+
+/// A validated scene.
+#[derive(Debug)]
+pub struct Scene {
+    /// Title.
+    pub name: String,
+    /// The quantity that photons carry: power in W or photon flux in umol/s.
+    pub quantity: Quantity,
+    /// Length of the period, h, whose mean the daylight of the scene is, nights included.
+    pub period_h: Option<f64>,
+    /// The wavelength bands.
+    pub bands: Vec<Band>,
+    /// Sums over bands.
+    pub sums: Vec<BandSum>,
+    /// Ratios of sums over bands.
+    pub ratios: Vec<BandRatio>,
+    /// Whether surfaces count what they absorb by face, too.
+    pub absorbed_by_face: bool,
+    /// Whether captors say which share of their area the sun shines on.
+    pub sunlit: bool,
+    /// Electric power of lights, W, by their names.
+    pub watts: BTreeMap<String, f64>,
+    /// The materials.
+    pub materials: Vec<NamedMaterial>,
+    /// Names of the objects.
+    pub objects: Vec<String>,
+    /// The lights.
+    pub lights: Vec<Light>,
+    /// The captors.
+    pub captors: Vec<Captor>,
+    /// Names of the groups.
+    pub groups: Vec<String>,
+    /// The point that single-precision coordinates are relative to, m from the user's origin.
+    pub center: DVec3,
+    /// Half the diagonal of the box around surfaces, captors and lights, m.
+    pub radius: f32,
+    /// The surfaces that are copies of an object, and share no triangles.
+    copies: Vec<ObjectCopy>,
+    /// The prism by whose faces light from infinitely far away comes in.
+    inside: Prism,
+    shapes: Arc<Shapes>,
+    /// Of the triangles that are no shared copies.
+    surfaces: Vec<Surface>,
+    /// What copies that share triangles have in common, object by object.
+    common: Vec<Common>,
+    /// The first triangle of each surface part, and the index of its object.
+    object_parts: Vec<(usize, Option<usize>)>,
+    flush_lights: Vec<FlushLight>,
+    stand: Stand,
+    /// The tree by which one of many lights is chosen.
+    light_tree: Option<LightTree>,
+    tubes: Tubes,
+    light_triangles: Vec<Triangle>,
+    light_of_triangle: Vec<u32>,
+    light_bvh: Bvh,
+    /// Images of lights and openings, where the scene repeats.
+    light_images: LightImages,
+    /// Indices of the lights at infinity.
+    infinite: Vec<usize>,
+    /// Whether the light of one of these enters through openings alone.
+    has_openings: bool,
+    flat_mirrors: Option<FlatMirrors>,
+}
+
+/// The place where a ray meets a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceHit {
+    /// Distance along the ray, m.
+    pub t: f32,
+    /// Index of the triangle.
+    pub triangle: usize,
+    /// The point on the surface, kept a little inside the triangle's edges.
+    pub point: Vec3,
+}
+
+/// A [`SurfaceHit`] whose numbers lie side by side.
+struct PackedHit {
+    point_and_t: Vec4,
+    triangle: usize,
+}
+
+impl From<PackedHit> for SurfaceHit {
+    #[inline(always)]
+    fn from(PackedHit { point_and_t, triangle }: PackedHit) -> Self {
+        Self { t: point_and_t.w, triangle, point: point_and_t.truncate() }
+    }
+}
+
+/// The place where a ray crosses a virtual captor.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossing {
+    /// Index of the captor.
+    pub captor: usize,
+    /// Index of the triangle in the list of captor triangles.
+    pub triangle: usize,
+    /// Whether the ray goes against the normal, and so arrives at the front.
+    pub front: bool,
+    /// The point of the crossing.
+    pub point: Vec3,
+}
+
+impl Scene {
+    /// Returns the number of lanes in which the bands are carried.
+    pub fn lanes(&self) -> usize {
+        lanes(self.bands.len())
+    }
+
+    /// Returns the number of strata of the lights, which is the least number of photons in a run.
+    pub fn sources(&self) -> usize {
+        sources(&self.lights)
+    }
+
+    /// Returns whether there is a light at infinity: a sun or a sky.
+    pub fn has_daylight(&self) -> bool {
+        !self.infinite.is_empty()
+    }
+
+    /// Returns the number of channels of all captors.
+    pub fn channels(&self) -> usize {
+        self.captors.last().map_or(0, |c| c.first_channel + c.channels())
+    }
+
+    /// Returns the number of channels of each group of captors.
+    pub fn group_channels(&self) -> usize {
+        CHANNELS.len() + if self.absorbed_by_face { 2 } else { 0 }
+    }
+
+    /// Returns how the scene repeats, in the coordinates in which rays are traced; `None` if it
+    /// does not.
+    pub fn lattice(&self) -> Option<&Lattice> {
+        self.shapes.repeats.as_ref().map(|repeats| &repeats.lattice)
+    }
+
+    /// Returns the prism by whose faces light from infinitely far away comes in.
+    pub fn inside(&self) -> &Prism {
+        &self.inside
+    }
+
+    /// Returns the tree of the lights, if there are so many that scanning them takes longer. A scene
+    /// that repeats has none.
+    #[inline]
+    pub fn light_tree(&self) -> Option<&LightTree> {
+        self.light_tree.as_ref()
+    }
+
+    /// Returns what is summed of the plants as a whole.
+    #[inline]
+    pub fn stand(&self) -> &Stand {
+        &self.stand
+    }
+
+    /// Returns whether a triangle of a surface belongs to the ground.
+    pub fn is_ground(&self, triangle: usize) -> bool {
+        self.object(triangle).is_some_and(|o| self.stand.is_ground.get(o) == Some(&true))
+    }
+
+    /// Returns the triangles of all virtual captors, where the user put them.
+    #[inline]
+    pub fn captor_triangles(&self) -> &[Triangle] {
+        &self.shapes.captor_triangles
+    }
+
+    /// Returns the properties of a triangle of a surface.
+    #[inline]
+    pub fn surface(&self, triangle: usize) -> Surface {
+        match self.surfaces.get(triangle) {
+            Some(surface) => *surface,
+            None => self.shared_surface(triangle),
+        }
+    }
+
+    /// Returns the index of the object that a triangle of a surface belongs to, if the object has a
+    /// name.
+    pub fn object(&self, triangle: usize) -> Option<usize> {
+        if triangle >= self.surfaces.len() {
+            return self.object_of_copy(triangle);
+        }
+        let after = self.object_parts.partition_point(|(first, _)| *first <= triangle);
+        self.object_parts[..after].last()?.1
+    }
+
+    /// Returns the material of a surface's triangle.
+    #[inline]
+    pub fn material(&self, surface: &Surface) -> &Material {
+        &self.materials[surface.material as usize].material
+    }
+
+    /// Returns the names of the bands, followed by those of the sums over bands.
+    pub fn band_names(&self) -> impl Iterator<Item = &str> + Clone {
+        let bands = self.bands.iter().map(|band| band.name.as_str());
+        bands.chain(self.sums.iter().map(|sum| sum.name.as_str()))
+    }
+
+    /// Returns the units of flux and irradiance of a band or, by its index after them, of a sum.
+    pub fn units(&self, column: usize) -> [Cow<'static, str>; 2] {
+        let UnitNames { flux, irradiance, .. } = self.quantity.unit_names();
+        let sum = column.checked_sub(self.bands.len()).and_then(|sum| self.sums.get(sum));
+        match sum.and_then(|sum| sum.unit) {
+            Some(unit) => unit.names().map(Cow::Borrowed),
+            None => [flux, irradiance],
+        }
+    }
+
+    /// Returns `values` per band, followed by their sums over bands.
+    pub fn with_sums(&self, values: &[f64]) -> Vec<f64> {
+        let sums = self.sums.iter().map(|sum| sum.of(values));
+        values.iter().copied().chain(sums).collect()
+    }
+
+    /// Returns whether the scene has virtual captors.
+    pub fn has_virtual_captors(&self) -> bool {
+        !self.shapes.captor_bvh.is_empty()
+    }
+
+    /// Returns the distance by which a captor's triangles are lifted off the surface that they lie
+    /// in, m; 0 if they lie in none.
+    pub fn lift(&self, captor: usize) -> f32 {
+        match self.shapes.in_surface.binary_search(&captor) {
+            Ok(place) => self.shapes.lifts[place],
+            Err(_) => 0.0,
+        }
+    }
+
+    /// Returns the largest distance by which a captor is lifted, m.
+    pub fn highest_lift(&self) -> f32 {
+        self.shapes.lifts.iter().copied().fold(0.0, f32::max)
+    }
+
+    /// Returns the indices of the virtual captors that lie in a surface, in rising order.
+    pub fn captors_in_surfaces(&self) -> &[usize] {
+        &self.shapes.in_surface
+    }
+
+    /// Returns the lights that lie in a surface, and the tubes that a surface cuts.
+    pub fn flush_lights(&self) -> &[FlushLight] {
+        &self.flush_lights
+    }
+
+    /// Returns the nearest surface that a ray meets.
+    #[inline(always)]
+    pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
+        if !self.shapes.is_plain {
+            return self.closest_in_pieces(ray);
+        }
+        let hit = self.shapes.surface_bvh.closest(ray, f32::INFINITY)?;
+        Some(self.surface_hit(ray, &hit))
+    }
+
+    /// Returns the nearest surface that a ray meets, and visits every virtual captor that the ray
+    /// crosses before it, in any order.
+    #[inline]
+    pub fn meet(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) -> Option<SurfaceHit> {
+        let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
+        if !self.shapes.is_plain {
+            return self.meet_in_pieces(ray, &mut visit);
+        }
+        let hit = if captor_bvh.is_empty() {
+            surface_bvh.closest(ray, f32::INFINITY)
+        } else {
+            surface_bvh.meet(captor_bvh, ray, self.crossing(ray, &mut visit))
+        };
+        hit.map(|hit| self.surface_hit(ray, &hit))
+    }
+
+    /// Visits every virtual captor that a ray crosses before `t_max`, in any order.
+    pub fn crossings(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(Crossing)) {
+        if self.shapes.repeats.is_some() {
+            return self.crossings_in_pieces(ray, t_max, &mut visit);
+        }
+        let mut visit = self.crossing(ray, &mut visit);
+        self.shapes.captor_bvh.crossings(ray, t_max, |hit| visit(hit, false));
+    }
+
+    /// Visits every virtual captor that a ray crosses before it meets a surface, in any order.
+    /// Surfaces are searched only as far as the farthest captor: less work than
+    /// [`meet`](Self::meet) where few rays cross a captor.
+    pub fn glance(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) {
+        let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
+        if !self.shapes.is_plain {
+            self.meet_in_pieces(ray, &mut visit);
+            return;
+        }
+        let mut farthest = 0.0;
+        captor_bvh.crossings(ray, f32::INFINITY, |hit| farthest = hit.t.max(farthest));
+        if farthest > 0.0 {
+            let hit = surface_bvh.closest(ray, farthest.next_up());
+            let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
+            let mut visit = self.crossing(ray, &mut visit);
+            captor_bvh.crossings(ray, t_max.next_up(), |hit| visit(hit, hit.t == t_max));
+        }
+    }
+
+    #[inline]
+    fn surface_hit(&self, ray: &Ray, hit: &Hit) -> SurfaceHit {
+        let triangle = hit.triangle as usize;
+        let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
+        // the errors of the triangle's points, and of a ray that comes from afar
+        let Surface { steepest, reach, .. } = self.surfaces[triangle];
+        if weights.min_element() < steepest * (MARGINS * (reach + hit.t)) {
+            return SurfaceHit::from(self.hit_near_edge(ray, hit));
+        }
+        SurfaceHit { t: hit.t, triangle, point: hit.point }
+    }
+
+    /// Returns the hit near an edge, packed so that this rare call does not force the usual hit into
+    /// memory.
+    #[cold]
+    fn hit_near_edge(&self, ray: &Ray, hit: &Hit) -> PackedHit {
+        let triangle = hit.triangle as usize;
+        if !self.is_near_edge(triangle, hit) {
+            return PackedHit { point_and_t: hit.point.extend(hit.t), triangle };
+        }
+        let shape = |t| self.shapes.surface_shape(t);
+        let reach = self.surfaces[triangle].reach;
+        let front = front_at_edge(&self.shapes.surface_bvh, shape, ray, hit, reach);
+        let triangle = front.triangle as usize;
+        let point = self.off_edges(triangle, front.point, front.u, front.v);
+        PackedHit { point_and_t: point.extend(front.t), triangle }
+    }
+
+    /// Returns whether a hit is so near to an edge of the triangle of a surface, of this index, that
+    /// its error, that of a ray from afar included, may put it beyond the edge.
+    fn is_near_edge(&self, triangle: usize, hit: &Hit) -> bool {
+        let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
+        let change = ROUNDING * self.shapes.triangles[triangle].slopes();
+        weights.cmplt(change * (MARGINS * (self.surfaces[triangle].reach + hit.t))).any()
+    }
+
+    /// Returns the barycentric weights below which a point of the triangle of a surface is too near
+    /// to the edge opposite each corner; at most 1/3, the weight of the centroid.
+    pub fn margins(&self, triangle: usize) -> Vec3 {
+        let change = ROUNDING * self.triangles().at(triangle).slopes();
+        Triangle::margins(change, MARGINS * self.surface(triangle).reach)
+    }
+
+    /// Returns a function that turns the hit of a captor's triangle into a [`Crossing`] and visits
+    /// it. The second argument tells whether a surface is met at the same distance: a ray from afar
+    /// cannot tell a captor from the surface that it lies in, and crosses it first only if it comes
+    /// from the side to which the captor is lifted.
+    #[inline]
+    fn crossing<'v>(
+        &'v self,
+        ray: &'v Ray,
+        visit: &'v mut impl FnMut(Crossing),
+    ) -> impl FnMut(Hit, bool) + 'v {
+        move |hit, tied| {
+            let triangle = hit.triangle as usize;
+            let shape = &self.captor_triangles()[triangle];
+            let captor = self.shapes.captor_of_triangle[triangle] as usize;
+            let front = shape.cross().dot(ray.direction) < 0.0;
+            if !tied || (front && self.lift(captor) > 0.0) {
+                visit(Crossing { captor, triangle, front, point: hit.point });
+            }
+        }
+    }
+
+    /// Visits the index of every triangle that may reach into the ball of `radius`, m, around
+    /// `center`, in the same mesh as `triangle`: its own copy where copies share their triangles, or
+    /// else all surfaces that do not.
+    pub fn near(&self, triangle: usize, center: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
+        let Shapes { surface_bvh, forest, .. } = &*self.shapes;
+        let placed = &self.shapes.placed;
+        if let (Some(copy), Some(forest)) = (placed.locate(triangle), forest) {
+            let (instance, first) = (placed.instance(&copy), triangle - copy.triangle);
+            return forest.near_in(instance, center, radius, |member| visit(first + member));
+        }
+        // images are visited where they come from
+        let own = self.surfaces.len();
+        surface_bvh.near(center, radius, |triangle| {
+            if (triangle as usize) < own {
+                visit(triangle as usize);
+            }
+        });
+    }
+
+    /// Returns the triangles of surfaces that coincide with an earlier one, corner by corner, each
+    /// with the first of them, in rising order. Rays meet only the first.
+    pub fn copies(&self) -> &[[u32; 2]] {
+        &self.shapes.copies
+    }
+
+    /// Returns the indices of the triangles that [stand for all](Self::standing_for_all), without
+    /// [copies](Self::copies) and those without area. Neighbours mostly follow each other, so that
+    /// to look around each of them in turn reads the same memory again.
+    pub fn distinct_by_place(&self) -> Vec<usize> {
+        /// Beyond all coordinates, m.
+        const ANYWHERE: f32 = 1e18;
+        let own = self.unshared();
+        let mut found = Vec::with_capacity(own);
+        self.shapes.surface_bvh.near(Vec3::ZERO, ANYWHERE, |triangle| {
+            // an image stands for nothing
+            if (triangle as usize) < own {
+                found.push(triangle as usize);
+            }
+        });
+        found.extend(self.standing_for_all().skip(own));
+        found
+    }
+
+    /// Returns whether any triangle that lies in the plane of this one over its middle is `wanted`.
+    /// It looks at the triangles of surfaces without [copies](Self::copies), this one among them.
+    /// `None` if more than 100 triangles lie there and none of those looked at is wanted.
+    pub fn has_coincident(
+        &self,
+        triangle: usize,
+        mut wanted: impl FnMut(usize) -> bool,
+    ) -> Option<bool> {
+        let shape = self.triangles().at(triangle);
+        let (middle, normal) = (shape.centroid(), shape.normal());
+        let reach = closeness(middle) + 4.0 * shape.offset();
+        let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
+            self.shapes.crosses(ray, t_max, visit);
+        };
+        has_parallel(crosses, middle, normal, reach, |found| wanted(found.index))
+    }
+
+    /// Returns the ray that leaves a surface where another has met it. It starts off the surface, on
+    /// the side of the unit normal `side`, by the error of the point.
+    #[inline]
+    pub fn leave(&self, hit: &SurfaceHit, side: Vec3, direction: Vec3) -> Ray {
+        self.surface(hit.triangle).leave(hit.point, side, direction)
+    }
+
+    /// Returns the ray that goes on straight through the surface that it has met.
+    pub fn pass(&self, hit: &SurfaceHit, direction: Vec3) -> Ray {
+        let normal = self.surface(hit.triangle).normal;
+        self.leave(hit, normal * normal.dot(direction).signum(), direction)
+    }
+
+    /// Returns the distance along a ray up to which lights that lie in the surface that it meets are
+    /// met, m. Without a surface it is infinite.
+    #[inline]
+    pub fn beyond(&self, hit: Option<&SurfaceHit>) -> f32 {
+        hit.map_or(f32::INFINITY, |hit| {
+            let error = 4.0 * self.surface(hit.triangle).offset + closeness(hit.point);
+            hit.t * (1.0 + ROUNDING) + error
+        })
+    }
+
+    /// Moves a hit point inwards from edges that are nearer than a few bounds of its error: a point
+    /// that rounding has put beyond the edge of a closed mesh would let light through its corner.
+    #[inline]
+    pub(super) fn off_edges(&self, triangle: usize, point: Vec3, u: f32, v: f32) -> Vec3 {
+        self.shapes.triangles[triangle].draw_in(point, u, v, self.margins(triangle))
+    }
+}
+
+/// Returns the hit of a ray near the edge of a triangle of a search structure, of which `shape` gives
+/// the corners; the bound of their error is `reach` over [`ROUNDING`]. At the outline of a mesh, the
+/// distances of the face that looks at the ray and of the face that looks away differ by less than
+/// their error. There the face in front is taken as hit; otherwise light that grazes a closed mesh
+/// would enter it.
+fn front_at_edge<'t>(
+    bvh: &Bvh,
+    shape: impl Fn(u32) -> &'t Triangle,
+    ray: &Ray,
+    hit: &Hit,
+    reach: f32,
+) -> Hit {
+    let mut front = *hit;
+    let triangle = shape(hit.triangle);
+    let t_max = hit.t + GRAZING * ROUNDING * (reach + hit.t);
+    bvh.occluded(ray, t_max, |other| {
+        let before = shape(other.triangle).is_before_at_fold(triangle, ray.direction);
+        if before {
+            front = other;
+        }
+        before
+    });
+    front
+}

@@ -1,0 +1,511 @@
+//! Builds a scene from its parts, with all checks.
+
+use std::{collections::HashMap, ops::Range, sync::OnceLock};
+
+use glam::{DVec3, Vec3};
+
+use super::{
+    Common, CopyPart, LightPart, NO_CAPTOR, NamedMaterial, ObjectCopy, Scene, SceneParts,
+    SharedPart, Surface, SurfacePart, flush,
+    images::LightImages,
+    mirrors::FlatMirrors,
+    shapes::{KeptShapes, Outlines},
+    tubes::{MANY, Tubes},
+    validate::check_images,
+};
+use crate::{
+    error::{Error, Result, number},
+    math::{
+        geometry::{Extent, ROUNDING, Triangle, closeness},
+        spectrum::lanes,
+    },
+    scene::{
+        bvh::Bvh,
+        captor::{Captor, CaptorKind, Moments},
+        instances::Placed,
+        lattice::{Images, Layers, Repeats},
+        light::{Entrance, Light, LightTree, MARGIN, Prism},
+        material::Scatterer,
+        stand::{LayerBins, Stand},
+    },
+};
+
+impl Scene {
+    /// Checks the parts and builds the scene, on threads of its own. Errors: no light; no or too
+    /// many bands; lists that do not have one number for each band; numbers that are not finite or
+    /// out of range; fractions whose sum is above 1; indices of things that do not exist; duplicate
+    /// names; a light or captor without extent; an extent that single precision cannot represent.
+    pub fn new(parts: SceneParts) -> Result<Self> {
+        Self::with_kept(parts, &KeptShapes::default())
+    }
+
+    /// Works like [`new`](Self::new), but reuses the shapes kept from other scenes where the
+    /// triangles are the same.
+    pub fn with_kept(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new().build();
+        pool.map_err(|e| Error::run("threads", e))?.install(|| Self::build(parts, kept))
+    }
+
+    fn build(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
+        let name = parts.name.clone();
+        let place = || format!("scene {name}");
+        parts.validate(&place())?;
+        let bounds = Bounds::of(&parts);
+        if !bounds.finite {
+            return Err(Error::input(place(), "a coordinate is not finite once it is placed")
+                .remedy("check the unit, transforms and coordinates"));
+        }
+        let center = working_center(&parts).unwrap_or_else(|| bounds.center());
+        let radius = bounds.radius();
+        if !(1e-6..=1e9).contains(&radius) {
+            let problem = format!(
+                "half of the diagonal of all that is in it is {} m, must be 1e-6 to 1e9 m",
+                number(f64::from(radius as f32))
+            );
+            return Err(
+                Error::input(place(), problem).remedy("check the unit, transforms and coordinates")
+            );
+        }
+        let radius = radius as f32;
+        let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
+        let lattice = parts.lattice.map(|lattice| lattice.relative_to(center));
+        let layers = lattice.map(|lattice| {
+            let mut layers = Layers::new(&lattice, pieces(&parts, center));
+            if layers.range().is_none() {
+                layers = Layers::new(&lattice, std::iter::once([DVec3::ZERO; 3]));
+            }
+            layers
+        });
+        if let (Some(lattice), Some(layers)) = (&parts.lattice, &layers) {
+            let checked = check_images(&parts, lattice, layers.slack);
+            checked.map_err(|problem| problem.at(place()))?;
+        }
+
+        for light in &parts.lights {
+            let triangles = light.triangles();
+            if !triangles.is_empty() {
+                check_rounding(("light", &light.name), triangles, local)?;
+            }
+        }
+        let objects: Vec<Option<usize>> = parts.surfaces.iter().map(|part| part.object).collect();
+        let mut surface_parts: Vec<(usize, SurfacePart)> =
+            parts.surfaces.into_iter().enumerate().collect();
+        // the triangles of a captor become contiguous, whatever the order of the files
+        surface_parts.sort_by_key(|(_, part)| part.captor);
+        // shapes that repeat need their exact corners once more
+        let images =
+            |corners: &mut dyn Iterator<Item = &[DVec3; 3]>| match (&parts.lattice, &layers) {
+                (Some(lattice), Some(layers)) => Images::new(lattice, layers.slack, corners, local),
+                _ => Images::default(),
+            };
+        let of_surfaces = images(&mut surface_parts.iter().flat_map(|(_, part)| &part.triangles));
+        let virtual_triangles = parts.captors.iter().flat_map(|captor| &captor.triangles);
+        let of_captors = images(&mut virtual_triangles.into_iter());
+        let mut stand = Stand::default();
+        if !parts.ground.is_empty() {
+            stand.is_ground = vec![false; parts.objects.len()];
+            parts.ground.iter().for_each(|&object| stand.is_ground[object] = true);
+        }
+        if let Some(dz) = parts.layers {
+            let is_ground = |object: Option<usize>| {
+                object.is_some_and(|object| stand.is_ground.get(object) == Some(&true))
+            };
+            let counts = |part: &SurfacePart| part.captor.is_some() && !is_ground(part.object);
+            let counted = surface_parts.iter().filter(|(_, part)| counts(part));
+            let own = counted.flat_map(|(_, part)| part.triangles.iter().map(|t| (*t, 1)));
+            let shared = parts.shared.iter().filter(|shared| !is_ground(shared.object));
+            let shared = shared.flat_map(|shared| {
+                let counted = || shared.surfaces.iter().filter(|part| part.captor.is_some());
+                shared.levels().into_iter().flat_map(move |(transform, copies)| {
+                    let triangles = counted().flat_map(|part| &part.triangles);
+                    triangles.map(move |t| (t.map(|p| transform.point(p)), copies))
+                })
+            });
+            let corners = own.chain(shared);
+            let bins = LayerBins::new(dz, center.z, corners);
+            stand.layers = Some(bins.map_err(|problem| problem.of("layers").at(place()))?);
+        }
+        stand.balances = parts.lattice.is_some_and(|lattice| lattice.area().is_some())
+            && parts.lights.iter().all(|light| light.infinite().is_some());
+        let own = surface_parts.iter().map(|(_, part)| part.triangles.len()).sum();
+        let mut triangles = Vec::with_capacity(own);
+        let mut runs = Vec::with_capacity(surface_parts.len());
+        let mut tangents = vec![Vec::new(); parts.materials.len()];
+        let mut object_parts = Vec::with_capacity(surface_parts.len());
+        let mut triangles_of_part = vec![0..0; surface_parts.len()];
+        // of captors that are surfaces
+        let mut found: HashMap<usize, (Moments, Range<usize>)> = HashMap::new();
+        let mut first = 0;
+        for own in surface_parts.chunk_by(|(_, a), (_, b)| a.captor == b.captor) {
+            let corners = || own.iter().flat_map(|(_, part)| &part.triangles);
+            let range =
+                first..first + own.iter().map(|(_, part)| part.triangles.len()).sum::<usize>();
+            first = range.end;
+            if let Some(captor) = own[0].1.captor {
+                found.insert(captor, (Moments::of(corners()), range));
+            }
+        }
+        for (index, part) in &surface_parts {
+            object_parts.push((triangles.len(), part.object));
+            for (i, tangent) in parts.tangents.get(index).into_iter().flatten().enumerate() {
+                tangents[part.material].push(((triangles.len() + i) as u32, tangent.as_vec3()));
+            }
+            triangles.extend(part.triangles.iter().map(local));
+            runs.push((part.triangles.len(), part.material, part.captor));
+            triangles_of_part[*index] = triangles.len() - part.triangles.len()..triangles.len();
+        }
+        // before the search structures need memory
+        drop(surface_parts);
+        let copies = copies(parts.copies, &triangles_of_part, &objects);
+
+        let mut placed = Placed::new(center);
+        let mut common = Vec::with_capacity(parts.shared.len());
+        let mut first = triangles.len();
+        for mut part in parts.shared {
+            part.surfaces.sort_by_key(|surface| surface.captor);
+            let corners = || part.surfaces.iter().flat_map(|surface| &surface.triangles);
+            if part.transforms.is_empty() || corners().next().is_none() {
+                continue;
+            }
+            placed.add(corners(), &part.transforms, first);
+            add_captors(&part, first, &mut found);
+            let prototype = &placed.prototypes[common.len()];
+            first += prototype.triangles.len() * part.transforms.len();
+            let mut own = prototype.triangles.iter();
+            let surfaces = part.surfaces.iter().flat_map(|surface| {
+                let triangles = own.by_ref().take(surface.triangles.len());
+                let of = |t| surface_of(t, surface.material, surface.captor);
+                triangles.map(of).collect::<Vec<Surface>>()
+            });
+            common.push(Common {
+                surfaces: surfaces.collect(),
+                object: part.object,
+                first_captor: part.first_captor,
+                captors: part.captors,
+                areas: (0..part.captors).map(|_| OnceLock::new()).collect(),
+            });
+        }
+        let boxes = placed.boxes();
+
+        let lanes = lanes(parts.bands.len());
+        let materials = parts.materials.into_iter().zip(tangents).map(|(named, tangents)| {
+            NamedMaterial { material: named.material.placed(lanes, tangents), ..named }
+        });
+        let materials: Vec<NamedMaterial> = materials.collect();
+
+        let mut captors: Vec<Captor> = Vec::with_capacity(parts.captors.len());
+        let mut captor_triangles = Vec::new();
+        let mut captor_of_triangle = Vec::new();
+        for (index, part) in parts.captors.into_iter().enumerate() {
+            let (corners, first) = match part.kind {
+                CaptorKind::Surface => (Vec::new(), 0),
+                CaptorKind::Virtual { .. } => (part.triangles, captor_triangles.len()),
+            };
+            let own = || (Moments::of(&corners), first..first + corners.len());
+            let (moments, range) = found.remove(&index).unwrap_or_else(own);
+            let Moments { area, center, normal } = moments;
+            if area <= 0.0 {
+                return Err(Error::input(place(), format!("captor `{}` has no area", part.id))
+                    .remedy("leave it out, or correct its corners"));
+            }
+            let area = if part.sensor.is_sphere { 0.25 * area } else { area };
+            if let CaptorKind::Virtual { .. } = part.kind {
+                check_rounding(("captor", &part.id), &corners, local)?;
+                captor_triangles.extend(corners.iter().map(local));
+                captor_of_triangle.resize(captor_triangles.len(), index as u32);
+            }
+            let first_channel =
+                captors.last().map_or(0, |c: &Captor| c.first_channel + c.channels());
+            captors.push(Captor {
+                id: part.id,
+                kind: part.kind,
+                area,
+                center,
+                normal,
+                triangles: range,
+                first_channel,
+                groups: part.groups,
+                sensor: part.sensor,
+                by_face: parts.absorbed_by_face && part.kind == CaptorKind::Surface,
+            });
+        }
+
+        let around = Extent::of_triangles(&triangles).join(Extent::of_triangles(&captor_triangles));
+        let around = boxes.iter().fold(around, |around, copy| around.join(*copy));
+        let around = if around.min.is_finite() { around } else { Extent::of([Vec3::ZERO]) };
+        let margin = MARGIN * closeness(around.min.abs().max(around.max.abs()));
+        let around = Extent { min: around.min - margin, max: around.max + margin };
+        let inside = match &lattice {
+            Some(lattice) => {
+                let own = triangles.iter().chain(&captor_triangles).flat_map(|t| [t.a, t.b, t.c]);
+                let corners = own.chain(boxes.iter().flat_map(Extent::corners));
+                Prism::of_cell(lattice, &around, corners)
+            }
+            None => around.into(),
+        };
+        let bands = parts.bands.len();
+        let made = |LightPart { name, source }: LightPart| {
+            Light::new(name, source, bands, center, &inside)
+        };
+        let mut lights: Vec<Light> = parts.lights.into_iter().map(made).collect();
+        if let Some(lattice) = &lattice {
+            lights.iter_mut().for_each(|light| light.bring_into_cell(lattice));
+        }
+
+        let mut light_triangles = Vec::new();
+        let mut light_of_triangle = Vec::new();
+        for (l, light) in lights.iter().enumerate() {
+            light_triangles.extend_from_slice(light.triangles());
+            light_of_triangle.resize(light_triangles.len(), l as u32);
+        }
+        let light_images = match (&lattice, &layers) {
+            (Some(lattice), Some(layers)) => {
+                LightImages::new(lattice, layers.slack, &lights, &light_triangles)
+            }
+            _ => LightImages::default(),
+        };
+        let with_images: Vec<Triangle> =
+            light_triangles.iter().chain(&light_images.triangles.shapes).copied().collect();
+        let light_bvh = Bvh::build(&with_images);
+        let repeats = lattice.zip(layers).map(|(lattice, layers)| {
+            Box::new(Repeats { lattice, layers, surfaces: of_surfaces, captors: of_captors })
+        });
+        let outlines =
+            Outlines { triangles, captor_triangles, captor_of_triangle, repeats, placed };
+        let shapes = kept.shapes(outlines);
+        // after the search structures, whose making needs the most memory
+        let mut surfaces: Vec<Surface> = Vec::with_capacity(shapes.triangles.len());
+        for (count, material, captor) in runs {
+            let run = &shapes.triangles[surfaces.len()..][..count];
+            surfaces.extend(run.iter().map(|t| surface_of(t, material, captor)));
+        }
+        let flush_lights =
+            flush::lift(&mut lights, &shapes, (bounds.center() - center).as_vec3(), radius);
+        let find_mirrors = || {
+            FlatMirrors::find(
+                &lights,
+                &shapes.triangles,
+                &surfaces,
+                &materials,
+                MARGIN * closeness(Vec3::splat(radius)),
+            )
+        };
+        // images without end are not searched
+        let flat_mirrors = if lattice.is_none() { find_mirrors() } else { None };
+        Ok(Self {
+            name: parts.name,
+            quantity: parts.quantity,
+            period_h: parts.period_h,
+            bands: parts.bands,
+            sums: parts.sums,
+            ratios: parts.ratios,
+            absorbed_by_face: parts.absorbed_by_face,
+            sunlit: parts.sunlit,
+            watts: parts.watts,
+            materials,
+            objects: parts.objects,
+            has_openings: lights.iter().filter_map(Light::entrance).any(Entrance::has_openings),
+            flat_mirrors,
+            infinite: (0..lights.len()).filter(|&l| lights[l].entrance().is_some()).collect(),
+            captors,
+            groups: parts.groups,
+            center,
+            radius,
+            copies,
+            shapes,
+            surfaces,
+            common,
+            object_parts,
+            flush_lights,
+            stand,
+            light_tree: (lights.len() > MANY && lattice.is_none()).then(|| LightTree::new(&lights)),
+            tubes: Tubes::new(&lights),
+            lights,
+            light_bvh,
+            light_triangles,
+            light_images,
+            inside,
+            light_of_triangle,
+        })
+    }
+}
+
+/// Returns the properties of a triangle.
+fn surface_of(triangle: &Triangle, material: usize, captor: Option<usize>) -> Surface {
+    Surface {
+        normal: triangle.normal(),
+        material: material as u32,
+        captor: captor.map_or(NO_CAPTOR, |captor| captor as u32),
+        offset: triangle.offset(),
+        steepest: (ROUNDING * triangle.slopes()).max_element(),
+        reach: triangle.blur() / ROUNDING,
+    }
+}
+
+/// Adds the moments and the triangles of the captors of copies that share their triangles, of which
+/// the first has the index `first`. Surfaces are sorted by captor.
+fn add_captors(
+    part: &SharedPart,
+    first: usize,
+    found: &mut HashMap<usize, (Moments, Range<usize>)>,
+) {
+    let each = part.triangles();
+    let mut start = 0;
+    for surfaces in part.surfaces.chunk_by(|a, b| a.captor == b.captor) {
+        let corners: Vec<[DVec3; 3]> =
+            surfaces.iter().flat_map(|surface| &surface.triangles).copied().collect();
+        let own = start..start + corners.len();
+        start = own.end;
+        let Some(captor) = surfaces[0].captor else { continue };
+        let moments = Moments::of(&corners);
+        for (copy, transform) in part.transforms.iter().enumerate() {
+            let range = first + copy * each + own.start..first + copy * each + own.end;
+            let index = part.first_captor + copy * part.captors + captor;
+            found.insert(index, (moments.placed(transform), range));
+        }
+    }
+}
+
+/// Returns the copies with their triangles. Triangles are sorted by captor, and a scene file numbers
+/// captors copy by copy, so the triangles of each of its copies are contiguous. A program may number
+/// them otherwise; a copy that is scattered is left out, and is displayed like any other surface.
+fn copies(
+    parts: Vec<CopyPart>,
+    triangles: &[Range<usize>],
+    objects: &[Option<usize>],
+) -> Vec<ObjectCopy> {
+    let copy = |part: CopyPart| {
+        let ranges = triangles.get(part.surfaces.clone())?;
+        let first = ranges.iter().map(|range| range.start).min()?;
+        let end = ranges.iter().map(|range| range.end).max()?;
+        let count: usize = ranges.iter().map(Range::len).sum();
+        let object = *objects.get(part.surfaces.start)?;
+        let (triangles, transform) = (first..end, part.transform);
+        (count == triangles.len()).then_some(ObjectCopy { object, triangles, transform })
+    };
+    parts.into_iter().filter_map(copy).collect()
+}
+
+/// Returns the point that coordinates are relative to: the median of the middles of all captors'
+/// triangles or, without captors, of all surfaces' triangles, along each axis. Single precision is
+/// finest there, whatever stands far away. `None` without triangles.
+fn working_center(parts: &SceneParts) -> Option<DVec3> {
+    // triangles without area do not count, as nowhere else
+    let middle =
+        |[a, b, c]: &[DVec3; 3]| ((b - a).cross(c - a) != DVec3::ZERO).then(|| (a + b + c) / 3.0);
+    let surfaces = |captors: bool| {
+        let of = parts.surfaces.iter().filter(move |part| part.captor.is_some() || !captors);
+        of.flat_map(|part| &part.triangles).filter_map(middle)
+    };
+    let sensors = parts.captors.iter().flat_map(|captor| &captor.triangles).filter_map(middle);
+    let mut middles: Vec<DVec3> = surfaces(true).chain(sensors).collect();
+    if middles.is_empty() {
+        middles = surfaces(false).collect();
+    }
+    // a copy that shares its triangles counts once
+    for shared in &parts.shared {
+        let counts = shared.captors > 0 || parts.captors.is_empty();
+        let boxes = shared.boxes().filter(|_| counts);
+        middles.extend(boxes.map(|corners| corners.into_iter().sum::<DVec3>() / 8.0));
+    }
+    let (half, even) = (middles.len() / 2, middles.len().is_multiple_of(2));
+    let mut median = |axis: usize| {
+        let by_axis = |p: &DVec3, q: &DVec3| p[axis].total_cmp(&q[axis]);
+        let (below, middle, _) = middles.select_nth_unstable_by(half, by_axis);
+        let before = below.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
+        // the mean of the two in the middle, if they are two
+        if even { 0.5 * (before + middle[axis]) } else { middle[axis] }
+    };
+    (half > 0 || !even).then(|| DVec3::new(median(0), median(1), median(2)))
+}
+
+/// Returns the corners of all that rays may meet: surfaces, captors, and the boxes of lamps.
+fn pieces(parts: &SceneParts, center: DVec3) -> impl Iterator<Item = [DVec3; 3]> {
+    let surfaces = parts.surfaces.iter().flat_map(|part| &part.triangles);
+    let captors = parts.captors.iter().flat_map(|captor| &captor.triangles);
+    let lamps =
+        parts.lights.iter().filter_map(LightPart::lamp).flat_map(|lamp| lamp.outline().pieces());
+    let copies = parts
+        .shared
+        .iter()
+        .flat_map(SharedPart::boxes)
+        .flat_map(|[a, b, c, d, e, f, g, h]| [[a, b, c], [d, e, f], [g, h, h]]);
+    let triangles = surfaces.chain(captors).copied();
+    triangles.chain(lamps).chain(copies).map(move |corners| corners.map(|corner| corner - center))
+}
+
+/// Refuses a shape that is so small where it stands that single precision changes its area.
+fn check_rounding(
+    (what, name): (&str, &str),
+    corners: &[[DVec3; 3]],
+    local: impl Fn(&[DVec3; 3]) -> Triangle,
+) -> Result<()> {
+    const TOLERATED: f64 = 0.02;
+    /// Smallest area relative to the squared distance from the centre, and at all (m2): no ray finds
+    /// a shape of a nanometre.
+    const SMALLEST: f64 = 1e-12;
+    const NANOMETRE: f64 = 1e-18;
+    let exact = Moments::of(corners).area;
+    let far = corners.iter().map(|t| local(t).reach().max_element()).fold(0.0, f32::max);
+    let rounded = |t| {
+        let Triangle { a, b, c } = local(t);
+        [a, b, c].map(|p| p.as_dvec3())
+    };
+    let rounded = Moments::of(&corners.iter().map(rounded).collect::<Vec<_>>()).area;
+    let seen = exact >= (SMALLEST * f64::from(far).powi(2)).max(NANOMETRE);
+    if seen && (rounded - exact).abs() <= TOLERATED * exact {
+        return Ok(());
+    }
+    let problem = format!(
+        "{what} `{name}` of {exact:.1e} m2 drowns in the rounding of its coordinates: it is \
+        {far:.3} m from the middle of the captors"
+    );
+    Err(Error::input("scene", problem).remedy("bring what is far away nearer, or make it larger"))
+}
+
+/// Extent of everything in a scene, m.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    min: DVec3,
+    max: DVec3,
+    finite: bool,
+}
+
+impl Bounds {
+    fn of(parts: &SceneParts) -> Self {
+        let mut bounds = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY, finite: true };
+        let triangles = parts.surfaces.iter().flat_map(|s| &s.triangles);
+        let captors = parts.captors.iter().flat_map(|c| &c.triangles);
+        triangles.chain(captors).flatten().for_each(|&p| bounds.add(p));
+        parts.shared.iter().flat_map(SharedPart::boxes).flatten().for_each(|p| bounds.add(p));
+        for lamp in parts.lights.iter().filter_map(LightPart::lamp) {
+            lamp.outline().points().iter().for_each(|&p| bounds.add(p));
+            lamp.outline().pieces().flatten().for_each(|p| bounds.add(p));
+        }
+        // a scene of a sky alone
+        if bounds.min.x > bounds.max.x {
+            bounds.add(DVec3::ZERO);
+        }
+        bounds
+    }
+
+    fn add(&mut self, p: DVec3) {
+        self.finite &= p.is_finite();
+        self.min = self.min.min(p);
+        self.max = self.max.max(p);
+    }
+
+    fn size(&self) -> DVec3 {
+        self.max - self.min
+    }
+
+    fn center(&self) -> DVec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// Returns half the diagonal, m; 1 m for a scene that is a single point.
+    fn radius(&self) -> f64 {
+        let half = 0.5 * self.size().length();
+        if half > 0.0 { half } else { 1.0 }
+    }
+}

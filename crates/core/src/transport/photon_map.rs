@@ -1,0 +1,326 @@
+//! The photon map: stored arrivals, and the search for the k nearest of them (kiddo's kd-tree).
+
+use std::{collections::BTreeMap, num::NonZero, ops::Range, sync::Arc};
+
+use glam::{Mat3, Vec3};
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use rayon::prelude::*;
+
+mod builder;
+mod direction;
+#[cfg(test)]
+mod tests;
+
+pub use builder::{MapBuilder, TaskArrivals, TaskKey};
+pub use direction::PackedDirection;
+
+/// A photon that arrived on a surface, or crossed a virtual captor.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// Position relative to the centre of the scene, m.
+    pub position: Vec3,
+    /// The bin under which the arrival is filed; in a run, a channel of a captor.
+    pub bin: u32,
+    /// The other properties of the photon.
+    pub photon: StoredPhoton,
+}
+
+/// What a map keeps of an arrival besides its power. The tree of the bin keeps the position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StoredPhoton {
+    /// Direction of flight.
+    pub direction: PackedDirection,
+    /// Index of the triangle, among those of the surfaces or of the virtual captors.
+    pub triangle: u32,
+    /// Index of the light that emitted the photon.
+    pub light: u32,
+    /// Index of its history: within its task in an arrival, and among the histories that arrived in
+    /// a map.
+    pub history: u32,
+}
+
+/// The way by which a photon came from its light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Way {
+    /// Number of times that it was scattered by a diffuse or glossy lobe.
+    pub bounces: u16,
+    /// Whether it was also mirrored or refracted.
+    pub mirrored: bool,
+    /// Whether one of those bounces was at a surface without a glossy lobe.
+    pub diffused: bool,
+}
+
+impl Way {
+    /// Returns whether the photon came by way of mirrors, refraction or gloss alone. A path from a
+    /// camera should not look for such light, because it would seldom find any, and then much.
+    pub fn is_focused(self) -> bool {
+        !self.diffused && (self.mirrored || self.bounces > 0)
+    }
+}
+
+/// Stored photons, bin by bin, with a kd-tree over each large bin.
+pub struct PhotonMap {
+    /// All photons, sorted by bin.
+    pub photons: Arc<Vec<StoredPhoton>>,
+    power: Vec<f32>,
+    ways: Vec<Way>,
+    bands: usize,
+    /// Number of histories, all arrivals of which are stored here.
+    pub histories: u64,
+    bins: Arc<BTreeMap<u32, Bin>>,
+}
+
+struct Bin {
+    range: Range<usize>,
+    places: Places,
+}
+
+/// The positions of the photons of a bin.
+enum Places {
+    /// A list, searched one by one: of few photons, or of positions that kiddo refuses.
+    List(Vec<Vec3>),
+    /// A kd-tree of the positions, which are turned by [`ROTATION`].
+    Tree(ImmutableKdTree<f32, 3>),
+}
+
+/// A stored photon near a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbour {
+    /// Index of the photon.
+    pub index: usize,
+    /// Squared distance from the point, m2.
+    pub distance2: f32,
+}
+
+/// Bins of at most this many arrivals are searched one by one.
+const SMALL_SHELF: usize = 1024;
+
+impl PhotonMap {
+    /// Makes a map of all arrivals of `histories` histories, on the threads of the current pool.
+    /// `power` holds the powers of the first arrival per band, then those of the second, and so on,
+    /// each multiplied by `histories`.
+    ///
+    /// # Panics
+    ///
+    /// If there are not `bands` powers for each arrival, or 2^32 arrivals or more.
+    pub fn new(arrivals: Vec<Arrival>, power: Vec<f32>, bands: usize, histories: u64) -> Self {
+        Self::file(arrivals, power, Vec::new(), bands, histories)
+    }
+
+    fn file(
+        arrivals: Vec<Arrival>,
+        power: Vec<f32>,
+        ways: Vec<Way>,
+        bands: usize,
+        histories: u64,
+    ) -> Self {
+        assert_eq!(power.len(), arrivals.len() * bands, "powers of all arrivals");
+        let count = u32::try_from(arrivals.len()).expect("fewer than 2^32 arrivals");
+        // by bin, and within it in the order of arrival: both in one number, which sorts quickly
+        let key = |(i, arrival): (u32, &Arrival)| u64::from(arrival.bin) << 32 | u64::from(i);
+        let mut keys: Vec<u64> = (0..count).zip(&arrivals).map(key).collect();
+        keys.par_sort_unstable();
+        let order: Vec<u32> = keys.into_iter().map(|key| key as u32).collect();
+        let arrival = |&i: &u32| &arrivals[i as usize];
+        let mut first = 0;
+        let ranges = order.chunk_by(|a, b| arrival(a).bin == arrival(b).bin).map(|bin| {
+            let range = first..first + bin.len();
+            first = range.end;
+            range
+        });
+        let ranges: Vec<Range<usize>> = ranges.collect();
+        let bins = ranges.into_par_iter().map(|range| {
+            let places = Places::of(order[range.clone()].iter().map(|i| arrival(i).position));
+            (arrival(&order[range.start]).bin, Bin { range, places })
+        });
+        let bins: BTreeMap<u32, Bin> = bins.collect();
+        let photons = order.iter().map(|i| arrival(i).photon).collect::<Vec<_>>();
+        drop(arrivals);
+        let mut sorted = Vec::with_capacity(power.len());
+        order.iter().for_each(|&i| sorted.extend(&power[i as usize * bands..][..bands]));
+        let ways =
+            if ways.is_empty() { ways } else { order.iter().map(|&i| ways[i as usize]).collect() };
+        let (photons, bins) = (Arc::new(photons), Arc::new(bins));
+        Self { photons, power: sorted, ways, bands, histories, bins }
+    }
+
+    /// Returns the power of a photon per band, W or umol/s, times [`histories`](Self::histories).
+    pub fn power(&self, index: usize) -> &[f32] {
+        &self.power[index * self.bands..][..self.bands]
+    }
+
+    /// Returns the same map with the powers of each light multiplied by `factors` of that light,
+    /// per band.
+    pub fn at_powers<'a>(&self, factors: impl Fn(usize) -> &'a [f64]) -> Self {
+        let scaled = |(photon, power): (&StoredPhoton, &[f32])| {
+            let factors = factors(photon.light as usize);
+            power.iter().zip(factors).map(|(p, f)| (f64::from(*p) * f) as f32).collect::<Vec<_>>()
+        };
+        let power = self.photons.iter().zip(self.power.chunks(self.bands)).flat_map(scaled);
+        Self {
+            photons: self.photons.clone(),
+            ways: self.ways.clone(),
+            power: power.collect(),
+            bins: self.bins.clone(),
+            ..*self
+        }
+    }
+
+    /// Returns the photons that came by a wanted way, of a map that stores ways.
+    pub fn part(&self, wanted: impl Fn(Way) -> bool) -> Self {
+        let (mut arrivals, mut power, mut ways) = (Vec::new(), Vec::new(), Vec::new());
+        let positions = self.positions();
+        for (&bin, Bin { range, .. }) in self.bins.iter() {
+            for i in range.clone().filter(|&i| wanted(self.ways[i])) {
+                arrivals.push(Arrival { position: positions[i], bin, photon: self.photons[i] });
+                power.extend(self.power(i));
+                ways.push(self.ways[i]);
+            }
+        }
+        Self::file(arrivals, power, ways, self.bands, self.histories)
+    }
+
+    /// Returns the bins that have photons, and the indices of these photons.
+    pub fn bins(&self) -> impl Iterator<Item = (u32, Range<usize>)> {
+        self.bins.iter().map(|(bin, Bin { range, .. })| (*bin, range.clone()))
+    }
+
+    /// Returns the way by which each photon came, in the order of `photons`; empty in a map that
+    /// does not store ways.
+    pub fn ways(&self) -> &[Way] {
+        &self.ways
+    }
+
+    /// Returns the position of each photon, in the order of `photons`, m relative to the centre of
+    /// the scene; positions in trees are exact up to rounding.
+    pub fn positions(&self) -> Vec<Vec3> {
+        let mut positions = vec![Vec3::ZERO; self.photons.len()];
+        for Bin { range, places } in self.bins.values() {
+            let positions = &mut positions[range.clone()];
+            match places {
+                Places::List(places) => positions.copy_from_slice(places),
+                Places::Tree(tree) => {
+                    tree.iter().for_each(|(i, p)| positions[i as usize] = turned_back(p));
+                }
+            }
+        }
+        positions
+    }
+
+    /// Returns the number of photons of a bin.
+    pub fn count(&self, bin: u32) -> usize {
+        self.bins.get(&bin).map_or(0, |bin| bin.range.len())
+    }
+
+    /// Returns the number of histories to which the photons of a bin belong.
+    pub fn histories_on(&self, bin: u32) -> usize {
+        let Some(Bin { range, .. }) = self.bins.get(&bin) else { return 0 };
+        // the photons of a bin are stored in the order of their histories
+        self.photons[range.clone()].chunk_by(|a, b| a.history == b.history).count()
+    }
+
+    /// Gathers the photons of a bin that are nearer to `point` than the k-th, and the area within
+    /// the distance of the k-th, which `inside` returns for a radius in m. With fewer than `k` (at
+    /// least 1) photons, gathers all of them and takes the `whole` area, m2. `None` if there are no
+    /// photons or no area.
+    pub fn gather(
+        &self,
+        bin: u32,
+        point: Vec3,
+        k: usize,
+        whole: f64,
+        inside: impl FnOnce(f32) -> f64,
+    ) -> Option<Gathered> {
+        let mut photons = self.nearest(bin, point, k);
+        let found = photons.len();
+        let (radius, area) = if found < k {
+            (None, whole)
+        } else {
+            let radius = photons.pop()?.distance2.sqrt();
+            (Some(radius), inside(radius))
+        };
+        let weight = 1.0 / (area * self.histories as f64);
+        let some = found > 0 && weight.is_finite();
+        some.then_some(Gathered { photons, found, radius, area, weight })
+    }
+
+    /// Returns the `k` (at least 1) photons of a bin that are nearest to `point`, nearest first;
+    /// all photons if the bin has fewer.
+    pub fn nearest(&self, bin: u32, point: Vec3, k: usize) -> Vec<Neighbour> {
+        let (Some(Bin { range, places }), Some(k)) = (self.bins.get(&bin), NonZero::new(k)) else {
+            return Vec::new();
+        };
+        let mut found = places.nearest(point, k);
+        found.iter_mut().for_each(|neighbour| neighbour.index += range.start);
+        found
+    }
+}
+
+/// The photons that count at a point of one face, and the area on which they arrived.
+pub struct Gathered {
+    /// The photons, without the k-th.
+    pub photons: Vec<Neighbour>,
+    /// Number of photons found, with the k-th.
+    pub found: usize,
+    /// Distance of the k-th photon, m; `None` if there are fewer than k.
+    pub radius: Option<f32>,
+    /// Area on which the photons arrived, m2.
+    pub area: f64,
+    /// Factor that turns their powers into irradiances: 1 / (area x histories), 1/m2.
+    pub weight: f64,
+}
+
+impl Places {
+    fn of(places: impl ExactSizeIterator<Item = Vec3> + Clone) -> Self {
+        if places.len() > SMALL_SHELF {
+            let points: Vec<[f32; 3]> = places.clone().map(turned).collect();
+            if let Ok(tree) = ImmutableKdTree::new_from_slice(&points) {
+                return Self::Tree(tree);
+            }
+        }
+        Self::List(places.collect())
+    }
+
+    fn nearest(&self, point: Vec3, k: NonZero<usize>) -> Vec<Neighbour> {
+        let neighbour = |item, distance2| Neighbour { index: item as usize, distance2 };
+        let mut all: Vec<Neighbour> = match self {
+            Self::Tree(tree) if k.get() < tree.size() => {
+                let point = turned(point);
+                let found = tree.query(&point).nearest_n::<SquaredEuclidean<f32>>(k).execute();
+                return found.iter().map(|f| neighbour(f.item, f.distance)).collect();
+            }
+            Self::Tree(tree) => {
+                let point = Vec3::from(turned(point));
+                let distance2 = |place: [f32; 3]| point.distance_squared(place.into());
+                tree.iter().map(|(item, place)| neighbour(item, distance2(place))).collect()
+            }
+            Self::List(places) => {
+                (0..).zip(places).map(|(i, p)| neighbour(i, p.distance_squared(point))).collect()
+            }
+        };
+        let order = |a: &Neighbour, b: &Neighbour| {
+            a.distance2.total_cmp(&b.distance2).then(a.index.cmp(&b.index))
+        };
+        if k.get() < all.len() {
+            all.select_nth_unstable_by(k.get() - 1, order);
+            all.truncate(k.get());
+        }
+        all.sort_unstable_by(order);
+        all
+    }
+}
+
+/// Photons lie on walls, and a wall perpendicular to an axis wastes the splits along that axis. All
+/// positions are therefore turned once by this generic rotation.
+const ROTATION: Mat3 = Mat3::from_cols_array(&[
+    -0.727_502, -0.170_520, 0.664_578, -0.375_651, -0.711_547, -0.593_790, 0.574_132, -0.681_633,
+    0.453_596,
+]);
+
+fn turned(p: Vec3) -> [f32; 3] {
+    (ROTATION * p).to_array()
+}
+
+fn turned_back(p: [f32; 3]) -> Vec3 {
+    ROTATION.transpose() * Vec3::from(p)
+}

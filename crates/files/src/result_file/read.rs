@@ -1,0 +1,168 @@
+//! Reads result files.
+
+use std::{fmt::Display, path::Path};
+
+use serde::de::DeserializeOwned;
+
+use crate::{input::read_bytes, json};
+use phylux_core::{
+    error::{Error, Result},
+    math::stats::LARGEST,
+};
+use phylux_results::{result::RunResult, saved::ResultsFile};
+
+/// Reads the results at `path`, as far as comparisons and tables need them. Errors: the file cannot
+/// be read, or is not a results file.
+pub fn read_results(path: &Path) -> Result<ResultsFile> {
+    read(path, ResultsFile::is_valid)
+}
+
+/// Reads the `bytes` of a results file, as far as comparisons and tables need them. Error: they are
+/// not results.
+pub fn parse_results(bytes: &[u8]) -> Result<ResultsFile> {
+    parse(bytes, IN_MEMORY, ResultsFile::is_valid)
+}
+
+/// Reads the complete results at `path`. Errors: the file cannot be read, or is not a results file.
+pub fn read_json(path: &Path) -> Result<RunResult> {
+    read(path, RunResult::is_valid)
+}
+
+/// Reads complete results from bytes that [`write_json`](super::write_json) has written. Error:
+/// they are not results.
+pub fn parse_json(bytes: &[u8]) -> Result<RunResult> {
+    parse(bytes, IN_MEMORY, RunResult::is_valid)
+}
+
+/// The place of errors in bytes that do not come from a file.
+const IN_MEMORY: &str = "results";
+
+fn read<T: DeserializeOwned>(path: &Path, is_valid: impl Fn(&T) -> bool) -> Result<T> {
+    let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+    parse(&bytes, path.display(), is_valid)
+}
+
+fn parse<T: DeserializeOwned>(
+    bytes: &[u8],
+    place: impl Display,
+    is_valid: impl Fn(&T) -> bool,
+) -> Result<T> {
+    let none = |why: &dyn Display| {
+        Error::input(&place, format!("is no results file: {why}"))
+            .remedy("name a file that `phylux run -o` has written")
+    };
+    json::check_memory(bytes).map_err(|why| Error::input(&place, why))?;
+    let result = serde_json::from_slice(bytes).map_err(|e| none(&e))?;
+    match is_valid(&result) {
+        true => Ok(result),
+        false => Err(none(&format!(
+            "a list has not one entry for each band, or a number is above {LARGEST:e}"
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::LazyLock;
+
+    use proptest::{prelude::*, sample::select};
+
+    use super::*;
+    use crate::result_file::write_json;
+    use phylux_core::transport::settings::{Estimator, Settings};
+    use phylux_results::{
+        compare::Comparison,
+        result::{Factor, ToleranceResult},
+    };
+    use phylux_testing::{check_error, check_finite, small_run, spoiled};
+
+    const WORDS: &[&str] = &["null", "[", "]", "{", "}", "1e300", "-1e300", "\"back\":", "l1"];
+
+    /// Two results: of photons, split by light, and of backward paths.
+    static FILES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+        let paths = Settings { estimator: Estimator::Paths, ..Settings::default() };
+        let split = Settings { by_light: true, k: Some(2), ..Settings::default() };
+        [split, paths].map(|settings| text(&small_run(settings))).to_vec()
+    });
+
+    fn text(result: &RunResult) -> &'static str {
+        let mut bytes = Vec::new();
+        write_json(result, &mut bytes).expect("memory");
+        String::from_utf8(bytes).expect("UTF-8").leak()
+    }
+
+    /// Factors of a mix, shares of unseen light and a tolerance that no run can have are refused.
+    #[test]
+    fn every_entry_of_the_head_is_checked() {
+        let accuracy = |asked| ToleranceResult { asked, met: true, worst: None, dark: Vec::new() };
+        let read = |change: &dyn Fn(&mut RunResult)| {
+            let mut result = small_run(Settings { by_light: true, ..Settings::default() });
+            change(&mut result);
+            parse_json(text(&result).as_bytes()).map_err(|error| error.to_string())
+        };
+        let lamp = |factor: Factor| Some([("lamp".to_string(), factor)].into());
+        let bands = read(&|_| ()).expect("results").bands;
+        // a sum has a share of its own, but no factor
+        let own = bands.iter().filter(|band| band.sum_of.is_none()).count();
+        assert!(own < bands.len());
+        for entries in 0..=bands.len() + 1 {
+            let factors = read(&|result| result.mixed = lamp(Factor::Bands(vec![2.0; entries])));
+            let shares = read(&|result| result.unseen = Some(vec![0.1; entries]));
+            for (found, of) in [(factors, own), (shares, bands.len())] {
+                assert_eq!(found.is_ok(), entries == of, "{entries} of {of}");
+                let refused =
+                    |said: String| said.contains("a list has not one entry for each band");
+                assert!(found.is_ok() || found.is_err_and(refused));
+            }
+        }
+        for (number, is_sound) in [(0.01, true), (1e200, false)] {
+            let factor = read(&|result| result.mixed = lamp(Factor::All(number)));
+            let asked = read(&|result| result.tolerance = Some(accuracy(number)));
+            assert_eq!((factor.is_ok(), asked.is_ok()), (is_sound, is_sound), "{number}");
+        }
+    }
+
+    /// A folder with a valid results file; the tests write damaged files beside it.
+    static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(folder.path().join("sound.json"), FILES[0]).expect("a file");
+        folder
+    });
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Any text gives an error that names the file, or results from which only finite numbers
+        /// follow.
+        #[test]
+        fn no_spoiled_results_panic(
+            bytes in spoiled(FILES.as_slice(), WORDS),
+            factor in select(&[0.0, 0.5, 1e30][..]),
+        ) {
+            let (sound, path) = (FOLDER.path().join("sound.json"), FOLDER.path().join("r.json"));
+            std::fs::write(&path, &bytes).expect("a file");
+            match read_results(&path) {
+                Err(error) => check_error(&error, &path),
+                Ok(results) => {
+                    let sound = read_results(&sound).expect("results");
+                    for pair in [[&results, &sound], [&sound, &results], [&results, &results]] {
+                        if let Ok(comparison) = Comparison::new(pair[0], pair[1]) {
+                            check_finite(&comparison);
+                            check_finite(&comparison.rms());
+                        }
+                    }
+                }
+            }
+            match read_json(&path) {
+                Err(error) => check_error(&error, &path),
+                Ok(result) => {
+                    let lights = result.energy.by_light.iter().flatten();
+                    let factors = lights.map(|(name, _)| (name.clone(), factor)).collect();
+                    if let Ok(mixed) = result.mix(&factors) {
+                        check_finite(&mixed);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Small files of XML, as a tree of elements with their lines.
+
+use std::path::Path;
+
+use quick_xml::{Reader, escape::resolve_predefined_entity, events::Event};
+
+use crate::input::{from_utf16, quoted};
+use phylux_core::error::{Error, Result};
+
+/// The deepest nesting of elements.
+const DEEPEST: usize = 64;
+/// The most elements of a file.
+const MOST: usize = 4_000_000;
+
+/// An element.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Element {
+    /// Its name without a prefix.
+    pub name: String,
+    /// Names, without prefixes, and values of its attributes.
+    pub attributes: Vec<(String, String)>,
+    /// Its own text, without blanks around it.
+    pub text: String,
+    /// The line where it begins, from 1.
+    pub line: usize,
+    /// The elements in it.
+    pub children: Vec<Element>,
+}
+
+impl Element {
+    /// Returns the elements of this name in it.
+    pub fn all<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Self> + 'a {
+        self.children.iter().filter(move |child| child.name == name)
+    }
+
+    /// Returns the first element of this name in it.
+    pub fn first(&self, name: &str) -> Option<&Self> {
+        self.children.iter().find(|child| child.name == name)
+    }
+
+    /// Returns the text of the first element of this name in it; empty if there is none.
+    pub fn text_of(&self, name: &str) -> &str {
+        self.first(name).map_or("", |child| &child.text)
+    }
+
+    /// Returns the value of an attribute; empty if there is none.
+    pub fn attribute(&self, name: &str) -> &str {
+        self.attributes.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value)
+    }
+
+    /// Returns an error at the element in the file at `path`.
+    pub fn error(&self, path: &Path, problem: impl std::fmt::Display) -> Error {
+        Error::input(format!("{}:{}", path.display(), self.line), problem)
+    }
+
+    /// Reads a finite number from `text`, a text of the element. Error: it is none; `what` names it.
+    pub fn number(&self, path: &Path, text: &str, what: &str) -> Result<f64> {
+        text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
+            self.error(path, format!("{what} is {}, not a finite number", quoted(text)))
+                .remedy("the file is broken: fetch it again, or export it anew")
+        })
+    }
+}
+
+/// Whether the bytes of a file begin as XML does, in UTF-8 or UTF-16.
+pub fn is_xml(bytes: &[u8]) -> bool {
+    // marks of the byte order, and halves of characters in UTF-16
+    let marks = [0xef, 0xbb, 0xbf, 0xfe, 0xff, 0];
+    let skipped = |byte: &&u8| byte.is_ascii_whitespace() || marks.contains(*byte);
+    bytes.iter().find(|byte| !skipped(byte)) == Some(&b'<')
+}
+
+/// Reads the outermost element of a file. Errors, at the line: it is no XML in UTF-8 or UTF-16, or is
+/// larger or nested deeper than any file of data.
+pub fn parse(bytes: &[u8], path: &Path) -> Result<Element> {
+    let decoded = from_utf16(bytes);
+    let text = match &decoded {
+        Some(text) => text,
+        None => std::str::from_utf8(bytes).map_err(|_| {
+            Error::input(path.display(), "is no XML file in UTF-8 or UTF-16")
+                .remedy("save it in UTF-8")
+        })?,
+    };
+    let text = text.trim_start_matches('\u{feff}');
+    let mut reader = Reader::from_str(text);
+    let (mut line, mut until) = (1, 0);
+    // elements that have not ended yet, the outermost first
+    let mut open: Vec<Element> = Vec::new();
+    let mut root = None;
+    let mut count = 0;
+    loop {
+        let begin = (reader.buffer_position() as usize).min(text.len());
+        line += text.as_bytes()[until..begin].iter().filter(|&&byte| byte == b'\n').count();
+        until = begin;
+        let wrong = |problem: String| {
+            Error::input(format!("{}:{line}", path.display()), format!("is no XML: {problem}"))
+                .remedy("fetch the file again, or export it anew")
+        };
+        let event = reader.read_event().map_err(|e| wrong(e.to_string()))?;
+        let (start, ends) = match event {
+            Event::Start(start) => (start, false),
+            Event::Empty(start) => (start, true),
+            Event::Text(part) => {
+                if let Some(element) = open.last_mut() {
+                    element.text += &part;
+                }
+                continue;
+            }
+            Event::CData(part) => {
+                if let Some(element) = open.last_mut() {
+                    element.text += &part;
+                }
+                continue;
+            }
+            Event::GeneralRef(name) => {
+                if let Some(element) = open.last_mut() {
+                    element.text += resolve_predefined_entity(&name).unwrap_or_default();
+                }
+                continue;
+            }
+            Event::End(_) => {
+                close(&mut open, &mut root);
+                continue;
+            }
+            Event::Eof => break,
+            _ => continue,
+        };
+        count += 1;
+        if open.len() == DEEPEST || count > MOST {
+            return Err(wrong(format!(
+                "more than {DEEPEST} elements within elements, or {MOST} elements"
+            )));
+        }
+        let mut element = Element { line, ..Element::default() };
+        element.name = start.local_name().as_ref().to_string();
+        for attribute in start.attributes() {
+            let attribute = attribute.map_err(|e| wrong(e.to_string()))?;
+            let name = attribute.key.local_name().as_ref().to_string();
+            element.attributes.push((name, attribute.value.trim().to_string()));
+        }
+        open.push(element);
+        if ends {
+            close(&mut open, &mut root);
+        }
+    }
+    match (open.last(), root) {
+        (Some(element), _) => {
+            let problem = format!("{} does not end", quoted(&format!("<{}>", element.name)));
+            Err(element.error(path, problem).remedy("the file is cut off: fetch it again"))
+        }
+        (None, Some(root)) => Ok(root),
+        (None, None) => Err(Error::input(path.display(), "has no element of XML")
+            .remedy("fetch the file again, or export it anew")),
+    }
+}
+
+/// Ends the innermost open element: it belongs to the one around it, or is the outermost.
+fn close(open: &mut Vec<Element>, root: &mut Option<Element>) {
+    let Some(mut element) = open.pop() else { return };
+    element.text = element.text.trim().to_string();
+    match open.last_mut() {
+        Some(outer) => outer.children.push(element),
+        None => *root = root.take().or(Some(element)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_have_their_lines_texts_and_attributes() {
+        let text = "<?xml version=\"1.0\"?>\n<!-- a -->\n<x:a xmlns:x=\"u\">\n <b w=\" 4 \">1 &amp; 2</b>\n <b/><![CDATA[t]]></x:a>";
+        let root = parse(text.as_bytes(), Path::new("a.xml")).unwrap();
+        assert_eq!((root.name.as_str(), root.line, root.text.as_str()), ("a", 3, "t"));
+        let b = root.first("b").unwrap();
+        assert_eq!((b.text.as_str(), b.line, b.attribute("w")), ("1 & 2", 4, "4"));
+        assert_eq!(root.all("b").count(), 2);
+        assert_eq!(root.text_of("c"), "");
+    }
+
+    #[test]
+    fn what_is_no_xml_is_refused_at_its_line() {
+        for (text, start) in [
+            ("<a>\n<b>\n</a>", "a.xml:"),
+            ("<a>\n<b>", "a.xml:2: `<b>` does not end"),
+            ("<!-- a -->", "a.xml: has no element of XML"),
+            (&*"<a>".repeat(100), "a.xml:1: is no XML: more than 64"),
+        ] {
+            let error = parse(text.as_bytes(), Path::new("a.xml")).unwrap_err().to_string();
+            assert!(error.starts_with(start), "{error}");
+        }
+        assert!(parse(b"<a>\xff</a>", Path::new("a.xml")).is_err());
+        assert!(is_xml(b"\xef\xbb\xbf \n<a/>") && !is_xml(b"nm,R") && !is_xml(b""));
+        for mark in ["", "\u{feff}"] {
+            let units: Vec<u16> = format!("{mark}<a>1</a>").encode_utf16().collect();
+            for bytes in [u16::to_le_bytes, u16::to_be_bytes] {
+                let bytes: Vec<u8> = units.iter().flat_map(|unit| bytes(*unit)).collect();
+                assert!(is_xml(&bytes));
+                assert_eq!(parse(&bytes, Path::new("a")).unwrap().text, "1");
+            }
+        }
+    }
+}

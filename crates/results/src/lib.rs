@@ -1,0 +1,31 @@
+//! Results: the numbers that a run has found, with standard errors.
+//!
+//! Read `result` first: it makes results from sums, groups them, rescales lamps and warns.
+//! `flat` holds the same numbers as arrays, `saved` results that were read from a file.
+//! `compare` compares two results. `year_facts` tells of the tables of a year. `calibration` holds factors on the powers of lamps that were
+//! found from readings.
+//!
+//! Nothing in this module reads or writes files.
+
+#![deny(unsafe_code)]
+
+pub mod calibration;
+pub mod compare;
+pub mod flat;
+pub mod result;
+pub mod saved;
+pub mod year_facts;
+
+pub use calibration::{
+    Calibration, EvenPowers, Lit, Model, ModelErrors, ReadingResult, SlopeIntercept, Varied,
+};
+pub use compare::{Comparison, Difference};
+pub use flat::FlatResult;
+pub use result::{
+    Absorbed, AbsorbedByFace, BandResult, ByLight, CanopyResult, CaptorResult, DarkResult,
+    Electricity, Energy, FaceResult, Factor, FactorErrors, GroupElectricity, GroupResult,
+    LampElectricity, LayerResult, MapResult, NearestResult, RatioResult, Ratios, RunResult,
+    RunSettings, Share, Shares, SumUnit, ToleranceResult, Uniformity, Warning, WorstResult,
+};
+pub use saved::ResultsFile;
+pub use year_facts::YearFacts;

@@ -1,0 +1,490 @@
+//! Makes results from the sums of a run.
+
+use std::borrow::Cow;
+
+use super::{
+    Absorbed, AbsorbedByFace, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult,
+    Electricity, Energy, FORMAT, FaceResult, GroupResult, MapResult, NearestResult, RatioResult,
+    Ratios, RunResult, RunSettings, SumUnit, ToleranceResult, WorstResult,
+    spread::Spread,
+    stand,
+    warnings::{FEW_HISTORIES, rests_on_few},
+};
+use phylux_core::{
+    math::{
+        stats::{Estimate, Running},
+        units::Quantity,
+    },
+    scene::{
+        captor::{ABSORBED_FRONT, Captor, CaptorKind, Channel},
+        light::Light,
+        world::Scene,
+    },
+    transport::{
+        direct_sun::sunlit_shares,
+        nearest::{self, NearestEstimate},
+        paths::Unseen,
+        settings::{Estimator, Guiding, Settings},
+        simulate::{Accuracy, Dark, FaceBand, Simulation, Worst},
+        tally::{Ledger, Totals},
+    },
+};
+
+/// If one batch makes up more than this fraction of the squared deviations, few paths have found
+/// most of the light. The odds that one of 128 normal batches exceeds it are 1e-7.
+const CONCENTRATED: f64 = 0.25;
+
+impl RunResult {
+    /// Makes the result of a run of `scene` with `settings`, from its `simulation`.
+    pub fn new(scene: &Scene, settings: &Settings, simulation: &Simulation) -> Self {
+        let Simulation { totals, map, .. } = simulation;
+        let powers: Vec<f64> = (0..scene.bands.len())
+            .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
+            .collect();
+        let alone = simulation.estimator == Estimator::Paths;
+        let energy = match alone {
+            false => Energy {
+                by_light: by_light(scene, totals, |light, part| balance(scene, &light.power, part)),
+                ..balance(scene, &powers, totals)
+            },
+            true => Energy { power: scene.with_sums(&powers), ..Energy::default() },
+        };
+        let estimates = map.as_ref().map(|map| (map, settings.k));
+        let sunlit = scene.sunlit.then(|| sunlit_shares(scene, settings.seed)).flatten();
+        let captors: Vec<CaptorResult> = scene
+            .captors
+            .iter()
+            .enumerate()
+            .map(|(c, captor)| {
+                let nearest = match simulation.estimator == Estimator::Photons {
+                    true => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
+                    false => Some([None, None]),
+                };
+                let sunlit = sunlit.as_ref().map(|shares| shares[c]);
+                captor_result(scene, simulation, captor, nearest, sunlit)
+            })
+            .collect();
+        let bands = band_results(scene);
+        let photons = scene.quantity == Quantity::Micromole;
+        let dli =
+            scene.period_h.is_some() && bands.iter().any(|band| band.has_dli(&bands, photons));
+        let mut unit = scene.quantity.unit_names();
+        unit.dli = dli.then_some(Cow::Borrowed("mol/m2/d"));
+        let mut result = Self {
+            format: FORMAT,
+            phylux: env!("CARGO_PKG_VERSION").into(),
+            scene: scene.name.clone(),
+            scene_hash: scene.digest(),
+            seed: settings.seed,
+            photons: totals.histories,
+            photons_beside: simulation.beside,
+            batches: totals.batches,
+            estimator: simulation.estimator,
+            guiding: Some(simulation.guiding).filter(|guiding| *guiding != Guiding::Off),
+            starved: simulation.starved,
+            chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
+            mixed: None,
+            calibrated: false,
+            settings: Some(RunSettings::new(settings, simulation)),
+            warnings: Vec::new(),
+            unit,
+            period_h: scene.period_h,
+            bands,
+            ratios: RatioResult::all(scene),
+            energy,
+            electricity: Electricity::new(scene, totals, !alone),
+            unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
+            cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
+            tolerance: simulation.accuracy.as_ref().map(|found| ToleranceResult::new(scene, found)),
+            map: map.as_ref().map(|map| MapResult {
+                arrivals: map.photons.len() as u64,
+                photons: map.histories,
+            }),
+            groups: group_results(scene, simulation, &captors),
+            captors,
+            layers: stand::layers(scene, simulation, settings.seed),
+            canopy: stand::canopy(scene, simulation),
+        };
+        result.add_dli();
+        result.with_warnings()
+    }
+}
+
+/// Returns a value for each light, if the run counted lights apart.
+fn by_light<T>(
+    scene: &Scene,
+    totals: &Totals,
+    of: impl Fn(&Light, &Totals) -> T,
+) -> Option<ByLight<T>> {
+    let parts = totals.parts();
+    let lights = scene.lights.iter().zip(parts);
+    let each = lights.map(|(light, part)| (light.name.clone(), of(light, part)));
+    (!parts.is_empty()).then(|| each.collect())
+}
+
+/// Returns the fraction of the light that paths cannot find, per band, then per sum.
+fn shares(scene: &Scene, unseen: &Unseen) -> Vec<f64> {
+    let (hidden, all) = (scene.with_sums(&unseen.hidden), scene.with_sums(&unseen.all));
+    let share = |(hidden, all): (f64, f64)| if all > 0.0 { hidden / all } else { 0.0 };
+    hidden.into_iter().zip(all).map(share).collect()
+}
+
+impl ToleranceResult {
+    fn new(scene: &Scene, accuracy: &Accuracy) -> Self {
+        let dark = |dark: &Dark| {
+            let Names { captor, group, face, band } = names(scene, &dark.at);
+            DarkResult { captor, group, face: face.into(), band, below: dark.below }
+        };
+        Self {
+            asked: accuracy.tolerance,
+            met: accuracy.met,
+            worst: accuracy.worst.as_ref().map(|worst| WorstResult::new(scene, worst)),
+            dark: accuracy.dark.iter().map(dark).collect(),
+        }
+    }
+}
+
+impl WorstResult {
+    /// Makes the entry, with the names that captor and band have in `scene`.
+    pub fn new(scene: &Scene, worst: &Worst) -> Self {
+        let Names { captor, group, face, band } = names(scene, &worst.at);
+        let Worst { relative_error, batches_with_light, .. } = *worst;
+        Self { captor, group, face: face.into(), band, relative_error, batches_with_light }
+    }
+}
+
+/// The names of a value: those of captor or group, face and band.
+struct Names {
+    captor: String,
+    group: bool,
+    face: &'static str,
+    band: String,
+}
+
+fn names(scene: &Scene, at: &FaceBand) -> Names {
+    let face = match at.face {
+        Channel::Front => "front",
+        Channel::Back => "back",
+        Channel::Absorbed => "absorbed",
+    };
+    let band = scene.band_names().nth(at.band).unwrap_or_default();
+    let name = match scene.captors.get(at.captor) {
+        Some(captor) => &captor.id,
+        None => &scene.groups[at.captor - scene.captors.len()],
+    };
+    let group = at.captor >= scene.captors.len();
+    Names { captor: name.clone(), group, face, band: band.into() }
+}
+
+/// Returns the energy balance of a run of photons.
+fn balance(scene: &Scene, power: &[f64], totals: &Totals) -> Energy {
+    let Ledger { emitted, absorbed, escaped, mut missed, lost, .. } = totals.ledger();
+    let chance = totals.chance().iter().map(|taken| taken.estimate(totals.batches));
+    let chance: Vec<Estimate> = chance.collect();
+    let games = !chance.is_empty();
+    let bands = scene.bands.len();
+    let by_material: Vec<&[f64]> = absorbed.chunks(bands).collect();
+    let total: Vec<f64> = (0..bands).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
+    let named = scene.materials.iter().zip(&by_material);
+    Energy {
+        power: scene.with_sums(power),
+        emitted: scene.with_sums(&emitted),
+        absorbed: scene.with_sums(&total),
+        escaped: scene.with_sums(&escaped),
+        missed: match scene.has_daylight() {
+            true => {
+                missed.resize(bands, 0.0);
+                scene.with_sums(&missed)
+            }
+            false => Vec::new(),
+        },
+        lost: scene.with_sums(&lost),
+        chance: games.then(|| chance.iter().map(|taken| taken.mean).collect()),
+        chance_se: games.then(|| chance.iter().map(|taken| taken.standard_error).collect()),
+        absorbed_by: Some(
+            named.map(|(m, values)| (m.name.clone(), scene.with_sums(values))).collect(),
+        ),
+        by_light: None,
+    }
+}
+
+/// Returns the name of the light per area in a band or sum (`None`: in all bands together), as it
+/// stands at axes: PPFD, if it counts photons within 400 to 700 nm, or else irradiance; with the name
+/// of the band where there are others and PPFD does not say which.
+pub fn light_name(bands: &[BandResult], of: Option<usize>, flux: &str) -> String {
+    let own = of.map(|of| &bands[of]);
+    let is_part = |band: &BandResult| match own.map(|own| (own, &own.sum_of)) {
+        None => true,
+        Some((_, Some(parts))) => parts.contains(&band.name),
+        Some((own, None)) => own.name == band.name,
+    };
+    let parts = bands.iter().filter(|band| band.sum_of.is_none() && is_part(band));
+    let ranges: Vec<(f64, f64)> =
+        parts.map(|band| (band.from_nm.unwrap_or(0.0), band.to_nm.unwrap_or(f64::MAX))).collect();
+    let counts = flux == "umol/s" && own.is_none_or(|own| own.weights.is_none());
+    let within = ranges.iter().all(|&(from, to)| from >= 399.0 && to <= 701.0);
+    let is_ppfd = counts && within && !ranges.is_empty();
+    let name = if is_ppfd { "PPFD" } else { "irradiance" };
+    let single = ranges.len() == 1;
+    let whole = !single || ranges.iter().any(|&(from, to)| from <= 401.0 && to >= 699.0);
+    match own {
+        Some(own) if bands.len() > 1 && !(is_ppfd && whole) => format!("{name}, {}", own.name),
+        None if bands.len() > 1 && !is_ppfd => format!("{name}, all bands"),
+        _ => name.into(),
+    }
+}
+
+/// Returns the bands of a scene, then its sums.
+pub fn band_results(scene: &Scene) -> Vec<BandResult> {
+    let bands = scene.bands.iter().map(|band| BandResult {
+        name: band.name.clone(),
+        from_nm: band.from_nm,
+        to_nm: band.to_nm,
+        sum_of: None,
+        weights: None,
+        unit: None,
+    });
+    let sums = scene.sums.iter().map(|sum| BandResult {
+        name: sum.name.clone(),
+        from_nm: None,
+        to_nm: None,
+        sum_of: Some(sum.bands.iter().map(|&b| scene.bands[b].name.clone()).collect()),
+        weights: (!sum.weights.is_empty()).then(|| sum.weights.clone()),
+        unit: sum.unit.map(|unit| {
+            let [flux, irradiance] = unit.names().map(Cow::Borrowed);
+            SumUnit { flux, irradiance }
+        }),
+    });
+    bands.chain(sums).collect()
+}
+
+fn captor_result(
+    scene: &Scene,
+    simulation: &Simulation,
+    captor: &Captor,
+    nearest: Option<[Option<NearestEstimate>; 2]>,
+    sunlit: Option<[f64; 2]>,
+) -> CaptorResult {
+    let channel = |channel: Channel| captor.first_channel + channel as usize;
+    let [nearest_front, nearest_back] = match nearest {
+        Some(faces) => faces.map(|face| Some(face.map(nearest_result))),
+        None => [None, None],
+    };
+    let face = |c: Channel, knn| {
+        let face = face(scene, simulation, channel(c), captor.area);
+        FaceResult { knn, ..face }
+    };
+    let counts = captor.kind == CaptorKind::Surface;
+    let absorbed =
+        counts.then(|| all_absorbed(scene, &simulation.totals, channel(Channel::Absorbed)));
+    let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
+        absorbed.unwrap_or_default();
+    let groups = captor.groups.iter().map(|&group| scene.groups[group].clone());
+    CaptorResult {
+        id: captor.id.clone(),
+        kind: match captor.kind {
+            CaptorKind::Virtual { .. } => "virtual",
+            CaptorKind::Surface => "surface",
+        }
+        .into(),
+        area: captor.area,
+        center: captor.center.to_array(),
+        normal: captor.normal.to_array(),
+        front: face(Channel::Front, nearest_front),
+        back: captor.kind.has_back().then(|| face(Channel::Back, nearest_back)),
+        absorbed,
+        absorbed_se,
+        by_light,
+        sunlit: sunlit.map(|[share, _]| share),
+        sunlit_se: sunlit.map(|[_, error]| error),
+        absorbed_by_face,
+        absorbed_ratios,
+        groups: Some(groups.collect()),
+    }
+}
+
+fn nearest_result(estimate: NearestEstimate) -> NearestResult {
+    let columns = |of: Vec<Estimate>| of.into_iter().map(|e| (e.mean, e.standard_error)).unzip();
+    let (irradiance, irradiance_se) = columns(estimate.irradiance);
+    let (radiance, radiance_se) = estimate.radiance.map(columns).unzip();
+    NearestResult {
+        k: estimate.k,
+        radius: estimate.radius,
+        coverage: estimate.coverage,
+        irradiance,
+        irradiance_se,
+        radiance,
+        radiance_se,
+    }
+}
+
+/// The captors of a group: their number, areas and faces.
+#[derive(Clone, Default)]
+struct Members<'a> {
+    captors: usize,
+    area: f64,
+    back_area: f64,
+    surfaces: usize,
+    /// The sunlit area, m2, and the square of its standard error.
+    sunlit: Option<[f64; 2]>,
+    front: Spread<'a>,
+    back: Spread<'a>,
+}
+
+fn group_results(
+    scene: &Scene,
+    simulation: &Simulation,
+    captors: &[CaptorResult],
+) -> Vec<GroupResult> {
+    let mut members = vec![Members::default(); scene.groups.len()];
+    for (captor, found) in scene.captors.iter().zip(captors) {
+        for &group in &captor.groups {
+            let members = &mut members[group];
+            members.captors += 1;
+            members.area += captor.area;
+            members.back_area += if captor.kind.has_back() { captor.area } else { 0.0 };
+            members.surfaces += usize::from(captor.kind == CaptorKind::Surface);
+            if let (Some(share), Some(error)) = (found.sunlit, found.sunlit_se) {
+                let [area, variance] = members.sunlit.get_or_insert_default();
+                *area += share * captor.area;
+                *variance += (error * captor.area).powi(2);
+            }
+            members.front.add(&found.front, captor.area);
+            found.back.iter().for_each(|back| members.back.add(back, captor.area));
+        }
+    }
+    let groups = scene.groups.iter().zip(members).enumerate();
+    groups.map(|(g, (name, members))| group_result(scene, simulation, g, name, &members)).collect()
+}
+
+fn group_result(
+    scene: &Scene,
+    simulation: &Simulation,
+    group: usize,
+    name: &str,
+    members: &Members,
+) -> GroupResult {
+    let channel = |c: Channel| scene.channels() + group * scene.group_channels() + c as usize;
+    let counts = members.surfaces > 0;
+    let absorbed =
+        counts.then(|| all_absorbed(scene, &simulation.totals, channel(Channel::Absorbed)));
+    let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
+        absorbed.unwrap_or_default();
+    let face =
+        |c: Channel, area, spread: &Spread| spread.on(face(scene, simulation, channel(c), area));
+    GroupResult {
+        id: name.to_string(),
+        captors: members.captors,
+        area: members.area,
+        front: face(Channel::Front, members.area, &members.front),
+        back: (members.back_area > 0.0)
+            .then(|| face(Channel::Back, members.back_area, &members.back)),
+        absorbed,
+        absorbed_se,
+        by_light,
+        sunlit: members.sunlit.map(|[area, _]| area / members.area),
+        sunlit_se: members.sunlit.map(|[_, variance]| variance.sqrt() / members.area),
+        absorbed_by_face,
+        absorbed_ratios,
+    }
+}
+
+/// Means and standard errors of one channel, per band, then per sum.
+struct Sums {
+    mean: Vec<f64>,
+    standard_error: Vec<Option<f64>>,
+}
+
+impl Sums {
+    fn of(totals: &Totals, channel: usize) -> Self {
+        let estimates: Vec<Estimate> = totals.estimates(channel).collect();
+        let arrived = |mean: f64| mean != 0.0;
+        Self {
+            mean: estimates.iter().map(|e| e.mean).collect(),
+            standard_error: estimates
+                .iter()
+                .map(|e| e.standard_error.filter(|_| arrived(e.mean)))
+                .collect(),
+        }
+    }
+}
+
+fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
+    let totals = &simulation.totals;
+    let concentrated = |r: &Running| r.concentration(totals.batches) > CONCENTRATED;
+    let by_photons = simulation.by_photons.get(channel).is_some_and(|&alone| alone);
+    let of_paths = simulation.estimator != Estimator::Photons && !by_photons;
+    let split = !totals.parts().is_empty();
+    let few = match of_paths {
+        true => totals.running(channel).iter().any(concentrated),
+        false => {
+            let counted = || totals.histories_in(channel).map(|n| n as f64);
+            let histories = totals.equal_histories(channel).or_else(counted);
+            histories.is_some_and(|n| 0.0 < n && n < FEW_HISTORIES as f64)
+                || totals
+                    .estimates(channel)
+                    .take(scene.bands.len())
+                    .any(|band| rests_on_few(band.mean, band.standard_error))
+        }
+    };
+    let too_small = simulation.too_small.get(channel).is_some_and(|&too_small| too_small);
+    FaceResult {
+        few_paths: few || too_small,
+        by_photons,
+        by_light: by_light(scene, totals, |_, part| flux(part, channel, area, split)),
+        ..flux(totals, channel, area, split)
+    }
+}
+
+fn flux(totals: &Totals, channel: usize, area: f64, split: bool) -> FaceResult {
+    let flux = Sums::of(totals, channel);
+    FaceResult {
+        photons: totals.photons(channel),
+        histories: totals.histories_in(channel),
+        irradiance: flux.mean.iter().map(|f| f / area).collect(),
+        irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
+        dli: None,
+        dli_se: None,
+        ratios: ratios(totals, channel, split),
+        flux: flux.mean,
+        flux_se: flux.standard_error,
+        few_paths: false,
+        by_photons: false,
+        min: None,
+        max: None,
+        uniformity: None,
+        knn: None,
+        by_light: None,
+    }
+}
+
+fn ratios(totals: &Totals, channel: usize, split: bool) -> Option<Ratios> {
+    Ratios::of(totals.pairs(channel), totals.batches, split)
+}
+
+fn all_absorbed(scene: &Scene, totals: &Totals, channel: usize) -> AllAbsorbed {
+    let split = !totals.parts().is_empty();
+    let of = |totals: &Totals| {
+        let Sums { mean, standard_error } = Sums::of(totals, channel);
+        let absorbed_ratios = ratios(totals, channel, split);
+        let absorbed_by_face = scene.absorbed_by_face.then(|| {
+            let first = channel - Channel::Absorbed as usize + ABSORBED_FRONT;
+            let [front, back] = [first, first + 1].map(|channel| Sums::of(totals, channel));
+            AbsorbedByFace {
+                front: front.mean,
+                front_se: front.standard_error,
+                back: back.mean,
+                back_se: back.standard_error,
+            }
+        });
+        Absorbed { absorbed: mean, absorbed_se: standard_error, absorbed_by_face, absorbed_ratios }
+    };
+    let Absorbed { absorbed, absorbed_se, absorbed_by_face, absorbed_ratios } = of(totals);
+    AllAbsorbed {
+        absorbed_by_face,
+        absorbed_ratios,
+        absorbed: Some(absorbed),
+        absorbed_se: Some(absorbed_se),
+        by_light: by_light(scene, totals, |_, part| of(part)),
+    }
+}

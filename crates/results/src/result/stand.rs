@@ -1,0 +1,161 @@
+//! What a stand of plants as a whole does with the light: its layers, and the shares of the light of
+//! sun and sky that it and the ground take.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::validate::{are_errors, are_values};
+use phylux_core::{
+    math::stats::{Running, is_possible},
+    scene::{
+        stand::{Balance, LayerBins},
+        world::Scene,
+    },
+    transport::{direct_sun::sunlit_layers, settings::Estimator, simulate::Simulation},
+};
+
+/// Light that the surface captors of a layer absorbed, without those of the ground.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct LayerResult {
+    /// Lower end of the layer, m.
+    pub from: f64,
+    /// Upper end of the layer, m.
+    pub to: f64,
+    /// One-sided area of the captors in it, m2.
+    pub area: f64,
+    /// Power that they absorbed, per band, W or umol/s.
+    pub absorbed: Vec<f64>,
+    /// Standard error of the value above; null where nothing arrived or there was one batch.
+    pub absorbed_se: Vec<Option<f64>>,
+    /// Share of the area on which the sun shines, straight or through thin panes, 0 to 1; absent
+    /// unless the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sunlit: Option<f64>,
+    /// Standard error of the value above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sunlit_se: Option<f64>,
+}
+
+/// Where the light of sun and sky goes in a scene that repeats along x and y, as shares of what
+/// comes in from above, per band.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct CanopyResult {
+    /// Power that comes into one cell, W or umol/s.
+    pub incident: Vec<f64>,
+    /// Share that all but the ground absorbs (of PAR: fAPAR).
+    pub absorbed: Vec<f64>,
+    /// Standard error of the value above.
+    pub absorbed_se: Vec<Option<f64>>,
+    /// Share that leaves upwards.
+    pub reflected: Vec<f64>,
+    /// Standard error of the value above.
+    pub reflected_se: Vec<Option<f64>>,
+    /// Share that arrives on the ground from above (light that the ground sends up and leaves send
+    /// back counts again) or, where no object is ground, that leaves downwards.
+    pub transmitted: Vec<f64>,
+    /// Standard error of the value above.
+    pub transmitted_se: Vec<Option<f64>>,
+    /// Share that the ground absorbs.
+    pub ground: Vec<f64>,
+    /// Standard error of the value above.
+    pub ground_se: Vec<Option<f64>>,
+}
+
+/// Returns what each layer absorbed, from the lowest up; `None` where no layers were asked for.
+pub(super) fn layers(
+    scene: &Scene,
+    simulation: &Simulation,
+    seed: u64,
+) -> Option<Vec<LayerResult>> {
+    let LayerBins { dz, first, areas, .. } = scene.stand().layers.as_ref()?;
+    let sunlit = scene.sunlit.then(|| sunlit_layers(scene, seed)).flatten();
+    let layer = |(bin, &area): (usize, &f64)| {
+        let (absorbed, absorbed_se) = of_stand(scene, simulation, bin, None);
+        let at = (first + bin as i64) as f64;
+        let (from, to) = (at * dz, (at + 1.0) * dz);
+        let share = sunlit.as_ref().and_then(|shares| shares[bin]);
+        let [sunlit, sunlit_se] = [0, 1].map(|i| share.map(|found| found[i]));
+        LayerResult { from, to, area, absorbed, absorbed_se, sunlit, sunlit_se }
+    };
+    Some(areas.iter().enumerate().map(layer).collect())
+}
+
+/// Returns where the light went, if photons have kept account of it.
+pub(super) fn canopy(scene: &Scene, simulation: &Simulation) -> Option<CanopyResult> {
+    if !scene.stand().balances || simulation.estimator == Estimator::Paths {
+        return None;
+    }
+    let bands = 0..scene.bands.len();
+    let power = |b: usize| scene.lights.iter().map(|light| light.power[b]).sum();
+    let incident = scene.with_sums(&bands.map(power).collect::<Vec<f64>>());
+    let share = |balance: Balance| {
+        of_stand(scene, simulation, scene.stand().channel(balance), Some(&incident))
+    };
+    let (absorbed, absorbed_se) = share(Balance::ByStand);
+    let (reflected, reflected_se) = share(Balance::Up);
+    let has_ground = scene.stand().is_ground.contains(&true);
+    let below = if has_ground { Balance::OnGround } else { Balance::Down };
+    let (transmitted, transmitted_se) = share(below);
+    let (ground, ground_se) = share(Balance::ByGround);
+    Some(CanopyResult {
+        incident,
+        absorbed,
+        absorbed_se,
+        reflected,
+        reflected_se,
+        transmitted,
+        transmitted_se,
+        ground,
+        ground_se,
+    })
+}
+
+/// Returns one of the sums of the stand, over the powers `of`, and its standard error.
+fn of_stand(
+    scene: &Scene,
+    simulation: &Simulation,
+    channel: usize,
+    of: Option<&[f64]>,
+) -> (Vec<f64>, Vec<Option<f64>>) {
+    let totals = &simulation.totals;
+    let column = |(b, running): (usize, &Running)| {
+        let whole = of.map_or(1.0, |of| of[b]);
+        let found = running.estimate(totals.batches);
+        let share = |value: f64| if whole > 0.0 { value / whole } else { 0.0 };
+        let error = found.standard_error.filter(|_| found.mean != 0.0);
+        (share(found.mean), error.map(share))
+    };
+    totals.of_stand(scene, channel).iter().enumerate().map(column).unzip()
+}
+
+impl LayerResult {
+    pub(super) fn is_valid(&self, bands: usize) -> bool {
+        [self.from.abs(), self.to.abs(), self.area].into_iter().all(is_possible)
+            && are_values(&self.absorbed, bands)
+            && are_errors(&self.absorbed_se, bands)
+            && [self.sunlit, self.sunlit_se].into_iter().flatten().all(is_possible)
+    }
+}
+
+/// A share of the light by its name, per band, with standard errors.
+type NamedShare<'a> = (&'static str, &'a [f64], &'a [Option<f64>]);
+
+impl CanopyResult {
+    /// Returns the shares by name, with their standard errors.
+    pub fn shares(&self) -> [NamedShare<'_>; 4] {
+        [
+            ("absorbed", &self.absorbed, &self.absorbed_se),
+            ("reflected", &self.reflected, &self.reflected_se),
+            ("transmitted", &self.transmitted, &self.transmitted_se),
+            ("ground", &self.ground, &self.ground_se),
+        ]
+    }
+
+    pub(super) fn is_valid(&self, bands: usize) -> bool {
+        are_values(&self.incident, bands)
+            && self
+                .shares()
+                .iter()
+                .all(|(_, values, errors)| are_values(values, bands) && are_errors(errors, bands))
+    }
+}

@@ -1,0 +1,167 @@
+//! Warnings: what a user should know before trusting a result.
+
+use super::{CaptorResult, FaceResult, RunResult};
+use phylux_core::{
+    error::{LISTED, some},
+    transport::settings::Estimator,
+};
+
+/// A warning is given if more than this fraction of the emitted power was lost.
+const MUCH_LOST: f64 = 1e-3;
+/// With fewer batches, standard errors are off by more than a fifth: their own relative error is 1
+/// / sqrt(2 (batches - 1)).
+const FEW_BATCHES: u64 = 16;
+/// With fewer histories, a value and its standard error are not reliable.
+pub const FEW_HISTORIES: u64 = 30;
+
+/// Returns whether a value by photons, with its standard error, rests on fewer histories than these:
+/// n histories of equal power have a relative error of 1 / sqrt(n).
+pub(super) fn rests_on_few(mean: f64, standard_error: Option<f64>) -> bool {
+    mean > 0.0 && standard_error.is_some_and(|se| se * (FEW_HISTORIES as f64).sqrt() > mean)
+}
+
+/// A warning about a result.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warning {
+    /// Kind of the warning: the same words in all runs, so that sweeps can count them.
+    pub kind: &'static str,
+    /// The warning in full, with the figures of this run.
+    pub text: String,
+}
+
+impl RunResult {
+    /// Returns the warnings that a user should read before trusting the result.
+    pub fn warnings(&self) -> Vec<Warning> {
+        warnings(self)
+    }
+
+    /// Returns the same result with its warnings.
+    pub(super) fn with_warnings(mut self) -> Self {
+        self.warnings = warnings(&self).into_iter().map(|warning| warning.text).collect();
+        self
+    }
+}
+
+fn warnings(result: &RunResult) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let mut warn = |kind, text| warnings.push(Warning { kind, text });
+    let energy = &result.energy;
+    let lost =
+        energy.lost.iter().zip(&energy.emitted).map(|(l, e)| if *e > 0.0 { l / e } else { 0.0 });
+    let lost = lost.fold(0.0, f64::max);
+    if lost > MUCH_LOST {
+        warn(
+            "power was lost at the length limits",
+            format!(
+                "{:.2} % of the power was on paths cut off at the length limits (lost)",
+                100.0 * lost
+            ),
+        );
+    }
+    let cut_off = result.cut_off.unwrap_or(0.0);
+    if cut_off > MUCH_LOST {
+        warn(
+            "paths were cut off at the length limits",
+            format!(
+                "{:.2} % of the paths were cut off at the length limits: light that they could still \
+             have found is missing",
+                100.0 * cut_off
+            ),
+        );
+    }
+    match result.batches {
+        1 => warn(
+            "one batch: no standard error is known",
+            "one batch: no standard error is known; trace more".into(),
+        ),
+        batches if batches < FEW_BATCHES => warn(
+            "standard errors come from few batches",
+            format!(
+                "the standard errors come from {batches} batches only and are rough themselves; trace more"
+            ),
+        ),
+        _ => {}
+    }
+    if result.starved {
+        warn(
+            "lamps are not guided",
+            "too few photons found light that matters to the captors, or guided ones found other light: \
+             lamps emit as without --guiding, and captors that little light reaches may miss some of it"
+                .into(),
+        );
+    }
+    let unseen = result.unseen.iter().flatten().copied().fold(0.0, f64::max);
+    if unseen > 0.0 {
+        warn(
+            "paths cannot find some of the light",
+            format!(
+                "paths cannot find all light of a point, spot, line or sun that comes by way of mirrors or \
+             refraction: about {:.2} % of the flux on the captors is missing; \
+             --estimator photons finds it",
+                100.0 * unseen
+            ),
+        );
+    }
+    let lit = |face: &FaceResult| face.flux.iter().any(|&flux| flux > 0.0);
+    let reached =
+        |captor: &CaptorResult| lit(&captor.front) || captor.back.as_ref().is_some_and(lit);
+    let dark: Vec<&str> =
+        result.captors.iter().filter(|c| !reached(c)).map(|c| c.id.as_str()).collect();
+    if !dark.is_empty() {
+        let nothing = match result.estimator {
+            Estimator::Paths => "no path found light from",
+            Estimator::Complete => "neither paths nor photons found light on",
+            _ => "no photon reached",
+        };
+        warn("a captor that no light reached", format!("{nothing} {}", some(&dark, LISTED)));
+    }
+    let few = |captor: &&CaptorResult| captor.faces().any(|face| face.few_paths);
+    let rough: Vec<&str> = result.captors.iter().filter(few).map(|c| c.id.as_str()).collect();
+    if rough.is_empty() {
+        return warnings;
+    }
+    // complete paths keep no lights apart
+    let by_light = result.captors.iter().any(|captor| captor.front.by_light.is_some());
+    match result.estimator {
+        Estimator::Paths | Estimator::Complete => {
+            let other = match result.estimator {
+                Estimator::Paths if !by_light => "complete",
+                _ => "photons",
+            };
+            let faces = || result.captors.iter().flat_map(CaptorResult::faces);
+            warn(
+                "errors that rest on few paths",
+                format!(
+                    "the errors at {} of {} faces of captors rest on few paths or photons that found much light, as by way of \
+                     a mirror, or on none though photons know of such light there: values and errors may be far \
+                     too small; trace more, or --estimator {other}",
+                    faces().filter(|face| face.few_paths).count(),
+                    faces().count()
+                ),
+            );
+        }
+        _ => {
+            // a face may be marked although many photons came to it
+            let many = |face: &FaceResult| {
+                face.few_paths && face.histories.is_some_and(|n| n >= FEW_HISTORIES)
+            };
+            let or = match result.captors.iter().flat_map(CaptorResult::faces).any(many) {
+                true => {
+                    ", or so few that brought most of its light, or none that brought what a \
+                     mirror sends"
+                }
+                false => "",
+            };
+            warn(
+                "few photons on a face of a captor",
+                format!(
+                    "fewer than {FEW_HISTORIES} photons on a face of {}{or}: neither their values nor their errors are \
+                     reliable; trace more, or try --estimator {}",
+                    some(&rough, LISTED),
+                    if by_light { "paths" } else { "complete" }
+                ),
+            );
+        }
+    }
+    warnings
+}

@@ -1,0 +1,290 @@
+//! Writes surfaces and captors as binary glTF 2.0 (Khronos 2017-2021), coloured by a value: for
+//! Blender and browsers.
+
+use std::{
+    f32::consts::FRAC_1_SQRT_2,
+    io::{self, Write},
+};
+
+use glam::Vec3;
+use serde_json::{Map, Value, json};
+
+use crate::{
+    picture::{Scale, linear},
+    rendered::RenderedScene,
+};
+use phylux_core::{
+    math::geometry::Triangle,
+    scene::{captor::Channel, tiles::TilePart},
+};
+
+/// The quantity that the colours show.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// Index of a band or sum.
+    pub band: usize,
+    /// Whether the colours show the power that the surface absorbs per area; otherwise the
+    /// irradiance on each face.
+    pub absorbed: bool,
+    /// Values at the ends of the colour map; `None` chooses them.
+    pub range: Option<(f64, f64)>,
+    /// Whether the colour scale is logarithmic.
+    pub log: bool,
+}
+
+/// Limit on the number of captors with a node each. If there are more captors, those of one object
+/// share a node, and so do the virtual ones.
+const NODES: usize = 5000;
+/// Colour where no value is known, sRGB.
+const PALE: Vec3 = Vec3::splat(0.88);
+/// Fraction of the values that lie below the upper end of a chosen range: a few bright spots would
+/// leave everything else dark.
+const SHOWN_SHARE: f64 = 0.99;
+
+/// The value of a face of a tile, if it is known.
+type FaceValue = Option<f64>;
+
+/// Writes the rendered scene. A face is written where its value is above 0, so that the dark
+/// outside of a room does not hide its inside; where neither face has such a value, the front is
+/// written. Faces without a known value are pale. Errors: the file would exceed 4 GiB; the range is
+/// not valid; writing fails.
+pub fn write_glb(
+    rendered: &RenderedScene,
+    shown: &Shown,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
+    let faces = |part: &TilePart, tile: usize| -> [FaceValue; 2] {
+        let value = |channel| rendered.value(part, tile, channel, shown.band);
+        match shown.absorbed {
+            true => [value(Channel::Absorbed); 2],
+            false => [value(Channel::Front), value(Channel::Back)],
+        }
+    };
+    let tiles = || {
+        let parts = rendered.tiles.parts.iter();
+        parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile)))
+    };
+    let range = match shown.range {
+        Some((low, high)) => Scale::new(low, high, shown.log).map_err(io::Error::other)?,
+        None => {
+            let all = tiles().flat_map(|(part, tile)| faces(part, tile)).flatten();
+            Scale::of(all.collect(), SHOWN_SHARE, shown.log)
+        }
+    };
+    let mut file = GlbFile::default();
+    let mut rest = &rendered.tiles.parts[..];
+    while !rest.is_empty() {
+        let together = rest.iter().take_while(|part| one_node(rendered, part, &rest[0])).count();
+        let (parts, after) = rest.split_at(together);
+        rest = after;
+        let mut mesh = Mesh::default();
+        for part in parts {
+            for tile in part.tiles.clone() {
+                mesh.add(&rendered.tiles.corners[tile], faces(part, tile), &range);
+            }
+        }
+        if !mesh.values.is_empty() {
+            file.node(mesh, node_name(rendered, &parts[0]), extras(rendered, &parts[0]));
+        }
+    }
+    file.write(rendered, shown, &range, writer)
+}
+
+/// Returns whether two parts belong to one node.
+fn one_node(rendered: &RenderedScene, part: &TilePart, other: &TilePart) -> bool {
+    let captor = |part: &TilePart| match rendered.scene.captors.len() > NODES {
+        true => part.captor.map(|_| 0),
+        false => part.captor,
+    };
+    let key = |part: &TilePart| (captor(part), part.object);
+    key(part) == key(other)
+}
+
+fn node_name(rendered: &RenderedScene, part: &TilePart) -> String {
+    let scene = rendered.scene;
+    match (part.captor, part.object) {
+        (Some(captor), _) if scene.captors.len() <= NODES => scene.captors[captor].id.clone(),
+        (_, Some(object)) => scene.objects[object].clone(),
+        (Some(_), None) => "captors".into(),
+        (None, None) => "surfaces".into(),
+    }
+}
+
+/// Returns the values of a node's captor in every band, with standard errors.
+fn extras(rendered: &RenderedScene, part: &TilePart) -> Option<Map<String, Value>> {
+    let captor = part.captor.filter(|_| rendered.scene.captors.len() <= NODES)?;
+    let mut extras = Map::new();
+    for (channel, name) in [
+        (Channel::Front, "irradiance_front"),
+        (Channel::Back, "irradiance_back"),
+        (Channel::Absorbed, "absorbed_per_area"),
+    ] {
+        for (b, band) in rendered.scene.band_names().enumerate() {
+            if let Some(estimate) = rendered.captor(captor, channel, b) {
+                extras.insert(format!("{name} {band}"), json!(estimate.mean));
+                extras.insert(format!("{name} {band} se"), json!(estimate.standard_error));
+            }
+        }
+    }
+    Some(extras)
+}
+
+/// The faces of one node, each with three corners of its own.
+#[derive(Default)]
+struct Mesh {
+    corners: Vec<[f32; 3]>,
+    colours: Vec<[u8; 4]>,
+    values: Vec<f32>,
+}
+
+impl Mesh {
+    fn add(&mut self, tile: &Triangle, [front, back]: [FaceValue; 2], range: &Scale) {
+        let seen = |value: &FaceValue| value.is_some_and(|v| v > 0.0);
+        let Triangle { a, b, c } = *tile;
+        if seen(&front) || !seen(&back) {
+            self.face([a, b, c].map(|p| p.to_array()), front, range);
+        }
+        if seen(&back) {
+            self.face([a, c, b].map(|p| p.to_array()), back, range);
+        }
+    }
+
+    fn face(&mut self, corners: [[f32; 3]; 3], value: FaceValue, range: &Scale) {
+        // vertex colours of glTF are linear
+        let colour = linear(value.map_or(PALE, |value| range.colour(value)));
+        let [r, g, b] = colour.to_array().map(|c| (255.0 * c).round() as u8);
+        self.corners.extend(corners);
+        self.colours.extend([[r, g, b, 255]; 3]);
+        // -1 where no value is known, as glTF has no NaN
+        self.values.extend([value.map_or(-1.0, |value| value as f32); 3]);
+    }
+}
+
+/// A file that is being built: its data, and the JSON that describes them. The constants are those
+/// of the specification (2.0, section 5).
+#[derive(Default)]
+struct GlbFile {
+    nodes: Vec<Value>,
+    meshes: Vec<Value>,
+    accessors: Vec<Value>,
+    views: Vec<Value>,
+    data: Vec<u8>,
+}
+
+impl GlbFile {
+    fn node(&mut self, mesh: Mesh, name: String, extras: Option<Map<String, Value>>) {
+        const FLOAT: u16 = 5126;
+        const UNSIGNED_BYTE: u16 = 5121;
+        const TRIANGLES: u8 = 4;
+        let (mut low, mut high) = (mesh.corners[0], mesh.corners[0]);
+        for corner in &mesh.corners {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(corner[axis]);
+                high[axis] = high[axis].max(corner[axis]);
+            }
+        }
+        let count = mesh.values.len();
+        let flat =
+            |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
+        let position = json!({ "componentType": FLOAT, "type": "VEC3", "count": count,
+                               "min": low, "max": high });
+        let colour = json!({ "componentType": UNSIGNED_BYTE, "type": "VEC4", "count": count,
+                             "normalized": true });
+        let value = json!({ "componentType": FLOAT, "type": "SCALAR", "count": count });
+        let attributes = json!({
+            "POSITION": self.add(flat(mesh.corners.as_flattened()), position),
+            "COLOR_0": self.add(mesh.colours.into_flattened(), colour),
+            "_VALUE": self.add(flat(&mesh.values), value),
+        });
+        let primitive = json!({ "attributes": attributes, "material": 0, "mode": TRIANGLES });
+        let mut node = json!({ "name": name, "mesh": self.meshes.len() });
+        if let Some(extras) = extras {
+            node["extras"] = extras.into();
+        }
+        self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
+        self.nodes.push(node);
+    }
+
+    /// Adds data with its accessor, and returns the index of the accessor.
+    fn add(&mut self, bytes: Vec<u8>, mut accessor: Value) -> usize {
+        const ARRAY_BUFFER: u16 = 34962;
+        accessor["bufferView"] = self.views.len().into();
+        self.views.push(json!({ "buffer": 0, "byteOffset": self.data.len(),
+                                "byteLength": bytes.len(), "target": ARRAY_BUFFER }));
+        self.data.extend(bytes);
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    fn write(
+        mut self,
+        rendered: &RenderedScene,
+        shown: &Shown,
+        range: &Scale,
+        writer: &mut dyn Write,
+    ) -> io::Result<()> {
+        let scene = rendered.scene;
+        let center = scene.center.as_vec3();
+        let children: Vec<usize> = (1..=self.nodes.len()).collect();
+        // the y axis of glTF is up, in a scene the z axis
+        let mut upright = json!({
+            "name": scene.name,
+            "rotation": [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2],
+            "translation": [center.x, center.z, -center.y],
+        });
+        if !children.is_empty() {
+            upright["children"] = children.into();
+        }
+        self.nodes.insert(0, upright);
+        let extras = json!({
+            "quantity": if shown.absorbed { "absorbed" } else { "irradiance" },
+            "band": scene.band_names().nth(shown.band),
+            "unit": scene.units(shown.band)[1],
+            "range": [range.low, range.high],
+            "logarithmic": range.log,
+            "colours": "viridis",
+        });
+        let mut root = json!({
+            "asset": { "version": "2.0", "generator": concat!("phylux ", env!("CARGO_PKG_VERSION")) },
+            "scene": 0,
+            "scenes": [{ "name": scene.name, "nodes": [0], "extras": extras }],
+            "nodes": self.nodes,
+        });
+        // glTF does not allow empty lists
+        if !self.data.is_empty() {
+            root["meshes"] = self.meshes.into();
+            root["accessors"] = self.accessors.into();
+            root["bufferViews"] = self.views.into();
+            root["buffers"] = json!([{ "byteLength": self.data.len() }]);
+            root["extensionsUsed"] = json!(["KHR_materials_unlit"]);
+            root["materials"] = json!([{
+                "name": "value",
+                "pbrMetallicRoughness": { "metallicFactor": 0 },
+                "extensions": { "KHR_materials_unlit": {} },
+            }]);
+        }
+        write_chunks(serde_json::to_vec(&root)?, self.data, writer)
+    }
+}
+
+/// Writes the container of a `.glb` (section 4): a header, then chunks, each padded to a multiple
+/// of 4 bytes. Errors: it would exceed 4 GiB; writing fails.
+fn write_chunks(mut json: Vec<u8>, mut data: Vec<u8>, writer: &mut dyn Write) -> io::Result<()> {
+    json.resize(json.len().next_multiple_of(4), b' ');
+    data.resize(data.len().next_multiple_of(4), 0);
+    let chunks = [(b"JSON", json), (b"BIN\0", data)];
+    let chunks = chunks.iter().filter(|(_, bytes)| !bytes.is_empty());
+    let length: usize = 12 + chunks.clone().map(|(_, bytes)| 8 + bytes.len()).sum::<usize>();
+    let Ok(length) = u32::try_from(length) else {
+        return Err(io::Error::other("a .glb holds at most 4 GiB"));
+    };
+    writer.write_all(b"glTF")?;
+    writer.write_all(&2u32.to_le_bytes())?;
+    writer.write_all(&length.to_le_bytes())?;
+    for (kind, bytes) in chunks {
+        writer.write_all(&(bytes.len() as u32).to_le_bytes())?;
+        writer.write_all(*kind)?;
+        writer.write_all(bytes)?;
+    }
+    Ok(())
+}

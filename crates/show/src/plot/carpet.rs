@@ -1,0 +1,167 @@
+//! Carpets: the light of every hour as a colour, hours of the day over days.
+
+use plotters::{
+    element::{Rectangle, Text},
+    prelude::Color,
+    style::{
+        RGBColor,
+        text_anchor::{HPos, VPos},
+    },
+};
+
+use super::{
+    heat_map::{BAR, colour, draw_bar},
+    months::month_name,
+};
+use crate::{
+    chart::{
+        axes::{Axis, BELOW, Frame},
+        paper::{Area, Failure, LARGE, Width, drawn, font, px, small},
+    },
+    picture::Scale,
+};
+
+/// Height of a carpet, and the least height, which the colour bar needs, layout units.
+const HEIGHT: i32 = px(220);
+const LEAST: i32 = px(240);
+/// The greatest height of the colour bar, layout units.
+const HIGHEST: i32 = px(400);
+/// Margins around the colours: left, right, above, below, layout units.
+const ROOM: (i32, i32, i32, i32) = (px(52), px(10), px(28), BELOW);
+/// Number of colours: finer than the eye can distinguish.
+const STEPS: f64 = 64.0;
+/// Hours without light have a colour of their own, which leaves those with light in view.
+const DARK: f64 = -1.0;
+const NIGHT: RGBColor = RGBColor(226, 226, 226);
+
+/// The light of a captor or group by the hour.
+#[derive(Clone, Debug)]
+pub(super) struct Carpet {
+    pub title: String,
+    /// Day, hour of the day and light of each hour.
+    pub cells: Vec<(usize, f64, f64)>,
+}
+
+/// Carpets with one colour bar.
+#[derive(Clone, Debug)]
+pub(super) struct Carpets {
+    pub carpets: Vec<Carpet>,
+    /// Names of the days, such as `2005-06-21`.
+    pub days: Vec<String>,
+    /// Length of the hours, h.
+    pub step: f64,
+    pub scale: Scale,
+    /// The label of the bar.
+    pub label: String,
+}
+
+impl Carpets {
+    /// Returns the carpets, one below the other, with their colour bar as SVG text.
+    pub fn svg(&self, width: Width) -> Result<String, Failure> {
+        let down = (HEIGHT * self.carpets.len() as i32).max(LEAST);
+        drawn((width.units(), down), |area| {
+            let (carpets, bar) = area.split_horizontally(width.units() - BAR);
+            let parts = carpets.split_evenly((self.carpets.len().max(1), 1));
+            for (carpet, part) in self.carpets.iter().zip(&parts) {
+                self.draw(carpet, part)?;
+            }
+            let high = down.min(HIGHEST);
+            let values = self.carpets.iter().flat_map(|carpet| carpet.cells.iter().map(|c| c.2));
+            // hours without light are not below the bar
+            let lit = values.filter(|value| *value > 0.0);
+            draw_bar(&bar, &self.scale, &self.label, [ROOM.2, high - BELOW], lit)?;
+            let dark =
+                |carpet: &Carpet| carpet.cells.iter().any(|cell| cell.2.is_nan() || cell.2 <= 0.0);
+            if self.carpets.iter().any(dark) {
+                let (x, y) = (px(4), high - px(28));
+                bar.draw(&Rectangle::new([(x, y), (px(18), y + px(11))], NIGHT.filled()))?;
+                let beside = small(HPos::Left, VPos::Center);
+                bar.draw(&Text::new("no light", (px(25), y + px(6)), beside))?;
+            }
+            Ok(())
+        })
+    }
+
+    fn draw(&self, carpet: &Carpet, area: &Area) -> Result<(), Failure> {
+        let (left, right, above, below) = ROOM;
+        area.draw(&Text::new(carpet.title.as_str(), (left, px(8)), font(LARGE)))?;
+        let (width, height) = area.dim_in_pixel();
+        let days = self.days.len() as f64;
+        let hours = [0, 6, 12, 18, 24].map(|hour| (f64::from(hour), hour.to_string()));
+        let frame = Frame {
+            left,
+            top: above,
+            right: width as i32 - right,
+            bottom: height as i32 - below,
+            x: self.named(Axis::linear("day", 0.0..days)),
+            y: Axis::linear("hour of the day", 0.0..24.0).with_names(hours.to_vec()),
+        };
+        let paint = |level: f64| {
+            let Scale { low, high, .. } = self.scale;
+            match level {
+                DARK => NIGHT.filled(),
+                _ => colour(&self.scale, low + (level + 0.5) / STEPS * (high - low)).filled(),
+            }
+        };
+        let level = |value: f64| match value > 0.0 {
+            true => (self.scale.place(value) * STEPS).floor().min(STEPS - 1.0),
+            false => DARK,
+        };
+        // hours of one colour that follow each other are one rectangle
+        let mut cells = carpet.cells.iter().map(|&(day, hour, value)| (day, hour, level(value)));
+        let mut open = cells.next().map(|(day, hour, level)| (day, hour, hour, level));
+        let mut rectangles = Vec::new();
+        // rectangles reach a little below those that are drawn after them, so that no pale lines are
+        // left between them where edges are smoothed
+        let [across, up] = [frame.right - frame.left, frame.bottom - frame.top]
+            .map(|units| f64::from(px(1)) / f64::from(units.max(1)));
+        let more = [across * days, up * 24.0];
+        let mut close = |(day, from, last, level): (usize, f64, f64, f64)| {
+            let end = (day as f64 + 1.0 + more[0], last + self.step + more[1]);
+            let corners = [(day as f64, from), (end.0.min(days), end.1.min(24.0))];
+            rectangles.push(Rectangle::new(corners.map(|at| frame.place(at)), paint(level)));
+        };
+        for (day, hour, level) in cells {
+            open = open.map(|(of, from, last, own)| {
+                let follows = of == day && own == level && hour - last < 1.01 * self.step;
+                if !follows {
+                    close((of, from, last, own));
+                    return (day, hour, hour, level);
+                }
+                (of, from, hour, own)
+            });
+        }
+        open.into_iter().for_each(close);
+        rectangles.iter().try_for_each(|rectangle| area.draw(rectangle))?;
+        frame.draw(area, false)
+    }
+
+    /// Returns the axis of days with ticks where months begin and their names between these, or
+    /// with up to seven days where there are fewer than two months.
+    fn named(&self, axis: Axis) -> Axis {
+        let mut months: Vec<(&str, usize, usize)> = Vec::new();
+        for (d, day) in self.days.iter().enumerate() {
+            let month = day.get(..7).unwrap_or(day);
+            match months.last_mut().filter(|(last, ..)| *last == month) {
+                Some((.., end)) => *end = d + 1,
+                None => months.push((month, d, d + 1)),
+            }
+        }
+        if self.days.len() > 62 {
+            let starts = months
+                .iter()
+                .filter(|(_, first, _)| self.days[*first].get(8..).is_none_or(|day| day == "01"));
+            let ticks = starts.map(|(_, first, _)| *first as f64).collect();
+            months.retain(|(_, first, end)| end - first > 10);
+            let middle = |(name, first, end): &(&str, usize, usize)| {
+                (0.5 * (first + end) as f64, month_name(name))
+            };
+            return axis.with_names_between(ticks, months.iter().map(middle).collect());
+        }
+        let every = self.days.len().div_ceil(7).max(1);
+        let days = self.days.iter().enumerate().step_by(every);
+        let name =
+            |(d, day): (usize, &String)| (d as f64 + 0.5, day.get(5..).unwrap_or(day).to_string());
+        axis.with_names(days.map(name).collect())
+    }
+}

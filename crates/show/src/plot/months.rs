@@ -1,0 +1,158 @@
+//! Charts of daily light integrals: the mean of each month with the range of its days, or each day
+//! if there is one month alone.
+
+use crate::chart::{Chart, Series, Stroke};
+
+/// Daily light integrals of some captors and groups.
+#[derive(Clone, Debug, Default)]
+pub struct DailyLight {
+    /// Name of the band or sum.
+    pub band: String,
+    /// Unit of the integrals.
+    pub unit: String,
+    /// Names of the months, such as `2005-06`.
+    pub months: Vec<String>,
+    /// Names of the days, such as `2005-06-21`, in order.
+    pub days: Vec<String>,
+    /// The captors and groups.
+    pub of: Vec<OfId>,
+}
+
+/// Daily light integrals of a captor or group.
+#[derive(Clone, Debug, Default)]
+pub struct OfId {
+    /// Its id or name.
+    pub id: String,
+    /// The mean of each month.
+    pub months: Vec<f64>,
+    /// Each day.
+    pub days: Vec<f64>,
+    /// Of each day what is daylight; empty if that is not known, or is all of it.
+    pub daylight: Vec<f64>,
+}
+
+impl OfId {
+    /// Makes an entry without any light yet.
+    pub fn new(id: String) -> Self {
+        Self { id, ..Self::default() }
+    }
+}
+
+impl DailyLight {
+    /// Makes the chart.
+    pub fn chart(&self) -> Chart {
+        let mut chart = Chart { linear_x: true, linear_y: true, ..Chart::default() };
+        // the band of a scene that names none is `all`
+        chart.title = match self.band.as_str() {
+            "all" => "daily light integral".into(),
+            band => format!("daily light integral of {band}"),
+        };
+        chart.y = format!("DLI, {}", self.unit);
+        let by_month = self.months.len() > 1;
+        for (colour, of) in self.of.iter().enumerate() {
+            match by_month {
+                true => self.columns(of, colour, &mut chart.series),
+                false => lines(of, colour, self.of.len() > 1, &mut chart.series),
+            }
+        }
+        match by_month {
+            true => {
+                chart.x = "month".into();
+                let names = self.months.iter().zip(1..);
+                chart.x_names = names.map(|(m, i)| (f64::from(i), month_name(m))).collect();
+                chart.x_ends = Some([0.4, self.months.len() as f64 + 0.6]);
+            }
+            false => {
+                let first = self.days.first();
+                chart.x = first.map_or(String::new(), |day| format!("day, the first is {day}"));
+            }
+        }
+        if let [of] = &self.of[..] {
+            chart.title += &format!(", {}", of.id);
+        }
+        let mut meaning = |name: &str, stroke| {
+            let (name, colour) = (Some(name.into()), Series::GREY);
+            chart.series.push(Series { name, colour, stroke, points: Vec::new() });
+        };
+        if self.of.iter().any(|of| !of.daylight.is_empty()) {
+            match (by_month, &self.of[..]) {
+                (true, [_]) => {}
+                (true, _) => {
+                    meaning("daylight", Stroke::Columns { width: 1.0, pale: false });
+                    meaning("lamps", Stroke::Columns { width: 1.0, pale: true });
+                }
+                (false, _) => meaning("daylight alone", Stroke::Dashed),
+            }
+        }
+        if by_month {
+            meaning("least to greatest day", Stroke::Whiskers);
+        }
+        chart
+    }
+
+    /// Adds a column for each month: its light or, where it is known, daylight with that of lamps
+    /// on it.
+    fn columns(&self, of: &OfId, colour: usize, series: &mut Vec<Series>) {
+        let width = 0.8 / self.of.len() as f64;
+        let aside = width * (colour as f64 - 0.5 * (self.of.len() as f64 - 1.0));
+        let (mut lower, mut upper, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
+        let mut first = 0;
+        for (m, (month, &mean)) in self.months.iter().zip(&of.months).enumerate() {
+            let x = (m + 1) as f64 + aside;
+            let own = self.days.iter().skip(first).take_while(|day| day.starts_with(month));
+            let last = (first + own.count()).min(of.days.len());
+            let days = &of.days[first..last];
+            let sum: f64 = days.iter().sum();
+            let middle = match of.daylight.get(first..last).filter(|_| sum > 0.0) {
+                Some(daylight) => mean * (daylight.iter().sum::<f64>() / sum).clamp(0.0, 1.0),
+                None => mean,
+            };
+            lower.extend([(x, 0.0), (x, middle)]);
+            upper.extend([(x, middle), (x, mean)]);
+            let end = |best: fn(f64, f64) -> f64| days.iter().copied().reduce(best);
+            ranges.extend([end(f64::min), end(f64::max)].into_iter().flatten().map(|y| (x, y)));
+            first = last;
+        }
+        let column = |pale| Stroke::Columns { width: 0.9 * width, pale };
+        let (daylight, lamps) = ("daylight".to_string(), "lamps".to_string());
+        match (of.daylight.is_empty(), self.of.len()) {
+            (true, 1) => add(series, None, colour, column(false), lower),
+            (true, _) => add(series, Some(&of.id), colour, column(false), lower),
+            (false, 1) => {
+                add(series, Some(&daylight), colour, column(false), lower);
+                add(series, Some(&lamps), colour + 1, column(false), upper);
+            }
+            (false, _) => {
+                add(series, Some(&of.id), colour, column(false), lower);
+                add(series, None, colour, column(true), upper);
+            }
+        }
+        add(series, None, Series::GREY, Stroke::Whiskers, ranges);
+    }
+}
+
+fn lines(of: &OfId, colour: usize, named: bool, series: &mut Vec<Series>) {
+    let line = |values: &[f64]| values.iter().zip(1..).map(|(y, x)| (f64::from(x), *y)).collect();
+    add(series, named.then_some(&of.id), colour, Stroke::Line, line(&of.days));
+    add(series, None, colour, Stroke::Dashed, line(&of.daylight));
+}
+
+fn add(
+    series: &mut Vec<Series>,
+    name: Option<&String>,
+    colour: usize,
+    stroke: Stroke,
+    points: Vec<(f64, f64)>,
+) {
+    if !points.is_empty() {
+        series.push(Series { name: name.cloned(), colour, stroke, points });
+    }
+}
+
+/// Returns the name of a month at the axis, such as `Jun` for `2005-06`.
+pub(super) fn month_name(month: &str) -> String {
+    let names =
+        ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
+    let number: Option<usize> = month.rsplit('-').next().and_then(|number| number.parse().ok());
+    number.and_then(|n| names.get(n.wrapping_sub(1))).map_or(month.into(), |name| name.to_string())
+}

@@ -1,0 +1,241 @@
+//! The plot of the power that plants absorbed: each plant, and each rank of their leaves.
+
+use indexmap::IndexMap;
+
+use super::{
+    chosen::{Chosen, error_bar, nothing},
+    drawing::{Drawn, Plot},
+};
+use crate::chart::{Chart, Series, Stroke};
+use phylux_core::error::Result;
+use phylux_results::result::CaptorResult;
+
+/// Limit on the number of objects with a colour of their own.
+const MOST: usize = 12;
+
+/// The parts of a captor's id: object, part and instance, as in `OBJECT/PART#INSTANCE`.
+#[derive(Debug, PartialEq)]
+struct Organ<'a> {
+    object: &'a str,
+    /// The number of the instance, from 0; `None` for an object without instances.
+    instance: Option<&'a str>,
+    /// The number at the end of the part's name, such as 3 of `leaf3`.
+    rank: Option<u32>,
+}
+
+impl<'a> Organ<'a> {
+    fn of(id: &'a str) -> Self {
+        let (object, part) = id.split_once('/').unwrap_or((id, ""));
+        // ids of single triangles end with `/` and the number of the triangle
+        let numbered = part.rsplit_once('#').map(|(part, rest)| {
+            (
+                part,
+                rest.split('/')
+                    .next()
+                    .filter(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit())),
+            )
+        });
+        let (part, instance) = match numbered {
+            Some((part, Some(instance))) => (part, Some(instance)),
+            _ => (part, None),
+        };
+        let digits = part.len() - part.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        Self { object, instance, rank: part[part.len() - digits..].parse().ok() }
+    }
+}
+
+/// A sum of absorbed powers, W or umol/s.
+#[derive(Clone, Copy, Default)]
+struct Power {
+    value: f64,
+    variance: f64,
+    count: usize,
+}
+
+impl Power {
+    fn add(&mut self, value: f64, error: Option<f64>) {
+        self.value += value;
+        self.variance += error.unwrap_or(0.0).powi(2);
+        self.count += 1;
+    }
+}
+
+#[derive(Default)]
+struct Plant {
+    all: Power,
+    ranks: IndexMap<u32, Power>,
+}
+
+/// The plants of each object, by instance.
+type Objects<'a> = IndexMap<&'a str, IndexMap<Option<&'a str>, Plant>>;
+
+pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
+    let mut objects: Objects = IndexMap::new();
+    for captor in chosen.captors() {
+        let Some((power, error)) = absorbed(captor, chosen.band) else { continue };
+        let Organ { object, instance, rank } = Organ::of(&captor.id);
+        let plant = objects.entry(object).or_default().entry(instance).or_default();
+        plant.all.add(power, error);
+        if let Some(rank) = rank {
+            plant.ranks.entry(rank).or_default().add(power, error);
+        }
+    }
+    if objects.is_empty() {
+        return Err(nothing(
+            "have no surface that is a captor, so nothing says what was absorbed",
+            "give objects `\"captor\": true` in the scene, or plot something else (--show)",
+        ));
+    }
+    // leaves share photons, so their errors are correlated; the errors of groups take that into
+    // account
+    for (object, plants) in &mut objects {
+        for (instance, plant) in plants {
+            let id = instance.map_or(object.to_string(), |i| format!("{object}#{i}"));
+            let group = chosen.result.groups.iter().find(|group| group.id == id);
+            if let Some(group) = group.filter(|group| group.captors == plant.all.count)
+                && let (Some(values), Some(errors)) = (&group.absorbed, &group.absorbed_se)
+            {
+                plant.all.value = values[chosen.band];
+                plant.all.variance = errors[chosen.band].unwrap_or(0.0).powi(2);
+            }
+        }
+    }
+    let [unit, _] = chosen.result.units(chosen.band);
+    let chart = |title: String, x: &str, y: String, series: Vec<Series>| Chart {
+        title,
+        x: x.into(),
+        y,
+        linear_x: true,
+        linear_y: true,
+        // the first and the last stand clear of the ends
+        x_ends: ends_across(&series),
+        x_counts: true,
+        series,
+        ..Chart::default()
+    };
+    let band = chosen.of_band();
+    let mut charts = vec![chart(
+        format!("absorbed by each plant{band}"),
+        "plant",
+        format!("absorbed, {unit}"),
+        by_plant(&objects),
+    )];
+    let ranks = by_rank(&objects);
+    if !ranks.is_empty() {
+        charts.push(chart(
+            format!("absorbed by rank, mean over plants{band}"),
+            "rank of the leaf",
+            format!("absorbed per plant, {unit}"),
+            ranks,
+        ));
+    }
+    Ok(Plot { drawn: Drawn::Charts(charts), notes: Vec::new() })
+}
+
+fn absorbed(captor: &CaptorResult, band: usize) -> Option<(f64, Option<f64>)> {
+    Some((captor.absorbed.as_ref()?[band], captor.absorbed_se.as_ref()?[band]))
+}
+
+/// Returns the name and colour of the series of an object.
+fn style(objects: &Objects, index: usize, object: &str) -> (Option<String>, usize) {
+    match objects.len() <= MOST {
+        true => (Some(object.chars().take(24).collect()), index),
+        false => ((index == 0).then(|| format!("{} objects", objects.len())), 0),
+    }
+}
+
+/// Returns half a step more to both sides than whole places have.
+fn ends_across(series: &[Series]) -> Option<[f64; 2]> {
+    let places = series.iter().flat_map(|series| series.points.iter().map(|p| p.0.round()));
+    let ends = places.fold(None, |ends: Option<[f64; 2]>, x| {
+        let [low, high] = ends.unwrap_or([x, x]);
+        Some([low.min(x), high.max(x)])
+    });
+    ends.map(|[low, high]| [low - 0.5, high + 0.5])
+}
+
+/// Makes the series of plants side by side, in the order of the file.
+fn by_plant(objects: &Objects) -> Vec<Series> {
+    let mut series = Vec::new();
+    let mut number = 0.0;
+    for (i, (object, plants)) in objects.iter().enumerate() {
+        let (name, colour) = style(objects, i, object);
+        let (mut points, mut bars) = (Vec::new(), Vec::new());
+        for plant in plants.values() {
+            number += 1.0;
+            points.push((number, plant.all.value));
+            bars.extend(error_bar(number, plant.all.value, Some(plant.all.variance.sqrt()), false));
+        }
+        series.push(Series { name: None, colour, stroke: Stroke::Bars, points: bars });
+        series.push(Series { name, colour, stroke: Stroke::Marks, points });
+    }
+    series
+}
+
+/// Makes the series of means over the plants of an object for each rank; single plants are dots.
+fn by_rank(objects: &Objects) -> Vec<Series> {
+    let mut series = Vec::new();
+    let has_ranks = |plants: &&IndexMap<_, Plant>| plants.values().any(|p| !p.ranks.is_empty());
+    let count = objects.values().filter(has_ranks).count();
+    let mut before = 0;
+    for (i, (object, plants)) in objects.iter().enumerate() {
+        let mut ranks: IndexMap<u32, Vec<Power>> = IndexMap::new();
+        for (rank, power) in plants.values().flat_map(|plant| &plant.ranks) {
+            ranks.entry(*rank).or_default().push(*power);
+        }
+        if ranks.is_empty() {
+            continue;
+        }
+        ranks.sort_unstable_keys();
+        // objects stand beside each other where their values may be the same
+        let aside = match count {
+            1 => 0.0,
+            _ => 0.1 * (2.0 * f64::from(before) / (count as f64 - 1.0) - 1.0),
+        };
+        before += 1;
+        let place = |rank: &u32| f64::from(*rank) + aside;
+        let (name, colour) = style(objects, i, object);
+        let dots = ranks
+            .iter()
+            .flat_map(|(rank, all)| all.iter().map(move |power| (place(rank), power.value)));
+        let means: Vec<(f64, f64, f64)> = ranks
+            .iter()
+            .map(|(rank, all)| {
+                let count = all.len() as f64;
+                let sum = |of: fn(&Power) -> f64| all.iter().map(of).sum::<f64>();
+                let error = sum(|power| power.variance).sqrt() / count;
+                (place(rank), sum(|power| power.value) / count, error)
+            })
+            .collect();
+        let bars = means.iter().flat_map(|m| error_bar(m.0, m.1, Some(m.2), false));
+        let add = |name, stroke, points| Series { name, colour, stroke, points };
+        let several = plants.len() > 1;
+        let dots = if several { dots.collect() } else { Vec::new() };
+        series.push(add(None, Stroke::Dots, dots));
+        series.push(add(None, Stroke::Bars, bars.collect()));
+        series.push(add(name, Stroke::Line, means.iter().map(|m| (m.0, m.1)).collect()));
+    }
+    series
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_name_plant_and_rank() {
+        let organ = |object, instance, rank| Organ { object, instance, rank };
+        for (id, known) in [
+            ("tomato-1/leaf3#10", organ("tomato-1", Some("10"), Some(3))),
+            ("tomato-1/stem#0", organ("tomato-1", Some("0"), None)),
+            ("plant/leaf12", organ("plant", None, Some(12))),
+            ("plant/leaf12#4/77", organ("plant", Some("4"), Some(12))),
+            ("room", organ("room", None, None)),
+            ("a/b#c", organ("a", None, None)),
+            ("a/99999999999", organ("a", None, None)),
+            ("é/é1#", organ("é", None, None)),
+        ] {
+            assert_eq!(Organ::of(id), known, "{id}");
+        }
+    }
+}

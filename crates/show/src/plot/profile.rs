@@ -1,0 +1,138 @@
+//! The plot of light over height.
+
+use super::{
+    chosen::{Chosen, error_bar, nothing},
+    drawing::{Drawn, Plot},
+};
+use crate::chart::{Chart, Series, Stroke};
+use phylux_core::error::Result;
+use phylux_results::result::CaptorResult;
+
+/// Limit on the number of heights at which means are taken.
+const SLICES: usize = 12;
+
+/// A captor's height (m), value and standard error per area, and area (m2).
+struct Point {
+    height: f64,
+    value: f64,
+    error: Option<f64>,
+    area: f64,
+}
+
+/// The mean over captors at about the same height.
+struct Slice {
+    height: f64,
+    value: f64,
+    error: f64,
+}
+
+pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
+    let band = chosen.band;
+    let point = |captor: &CaptorResult, value: f64, error: Option<f64>| Point {
+        height: captor.center[2],
+        value,
+        error,
+        area: captor.area,
+    };
+    let sensors = chosen.captors().filter(|captor| captor.kind == "virtual").map(|captor| {
+        point(captor, captor.front.irradiance[band], captor.front.irradiance_se[band])
+    });
+    let surfaces = chosen.captors().filter_map(|captor| {
+        let (absorbed, error) = (captor.absorbed.as_ref()?, captor.absorbed_se.as_ref()?);
+        let per_area = |power: f64| power / captor.area;
+        Some(point(captor, per_area(absorbed[band]), error[band].map(per_area)))
+    });
+    let kinds = [
+        (format!("sensors, {}", chosen.light_name()), sensors.collect::<Vec<Point>>()),
+        ("surfaces, absorbed".into(), surfaces.collect()),
+    ];
+    let band = chosen.of_band();
+    let (title, light) = match kinds.each_ref().map(|(_, points)| points.is_empty()) {
+        [false, true] => (format!("{} over height", chosen.light_name()), chosen.light_name()),
+        [true, _] => (format!("absorbed over height{band}"), "absorbed per area".into()),
+        [false, false] => (format!("light over height{band}"), "light per area".into()),
+    };
+    let mut series = Vec::new();
+    for (colour, (name, points)) in
+        kinds.into_iter().filter(|(_, points)| !points.is_empty()).enumerate()
+    {
+        let dots = points.iter().map(|point| (point.value, point.height));
+        let add = |name, stroke, points| Series { name, colour, stroke, points };
+        series.push(add(None, Stroke::Dots, dots.collect()));
+        let means = slices(points);
+        let bars = means.iter().flat_map(|s| error_bar(s.height, s.value, Some(s.error), true));
+        series.push(add(None, Stroke::Bars, bars.collect()));
+        let line = means.iter().map(|slice| (slice.value, slice.height));
+        series.push(add(Some(name), Stroke::Line, line.collect()));
+    }
+    if series.is_empty() {
+        return Err(nothing("have no captors", "run a scene with sensors or captors"));
+    }
+    let chart = Chart {
+        title,
+        x: format!("{light}, {}", chosen.per_area()),
+        y: "height z, m".into(),
+        linear_x: true,
+        linear_y: true,
+        amounts_across: true,
+        series,
+        ..Chart::default()
+    };
+    Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: Vec::new() })
+}
+
+/// Returns area-weighted means at each height or, if there are many heights, in slices of equal
+/// thickness.
+fn slices(mut points: Vec<Point>) -> Vec<Slice> {
+    points.sort_by(|a, b| a.height.total_cmp(&b.height));
+    let Some((low, high)) = points.first().zip(points.last()).map(|(a, b)| (a.height, b.height))
+    else {
+        return Vec::new();
+    };
+    let thin = 1e-3 * (high - low).max(1e-9);
+    let levels = points.chunk_by(|a, b| b.height - a.height <= thin).count();
+    let slice = |point: &Point| {
+        let place = (point.height - low) / (high - low).max(1e-9);
+        ((place * SLICES as f64) as usize).min(SLICES - 1)
+    };
+    let together = |a: &Point, b: &Point| match levels <= SLICES {
+        true => b.height - a.height <= thin,
+        false => slice(a) == slice(b),
+    };
+    let mean = |points: &[Point]| {
+        let area: f64 = points.iter().map(|point| point.area).sum();
+        let over = |of: &dyn Fn(&Point) -> f64| {
+            points.iter().map(|point| point.area * of(point)).sum::<f64>() / area
+        };
+        let variance = |point: &Point| point.area * point.error.unwrap_or(0.0).powi(2);
+        Slice {
+            height: over(&|point| point.height),
+            value: over(&|point| point.value),
+            error: (over(&variance) / area).sqrt(),
+        }
+    };
+    points.chunk_by(together).map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two sensors of 1 and 3 m2 at one height: the mean is weighted by area, errors add in
+    /// quadrature.
+    #[test]
+    fn slices_weigh_by_area() {
+        let point = |height, value, error, area| Point { height, value, error: Some(error), area };
+        let points =
+            vec![point(2.0, 5.0, 0.1, 1.0), point(0.5, 10.0, 0.4, 1.0), point(0.5, 2.0, 0.1, 3.0)];
+        let found = slices(points);
+        assert_eq!(found.len(), 2);
+        assert_eq!((found[0].height, found[0].value), (0.5, 4.0));
+        // sqrt(0.4^2 + 0.3^2) / 4
+        assert!((found[0].error - 0.125).abs() < 1e-12, "{}", found[0].error);
+        assert_eq!((found[1].height, found[1].value), (2.0, 5.0));
+        // many heights make twelve slices, whatever the rounding
+        let many = (0..100).map(|i| point(f64::from(i), 1.0, 0.0, 1.0)).collect();
+        assert_eq!(slices(many).len(), SLICES);
+    }
+}

@@ -1,0 +1,330 @@
+//! Plots of the folder of a year: columns of months, carpets of hours, the course of a day.
+
+use std::{collections::HashMap, path::Path};
+
+use super::{
+    carpet::{Carpet, Carpets},
+    drawing::{Drawn, Plot},
+    months::{DailyLight, OfId},
+};
+use crate::{
+    chart::{Chart, Series, Stroke},
+    picture::Scale,
+};
+use phylux_core::{
+    error::{Error, Result},
+    math::pattern::{self, apart},
+};
+use phylux_files::year_table::{Face, YearFolder, YearTable};
+use phylux_results::{result::light_name, year_facts::YearFacts};
+
+/// The most captors or groups of a chart, and of carpets.
+const CHARTED: usize = 6;
+const CARPETS: usize = 4;
+
+/// The kinds of plot of a year.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum YearPlotKind {
+    /// Daily light integrals: the mean of each month with the range of its days.
+    Months,
+    /// The light of every hour as a colour, hours of the day over days.
+    Carpet,
+    /// The light of a day, hour by hour.
+    Day,
+}
+
+/// A request for a plot of a year.
+#[derive(Clone, Copy, Debug)]
+pub struct YearPlotRequest<'a> {
+    /// The kind of plot.
+    pub kind: YearPlotKind,
+    /// The light that is plotted.
+    pub face: Face,
+    /// Name of a band or sum; `None` stands for the last one.
+    pub band: Option<&'a str>,
+    /// Only captors and groups whose ids fit this pattern, in which `*` stands for any characters.
+    pub captors: Option<&'a str>,
+    /// The day, such as `2005-06-21`; `None` stands for the one with the most light.
+    pub day: Option<&'a str>,
+    /// Ends of the colour bar of carpets.
+    pub range: Option<(f64, f64)>,
+}
+
+impl Plot {
+    /// Makes a plot of the year that `phylux year` wrote into a folder. Errors: the folder does not
+    /// hold a year, or not what is asked for.
+    pub fn of_year(folder: &Path, request: &YearPlotRequest) -> Result<Self> {
+        let year = YearFolder::open(folder)?;
+        let read = |name| YearTable::read(folder, name, request.face);
+        match request.kind {
+            YearPlotKind::Months => {
+                let (months, days) = (read("months")?, read("days")?);
+                let chosen = Chosen::new(&year, &months, request, CHARTED)?;
+                let daylight = match request.face {
+                    Face::Front => YearFolder::daylight(folder, chosen.name)?,
+                    Face::Back | Face::Absorbed => HashMap::new(),
+                };
+                months_plot(&year.facts, &months, &days, &chosen, &daylight)
+            }
+            YearPlotKind::Carpet => {
+                let hours = read("hours")?;
+                let chosen = Chosen::new(&year, &hours, request, CARPETS)?;
+                carpet(&year.facts, &hours, &chosen, request)
+            }
+            YearPlotKind::Day => {
+                let hours = read("hours")?;
+                let chosen = Chosen::new(&year, &hours, request, CHARTED)?;
+                day(&year.facts, &hours, &chosen, request)
+            }
+        }
+    }
+}
+
+/// What is plotted of a table.
+struct Chosen<'t> {
+    /// Index and name of the band or sum.
+    band: usize,
+    name: &'t str,
+    /// Places of the captors and groups in the table.
+    ids: Vec<usize>,
+    /// What was left out.
+    notes: Vec<String>,
+    /// Words for the light, where it is not that on the front.
+    face: &'static str,
+    /// The name of the light, with the face.
+    light: String,
+}
+
+impl<'t> Chosen<'t> {
+    fn new(
+        year: &'t YearFolder,
+        table: &'t YearTable,
+        request: &YearPlotRequest,
+        most: usize,
+    ) -> Result<Self> {
+        let band = match request.band {
+            Some(name) => table.bands.iter().position(|band| band == name).ok_or_else(|| {
+                let problem = format!("{} has no band or sum `{name}`", table.path.display());
+                Error::input("--band", problem)
+                    .remedy(format!("there are {}", table.bands.join(", ")))
+            })?,
+            None => table.bands.len() - 1,
+        };
+        let counts = |id: usize| !table.value(0, id, band)[0].is_nan();
+        let all = || (0..table.ids.len()).filter(|&id| counts(id));
+        let mut ids: Vec<usize> = match request.captors {
+            Some(wanted) => all().filter(|&id| pattern::fits(wanted, &table.ids[id])).collect(),
+            None => {
+                let groups = all().filter(|&id| year.is_group(&table.ids[id]));
+                let name = |&id: &usize| table.ids[id].as_str();
+                let members = |&id: &usize| year.members(&table.ids[id]);
+                let groups = apart(groups.collect(), name, members, year.captors());
+                if groups.is_empty() { all().collect() } else { groups }
+            }
+        };
+        if ids.is_empty() {
+            let word = request.face.word();
+            let problem = match request.captors {
+                Some(wanted) => format!("no captor or group `{wanted}` with light of `{word}`"),
+                None => format!("no captor or group with light of `{word}`"),
+            };
+            let example = table.ids.first().map_or("", String::as_str);
+            return Err(Error::input("--captors", problem).remedy(format!(
+                "write an id as it stands in {}, say `{example}`, or a pattern with `*`",
+                table.path.display()
+            )));
+        }
+        let mut notes = Vec::new();
+        if ids.len() > most {
+            notes.push(format!(
+                "{} captors and groups, of which the first {most} are drawn: choose with --captors",
+                ids.len()
+            ));
+            ids.truncate(most);
+        }
+        let face = match request.face {
+            Face::Front => "",
+            Face::Back => " on backs",
+            Face::Absorbed => " absorbed",
+        };
+        let name = &table.bands[band];
+        let facts = &year.facts;
+        let of = facts.bands.iter().position(|band| band.name == *name);
+        let light = match (request.face, of) {
+            (Face::Absorbed, _) if facts.bands.len() > 1 => format!("absorbed, {name}"),
+            (Face::Absorbed, _) => "absorbed".into(),
+            (_, None) => format!("{name}{face}"),
+            (_, of) => format!("{}{face}", light_name(&facts.bands, of, &facts.unit.flux)),
+        };
+        Ok(Self { band, name, ids, notes, face, light })
+    }
+}
+
+fn months_plot(
+    facts: &YearFacts,
+    months: &YearTable,
+    days: &YearTable,
+    chosen: &Chosen,
+    daylight: &HashMap<(String, String), f64>,
+) -> Result<Plot> {
+    let same = months.ids == days.ids && months.bands == days.bands;
+    if !same {
+        return Err(Error::input(days.path.display(), "has other captors than the months")
+            .remedy("write both again with `phylux year`"));
+    }
+    let values = |table: &YearTable, id: usize| -> Vec<f64> {
+        (0..table.times.len()).map(|t| f64::from(table.value(t, id, chosen.band)[0])).collect()
+    };
+    // of all days or of none
+    let own = |id: &String| {
+        let of = |day: &String| daylight.get(&(id.clone(), day.clone())).copied();
+        days.times.iter().map(of).collect::<Option<Vec<f64>>>().unwrap_or_default()
+    };
+    let of = |&id: &usize| OfId {
+        id: months.ids[id].clone(),
+        months: values(months, id),
+        days: values(days, id),
+        daylight: own(&months.ids[id]),
+    };
+    let light = DailyLight {
+        band: format!("{}{}", chosen.name, chosen.face),
+        unit: facts.unit.dli.clone().unwrap_or_default().into_owned(),
+        months: months.times.clone(),
+        days: days.times.clone(),
+        of: chosen.ids.iter().map(of).collect(),
+    };
+    Ok(Plot { drawn: Drawn::Charts(vec![light.chart()]), notes: chosen.notes.clone() })
+}
+
+/// Splits the start of an hour, such as `2005-06-21T13:30+01:00`, into its day and its hour, h.
+fn parted(time: &str) -> Option<(&str, f64)> {
+    let (day, clock) = time.split_once('T')?;
+    let (hour, minute) = (clock.get(..2)?.parse::<f64>(), clock.get(3..5)?.parse::<f64>());
+    Some((day, hour.ok()? + minute.ok()? / 60.0))
+}
+
+/// Returns for each hour of a table its day and its hour of the day. Error: a time is none.
+fn clocks(hours: &YearTable) -> Result<Vec<(&str, f64)>> {
+    let parted = |time| {
+        parted(time).ok_or_else(|| {
+            Error::input(hours.path.display(), format!("`{time}` is no time"))
+                .remedy("write the table again with `phylux year`")
+        })
+    };
+    hours.times.iter().map(String::as_str).map(parted).collect()
+}
+
+/// Returns the length of the hours, h.
+fn step(clocks: &[(&str, f64)]) -> f64 {
+    let steps = clocks.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|p| p[1].1 - p[0].1);
+    steps.filter(|step| *step > 0.0).reduce(f64::min).unwrap_or(1.0)
+}
+
+fn carpet(
+    facts: &YearFacts,
+    hours: &YearTable,
+    chosen: &Chosen,
+    request: &YearPlotRequest,
+) -> Result<Plot> {
+    let clocks = clocks(hours)?;
+    let mut days: Vec<String> = Vec::new();
+    let mut day_of = Vec::with_capacity(clocks.len());
+    for (day, _) in &clocks {
+        if days.last().is_none_or(|last| last != day) {
+            days.push((*day).into());
+        }
+        day_of.push(days.len() - 1);
+    }
+    let carpet = |&id: &usize| {
+        let value = |t: usize| f64::from(hours.value(t, id, chosen.band)[0]);
+        let cells = clocks.iter().zip(&day_of).enumerate();
+        let cells = cells.map(|(t, ((_, hour), day))| (*day, *hour, value(t)));
+        let title = format!("{} of every hour at “{}”", chosen.light, hours.ids[id]);
+        Carpet { title, cells: cells.collect() }
+    };
+    let carpets: Vec<Carpet> = chosen.ids.iter().map(carpet).collect();
+    let values = carpets.iter().flat_map(|c| c.cells.iter().map(|cell| cell.2));
+    let scale = match request.range {
+        Some((low, high)) => Scale::new(low, high, false)?,
+        None => Scale::around(values.filter(|value| value.is_finite()).chain([0.0])),
+    };
+    let label = format!("{}, {}", chosen.light, facts.irradiance(chosen.name));
+    let drawn = Drawn::Carpets(Carpets { carpets, days, step: step(&clocks), scale, label });
+    Ok(Plot { drawn, notes: chosen.notes.clone() })
+}
+
+fn day(
+    facts: &YearFacts,
+    hours: &YearTable,
+    chosen: &Chosen,
+    request: &YearPlotRequest,
+) -> Result<Plot> {
+    let clocks = clocks(hours)?;
+    let value = |t: usize, id: usize| hours.value(t, id, chosen.band).map(f64::from);
+    let day = match request.day {
+        Some(day) => day,
+        None => {
+            let mut best = ("", 0.0);
+            let mut now = ("", 0.0);
+            for (t, (day, _)) in clocks.iter().enumerate() {
+                if now.0 != *day {
+                    now = (day, 0.0);
+                }
+                now.1 += chosen.ids.iter().map(|&id| value(t, id)[0]).sum::<f64>();
+                best = if best.0.is_empty() || now.1 > best.1 { now } else { best };
+            }
+            best.0
+        }
+    };
+    let own: Vec<usize> = (0..clocks.len()).filter(|&t| clocks[t].0 == day).collect();
+    if own.is_empty() {
+        let (first, last) = (clocks.first().map_or("", |c| c.0), clocks.last().map_or("", |c| c.0));
+        return Err(Error::input("--day", format!("the year has no day `{day}`"))
+            .remedy(format!("name one from {first} to {last}")));
+    }
+    let middle = 0.5 * step(&clocks);
+    let mut chart = Chart {
+        title: format!("{} on {day}", chosen.light),
+        x: "hour of the day".into(),
+        x_names: (0..=4).map(|i| (6.0 * f64::from(i), (6 * i).to_string())).collect(),
+        x_ends: Some([0.0, 24.0]),
+        y: format!("{}, {}", chosen.light, facts.irradiance(chosen.name)),
+        linear_x: true,
+        linear_y: true,
+        ..Chart::default()
+    };
+    let lit = |&t: &usize, id: usize| value(t, id)[0] > 0.0;
+    // hours that are dark for all are one line, on which no marks lie
+    let dark = |t: &usize| !chosen.ids.iter().any(|&id| lit(t, id));
+    let ends = own.iter().map(|t| {
+        let y = if dark(t) { 0.0 } else { f64::NAN };
+        [(clocks[*t].1, y), (clocks[*t].1 + 2.0 * middle, y)]
+    });
+    let night: Vec<(f64, f64)> = ends.flatten().collect();
+    if night.iter().any(|(_, y)| *y == 0.0) {
+        let (name, colour) = (None, Series::GREY);
+        chart.series.push(Series { name, colour, stroke: Stroke::Plain, points: night });
+    }
+    for (colour, &id) in chosen.ids.iter().enumerate() {
+        let at = |&t: &usize| (clocks[t].1 + middle, value(t, id));
+        let points = own.iter().map(|t| (at(t), lit(t, id)));
+        let points = points.map(|((x, [y, _]), lit)| (x, if lit { y } else { f64::NAN })).collect();
+        // the line goes on to the hours without light beside them
+        let near = |i: usize| own[i.saturating_sub(1)..own.len().min(i + 2)].iter();
+        let joined = own.iter().enumerate().map(|(i, t)| {
+            let (x, [y, _]) = at(t);
+            (x, if near(i).any(|t| lit(t, id)) { y } else { f64::NAN })
+        });
+        let joined = joined.collect();
+        let ends = own.iter().map(at).filter(|(_, [_, error])| *error > 0.0);
+        let bars = ends.flat_map(|(x, [y, error])| [(x, y - error), (x, y + error)]).collect();
+        let name = (chosen.ids.len() > 1).then(|| hours.ids[id].clone());
+        chart.series.push(Series { name: None, colour, stroke: Stroke::Plain, points: joined });
+        chart.series.push(Series { name, colour, stroke: Stroke::Line, points });
+        chart.series.push(Series { name: None, colour, stroke: Stroke::Bars, points: bars });
+    }
+    if let [id] = chosen.ids[..] {
+        chart.title += &format!(", {}", hours.ids[id]);
+    }
+    Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: chosen.notes.clone() })
+}

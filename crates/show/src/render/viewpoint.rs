@@ -1,0 +1,196 @@
+//! Which surfaces and captors of a scene are visible from a viewpoint.
+
+use glam::Vec3;
+
+use phylux_core::{
+    error::{Error, Result},
+    math::geometry::{Extent, ROUNDING, Ray, closeness},
+    scene::{
+        camera::{Camera, View},
+        material::Scatterer,
+        patches::Patches,
+        world::{Scene, SurfaceHit},
+    },
+};
+
+/// A camera in a scene.
+pub struct Viewpoint<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The camera.
+    pub camera: Camera,
+    /// Whether each triangle is cut away; empty where none is.
+    cut: Vec<bool>,
+}
+
+/// The first thing along a ray that is visible.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FirstVisible {
+    /// Nothing.
+    Nothing,
+    /// A surface or a captor.
+    Thing {
+        /// Cosine of the angle between the ray and the normal, in [0, 1].
+        cos: f32,
+        /// Index of the captor, if the thing is one.
+        captor: Option<usize>,
+        /// Whether the ray meets the front.
+        front: bool,
+    },
+}
+
+/// The least area of a smooth piece of surface that may be cut away, as a fraction of the
+/// cross-section of the ball around all surfaces.
+const LARGE: f64 = 0.02;
+/// A surface whose normal has a greater z than this, up or down, lies: things stand on it.
+const LYING: f32 = 0.7;
+/// A lying surface is the roof if it reaches to within this fraction of the scene's height from the
+/// top.
+const TOPMOST: f32 = 0.1;
+/// Captors that take up less than this fraction of the scene are looked at, with at least this
+/// fraction of each side of it around them.
+const PART: f32 = 0.25;
+/// The largest distance of a viewpoint from the centre of the scene, in radii of the scene.
+const FARTHEST: f64 = 1e4;
+
+impl<'a> Viewpoint<'a> {
+    /// Places the camera of a view in a scene. Error: the camera is so far away that single
+    /// precision would not do.
+    pub fn new(scene: &'a Scene, view: &View) -> Result<Self> {
+        let distance = view.position.distance(scene.center);
+        let farthest = FARTHEST * f64::from(scene.radius);
+        if distance > farthest {
+            let problem = format!(
+                "its position is {distance:.3e} m from the middle of the scene, must be within {farthest:.3e} m"
+            );
+            return Err(Error::input("camera", problem)
+                .remedy("bring it nearer (coordinates are in the scene's unit)"));
+        }
+        Ok(Self { scene, camera: Camera::new(view, scene.center), cut: Vec::new() })
+    }
+
+    /// Chooses a view that shows all surfaces of the scene from outside or, where the captors are
+    /// only a small part of it, these and what is around them, in a picture of `size` (width, height)
+    /// pixels that is `fov_deg` degrees wide. Error: the scene has no surface to see.
+    pub fn choose_view(scene: &Scene, size: (usize, usize), fov_deg: f64) -> Result<View> {
+        if scene.triangles().is_empty() {
+            let place = format!("scene {}", scene.name);
+            return Err(Error::input(place, "it has no surface, so there is nothing to see")
+                .remedy("add an object, or give a camera to look at its lamps"));
+        }
+        let all = scene.triangles().extent();
+        let triangles = (0..scene.triangles().len())
+            .filter(|&triangle| scene.surface(triangle).captor().is_some())
+            .map(|triangle| scene.triangles().at(triangle));
+        let captors =
+            Extent::of_triangles(triangles).join(Extent::of_triangles(scene.captor_triangles()));
+        let is_part = (0.0..PART * all.size().length()).contains(&captors.size().length());
+        if !is_part || captors.size() == Vec3::ZERO {
+            return Ok(View::of(&all, scene.center, size, fov_deg));
+        }
+        let (middle, half) = (captors.center(), 0.5 * captors.size().max(PART * all.size()));
+        let around = Extent { min: middle - half, max: middle + half };
+        Ok(View::of(&around, scene.center, size, fov_deg))
+    }
+
+    /// Returns the same viewpoint, but without the large surfaces whose plane lies between the
+    /// camera and the middle of all surfaces: so a viewpoint outside a closed room sees into it. Copies
+    /// that share their triangles stay.
+    /// Of surfaces that lie only the topmost are left out, as the floors of a rack carry something.
+    pub fn cut_open(mut self) -> Self {
+        let scene = self.scene;
+        let extent = scene.triangles().extent();
+        let patches = Patches::new(scene);
+        let (middle, from) = (extent.center(), self.camera.position);
+        let radius = f64::from(0.5 * extent.size().length());
+        let large = LARGE * std::f64::consts::PI * radius * radius;
+        let mut tops = vec![f32::NEG_INFINITY; patches.unshared()];
+        for triangle in 0..scene.unshared() {
+            let corners = scene.triangles().at(triangle);
+            let top = &mut tops[patches.of(triangle)];
+            *top = top.max(corners.a.z).max(corners.b.z).max(corners.c.z);
+        }
+        let roof = extent.max.z - TOPMOST * extent.size().z;
+        let parts = |triangle: usize| {
+            let (corner, normal) =
+                (scene.triangles().at(triangle).a, scene.surface(triangle).normal);
+            let side = |point: Vec3| (point - corner).dot(normal);
+            let patch = patches.of(triangle);
+            side(from) * side(middle) < 0.0
+                && patches.area(patch) >= large
+                && (normal.z.abs() < LYING || tops[patch] >= roof)
+        };
+        self.cut = (0..scene.unshared()).map(parts).collect();
+        self
+    }
+
+    /// Returns the first surface along a ray from the viewpoint, apart from those cut away.
+    pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
+        self.first(ray, |_| false)
+    }
+
+    /// Returns the first surface along a ray that cannot be seen through, apart from those cut
+    /// away. The ray goes straight through glass and water, as if they did not bend light.
+    pub fn opaque(&self, ray: &Ray) -> Option<SurfaceHit> {
+        self.first(ray, |triangle| self.scene.material(&self.scene.surface(triangle)).is_clear())
+    }
+
+    /// Returns the first surface that is neither cut away nor one that `passed` lets the ray pass.
+    fn first(&self, ray: &Ray, passed: impl Fn(usize) -> bool) -> Option<SurfaceHit> {
+        let (mut ray, mut travelled) = (*ray, 0.0);
+        loop {
+            let hit = self.scene.closest(&ray)?;
+            let t = travelled + hit.t;
+            let cut = self.cut.get(hit.triangle).is_some_and(|cut| *cut);
+            if !cut && !passed(hit.triangle) {
+                return Some(SurfaceHit { t, ..hit });
+            }
+            ray = self.scene.pass(&hit, ray.direction);
+            travelled = t;
+        }
+    }
+
+    /// Returns the first opaque surface along a ray; virtual captors are left out.
+    pub fn surface(&self, ray: &Ray) -> FirstVisible {
+        self.opaque(ray).map_or(FirstVisible::Nothing, |hit| self.at(ray, &hit))
+    }
+
+    fn at(&self, ray: &Ray, hit: &SurfaceHit) -> FirstVisible {
+        let surface = &self.scene.surface(hit.triangle);
+        let dot = ray.direction.dot(surface.normal);
+        FirstVisible::Thing { cos: dot.abs(), captor: surface.captor(), front: dot < 0.0 }
+    }
+
+    /// Returns the first opaque surface or virtual captor along a ray.
+    pub fn first_visible(&self, ray: &Ray) -> FirstVisible {
+        let hit = self.opaque(ray);
+        let mut nearest = hit.map_or(f32::INFINITY, |hit| hit.t);
+        let mut visible = hit.map_or(FirstVisible::Nothing, |hit| self.at(ray, &hit));
+        // a captor that lies in a surface is seen in front of it
+        let limit = nearest * (1.0 + 4.0 * ROUNDING) + 2.0 * self.scene.highest_lift();
+        self.scene.crossings(ray, limit, |crossing| {
+            let t = (crossing.point - ray.origin).dot(ray.direction);
+            let t = t * (1.0 - 2.0 * ROUNDING) - 2.0 * self.scene.lift(crossing.captor);
+            if t < nearest {
+                nearest = t;
+                let normal = self.scene.captor_triangles()[crossing.triangle].normal();
+                let cos = ray.direction.dot(normal).abs();
+                visible = FirstVisible::Thing {
+                    cos,
+                    captor: Some(crossing.captor),
+                    front: crossing.front,
+                };
+            }
+        });
+        visible
+    }
+
+    /// Returns whether nothing opaque lies between the viewpoint and a point.
+    pub fn sees(&self, point: Vec3) -> bool {
+        let towards = point - self.camera.position;
+        let distance = towards.length();
+        let Some(direction) = towards.try_normalize() else { return false };
+        let hit = self.opaque(&Ray { origin: self.camera.position, direction });
+        hit.is_none_or(|hit| hit.t >= distance * (1.0 - 1e-4) - closeness(point))
+    }
+}

@@ -1,0 +1,81 @@
+//! A scene file with the powers that a calibration has found.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use phylux_core::error::{Error, Result};
+use phylux_files::{input::quoted, output::folder_of, scene_file::LoadedScene};
+use phylux_results::result::ByLight;
+
+/// Returns the JSON `document` of the scene at `path` with the powers of its lights times `factors`
+/// per band. `loaded` is the same scene. Where lights are `dimmed`, their `watts` go with their power;
+/// else the same lamp has turned out to emit something else. If it is to be written into another `folder` than the scene's, its
+/// files are named by their full paths. Error: a light has no entry whose `power` can be set.
+pub fn calibrated_scene(
+    mut document: Value,
+    path: &Path,
+    loaded: &LoadedScene,
+    factors: &ByLight<Vec<f64>>,
+    dimmed: bool,
+    folder: &Path,
+) -> Result<Value> {
+    for light in &loaded.scene.lights {
+        let Some(factors) = factors.get(&light.name) else { continue };
+        let entry = entry(&mut document, &light.name);
+        let entry = entry.filter(|e| e.contains_key("power") || e.contains_key("radiance"));
+        let Some(entry) = entry else {
+            let problem = format!("light {} has no `power` that could be set", quoted(&light.name));
+            return Err(Error::input(path.display(), problem).remedy(
+                "mix its results by the factors instead (`phylux mix --calibration`), or give the light an entry \
+                in `lights`",
+            ));
+        };
+        let power: Vec<f64> = light.power.iter().zip(factors).map(|(p, f)| p * f).collect();
+        entry.remove("radiance");
+        entry.insert("power".into(), json!(power));
+        let watts = entry.get("watts").and_then(Value::as_f64).filter(|_| dimmed);
+        match (watts, factors.first()) {
+            (Some(_), Some(0.0)) => drop(entry.remove("watts")),
+            (Some(watts), Some(factor)) => {
+                drop(entry.insert("watts".into(), json!(watts * factor)))
+            }
+            _ => {}
+        }
+    }
+    let same = |a: &Path, b: &Path| a.canonicalize().ok() == b.canonicalize().ok();
+    if !same(folder, &folder_of(path)) {
+        name_in_full(&mut document, &folder_of(path), loaded);
+    }
+    Ok(document)
+}
+
+/// Returns the entry of a light, by its name or, for an entry without a name, by the default name.
+fn entry<'a>(
+    document: &'a mut Value,
+    name: &str,
+) -> Option<&'a mut serde_json::Map<String, Value>> {
+    let lights = document.get_mut("lights")?.as_array_mut()?;
+    let is_named = |(i, light): (usize, &Value)| match light.get("name").and_then(Value::as_str) {
+        Some(own) => own == name,
+        None => name == format!("light{i}"),
+    };
+    let index = lights.iter().enumerate().position(is_named)?;
+    lights[index].as_object_mut()
+}
+
+/// Replaces every text that names a file of the scene by the full path of that file.
+fn name_in_full(value: &mut Value, folder: &Path, loaded: &LoadedScene) {
+    match value {
+        Value::String(text) => {
+            let file = folder.join(&text);
+            let full = loaded.files.iter().any(|read| *read == file || folder.join(read) == file);
+            if let Some(full) = full.then(|| file.canonicalize().ok()).flatten() {
+                *text = full.to_string_lossy().into_owned();
+            }
+        }
+        Value::Array(values) => values.iter_mut().for_each(|v| name_in_full(v, folder, loaded)),
+        Value::Object(map) => map.values_mut().for_each(|v| name_in_full(v, folder, loaded)),
+        _ => {}
+    }
+}

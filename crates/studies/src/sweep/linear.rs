@@ -1,0 +1,265 @@
+//! Runs that share a simulation: light is linear in the powers of the lights, so runs that differ
+//! in nothing else come from one simulation.
+
+use std::collections::{BTreeMap, HashMap};
+
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+use phylux_core::{
+    scene::world::Scene,
+    transport::{settings::Settings, simulate::Simulation},
+};
+use phylux_files::{
+    scene_file::LoadedScene,
+    sweep_file::{Parameter, Run, Sweep, hash},
+};
+use phylux_results::result::RunResult;
+
+/// Range of the powers of a scene, W or umol/s.
+const POWERS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+
+/// Runs of a sweep that are done together.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// Indices of the runs, in order.
+    pub runs: Vec<usize>,
+    /// SHA-256 of the scene that is run for all of them; `None` for a single run of its own.
+    pub base: Option<String>,
+}
+
+/// All jobs of a sweep. They depend only on the whole sweep, not on which of its runs are done.
+#[derive(Debug)]
+pub struct Jobs {
+    /// Jobs in the order of their first runs.
+    pub jobs: Vec<Job>,
+    of_run: Vec<u32>,
+}
+
+impl Jobs {
+    /// Finds the jobs of a sweep.
+    pub fn new(sweep: &Sweep) -> Self {
+        let places = sweep.parameters().iter().map(Powers::of).collect::<Vec<_>>();
+        let mut jobs: Vec<Job> = Vec::new();
+        if places.iter().all(Option::is_none) {
+            let alone = |run| Job { runs: vec![run], base: None };
+            jobs.extend((0..sweep.runs().len()).map(alone));
+        } else {
+            let mut known: HashMap<(Vec<usize>, u64), usize> = HashMap::new();
+            for run in sweep.runs() {
+                let others = run.choices.iter().zip(&places);
+                let others = others.filter(|(_, power)| power.is_none()).map(|(&choice, _)| choice);
+                let next = jobs.len();
+                let job = *known.entry((others.collect(), run.seed)).or_insert(next);
+                if job == next {
+                    jobs.push(Job { runs: Vec::new(), base: None });
+                }
+                jobs[job].runs.push(run.number - 1);
+            }
+            jobs = jobs.into_iter().flat_map(|job| settled(sweep, job)).collect();
+            jobs.sort_by_key(|job| job.runs[0]);
+        }
+        let mut of_run = vec![0; sweep.runs().len()];
+        for (j, job) in jobs.iter().enumerate() {
+            job.runs.iter().for_each(|&run| of_run[run] = j as u32);
+        }
+        Self { jobs, of_run }
+    }
+
+    /// Returns the index of the job that does a run.
+    pub fn of(&self, run: &Run) -> usize {
+        self.of_run[run.number - 1] as usize
+    }
+
+    /// Returns the hash of the scene that is run in place of a run's own, see [`Job::base`].
+    pub fn base(&self, run: &Run) -> Option<&str> {
+        self.jobs[self.of(run)].base.as_deref()
+    }
+}
+
+/// Decides which scene is run for a job. Runs for which that is not possible get jobs of their own.
+fn settled(sweep: &Sweep, job: Job) -> Vec<Job> {
+    let alone = |run| Job { runs: vec![run], base: None };
+    let Some(place) = Place::of(sweep, &job.runs) else {
+        return job.runs.into_iter().map(alone).collect();
+    };
+    let is_sound = |run: &usize| place.powers(sweep, *run).is_some();
+    let (runs, unsound): (Vec<usize>, Vec<usize>) = job.runs.into_iter().partition(is_sound);
+    let mut jobs: Vec<Job> = unsound.into_iter().map(alone).collect();
+    match Base::new(sweep, &runs) {
+        Some(base) if runs.len() > 1 => jobs.push(Job { runs, base: Some(base.hash()) }),
+        _ => jobs.extend(runs.into_iter().map(alone)),
+    }
+    jobs
+}
+
+/// The lights whose powers a parameter sets, each with a band if the parameter sets only that band.
+struct Powers(Vec<(usize, Option<usize>)>);
+
+impl Powers {
+    /// `None` for a parameter that sets anything else, or that expressions of other parameters
+    /// read.
+    fn of(parameter: &Parameter) -> Option<Self> {
+        if parameter.is_read {
+            return None;
+        }
+        let place = |pointer: &String| {
+            let mut words = pointer.strip_prefix("/lights/")?.split('/');
+            let (light, power, band) = (words.next()?, words.next()?, words.next());
+            let band = band.map(|band| band.parse().ok());
+            (power == "power" && words.next().is_none() && band != Some(None))
+                .then_some((light.parse().ok()?, band.flatten()))
+        };
+        parameter.at.iter().map(place).collect::<Option<_>>().map(Self)
+    }
+}
+
+/// The scene that some runs share, except for powers.
+struct Place {
+    document: Value,
+    bands: usize,
+}
+
+impl Place {
+    /// Takes the scene of the first of these runs. `None` if the results may not be linear in the
+    /// powers.
+    fn of(sweep: &Sweep, runs: &[usize]) -> Option<Self> {
+        let document = sweep.document(&sweep.run(*runs.first()?));
+        let setting = |key| document.pointer(&format!("/settings/{key}")).filter(|v| !v.is_null());
+        let photons = setting("estimator").is_none_or(|estimator| estimator == "photons");
+        if !photons || setting("tolerance").is_some() || setting("max_time").is_some() {
+            return None;
+        }
+        let bands =
+            document.get("bands").map_or(Some(1), |bands| bands.as_array().map(Vec::len))?;
+        Some(Self { document, bands })
+    }
+
+    /// Returns the power per band of each light that varies in a run. `None` if one of the values
+    /// is no power.
+    fn powers(&self, sweep: &Sweep, run: usize) -> Option<BTreeMap<usize, Vec<f64>>> {
+        let mut powers = BTreeMap::new();
+        let run = sweep.run(run);
+        for (parameter, value) in &run.values {
+            let Some(of) = Powers::of(parameter) else { continue };
+            for ((light, band), place) in of.0.into_iter().zip(&parameter.at) {
+                let value = sweep.value_at(&run, value, place);
+                let own = || self.document.pointer(&format!("/lights/{light}/power")).cloned();
+                let power: &mut Value = powers.entry(light).or_insert(own()?);
+                match band {
+                    Some(band) => *power.get_mut(band)? = value,
+                    None => *power = value,
+                }
+            }
+        }
+        let sound = |power: &f64| *power == 0.0 || POWERS.contains(power);
+        let spread = |(light, power): (usize, Value)| {
+            let each = match power {
+                Value::Array(each) => {
+                    each.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>()?
+                }
+                one => vec![one.as_f64()?; self.bands],
+            };
+            (each.len() == self.bands && each.iter().all(sound)).then_some((light, each))
+        };
+        powers.into_iter().map(spread).collect()
+    }
+}
+
+/// The scene that is run for several runs: each light has its largest power among them.
+pub struct Base {
+    /// The scene file.
+    pub document: Value,
+    /// The part in which each varying light is counted, from 1. Lights that always vary alike share
+    /// a part. All other lights are in part 0.
+    part_of: BTreeMap<usize, usize>,
+}
+
+impl Base {
+    /// Makes the scene for runs that differ only in powers. `None` if there are sums over bands
+    /// or their ratios, and bands do not vary alike: the errors would be lost.
+    pub fn new(sweep: &Sweep, runs: &[usize]) -> Option<Self> {
+        let place = Place::of(sweep, runs)?;
+        let mut largest: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for &run in runs {
+            for (light, power) in place.powers(sweep, run)? {
+                let most = largest.entry(light).or_insert_with(|| power.clone());
+                most.iter_mut().zip(&power).for_each(|(most, power)| *most = most.max(*power));
+            }
+        }
+        let has_sums = ["sums", "ratios"].into_iter().any(|key| {
+            let entries = place.document.get(key).and_then(Value::as_object);
+            entries.is_some_and(|entries| !entries.is_empty())
+        });
+        let mut variations: BTreeMap<usize, Sha256> = BTreeMap::new();
+        for &run in runs {
+            for (light, power) in place.powers(sweep, run)? {
+                let factors = factors(&power, &largest[&light]);
+                let lit = factors.iter().zip(&largest[&light]).filter(|(_, most)| **most > 0.0);
+                let lit: Vec<f64> = lit.map(|(factor, _)| *factor).collect();
+                if has_sums && lit.iter().any(|factor| (factor - lit[0]).abs() > 1e-12) {
+                    return None;
+                }
+                let variation = variations.entry(light).or_default();
+                factors.iter().for_each(|factor| variation.update(factor.to_le_bytes()));
+            }
+        }
+        let mut parts = HashMap::new();
+        let mut part_of = BTreeMap::new();
+        for (light, variation) in variations {
+            let next = parts.len() + 1;
+            let digest: [u8; 32] = variation.finalize().into();
+            part_of.insert(light, *parts.entry(digest).or_insert(next));
+        }
+        let mut document = place.document;
+        for (light, power) in largest {
+            *document.pointer_mut(&format!("/lights/{light}/power"))? = power.into();
+        }
+        Some(Self { document, part_of })
+    }
+
+    /// Returns the SHA-256 of the scene.
+    pub fn hash(&self) -> String {
+        hash(self.document.to_string().as_bytes())
+    }
+
+    /// Returns the part of each light of the scene.
+    pub fn parts(&self, scene: &Scene) -> Vec<usize> {
+        // lights of MTL entries may come before or after those of the file, so names are compared
+        let lights = self.document.get("lights").and_then(Value::as_array);
+        let name = |(i, light): (usize, &Value)| {
+            let name = light.get("name").and_then(Value::as_str);
+            (name.map_or(format!("light{i}"), String::from), self.part_of.get(&i).copied())
+        };
+        let named: HashMap<String, Option<usize>> =
+            lights.into_iter().flatten().enumerate().map(name).collect();
+        let part = |name: &str| named.get(name).copied().flatten().unwrap_or(0);
+        scene.lights.iter().map(|light| part(&light.name)).collect()
+    }
+}
+
+/// Returns the results of `run`, whose scene is that of `base` with other powers. `simulation` of
+/// `base` was split by `part_of`, the part of each light.
+pub fn at_powers(
+    base: &LoadedScene,
+    simulation: &Simulation,
+    part_of: &[usize],
+    run: &LoadedScene,
+) -> RunResult {
+    let parts = part_of.iter().max().map_or(0, |last| last + 1);
+    let mut of_parts = vec![vec![0.0f64; base.scene.bands.len()]; parts];
+    for ((was, is), &part) in base.scene.lights.iter().zip(&run.scene.lights).zip(part_of) {
+        let factors = factors(&is.power, &was.power);
+        // a light that is dark in a band has the factor 0 there, which changes no maximum
+        of_parts[part].iter_mut().zip(factors).for_each(|(all, factor)| *all = all.max(factor));
+    }
+    let mixed = simulation.at_powers(&run.scene, part_of, &of_parts);
+    let settings = Settings { by_light: false, ..run.settings.clone() };
+    RunResult::new(&run.scene, &settings, &mixed)
+}
+
+/// Returns the factors of `power` over `largest`, per band; 0 where `largest` is 0.
+fn factors(power: &[f64], largest: &[f64]) -> Vec<f64> {
+    let factor = |(power, most): (&f64, &f64)| if *most > 0.0 { power / most } else { 0.0 };
+    power.iter().zip(largest).map(factor).collect()
+}

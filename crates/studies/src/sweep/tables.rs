@@ -1,0 +1,313 @@
+//! Tables and plots of a whole sweep, made from the files of its runs. There are tables with one
+//! row for each run, one for each captor, face and band, and one for each group, face and band.
+
+use phylux_files::result_file::read_results;
+use std::{collections::BTreeMap, io::Write};
+
+use super::{
+    control::{Step, SweepControl, SweepProgress},
+    folder::{State, SweepFolder, result_path},
+    response::Responses,
+    table::Table,
+};
+use crate::table::{Cell, Kind};
+use phylux_core::error::{Error, Result};
+use phylux_files::{
+    result_file::file_names,
+    sweep_file::{BALANCE, Run, Sweep},
+};
+use phylux_results::{
+    result::Uniformity,
+    saved::{CaptorValues, EnergyValues, FaceValues, ResultsFile},
+};
+
+/// Names of the tables, without endings.
+const TABLES: [&str; 3] = ["captors", "groups", "runs"];
+/// Names of the tables, without endings, that only sweeps of scenes with ratios have, and with lamps
+/// whose electric power is known.
+const RATIOS: &str = "ratios";
+const ELECTRICITY: &str = "electricity";
+
+/// Returns the names of all files of the tables.
+pub fn names() -> Vec<String> {
+    let endings = Table::ENDINGS.iter();
+    let tables = || TABLES.into_iter().chain([RATIOS, ELECTRICITY]);
+    endings.flat_map(|ending| tables().map(move |name| format!("{name}.{ending}"))).collect()
+}
+
+/// Number of runs that have warnings of each kind.
+pub type Warned = BTreeMap<String, usize>;
+
+/// Writes the tables and plots of a sweep in which every run is done or has failed. Returns how
+/// many runs have warnings of each kind.
+pub fn write(
+    folder: &SweepFolder,
+    sweep: &Sweep,
+    states: &[State],
+    control: &SweepControl,
+) -> Result<Warned> {
+    let columns = |before: &[(&str, Kind)], after: &[(&str, Kind)]| -> Vec<(String, Kind)> {
+        let own = |names: &[(&str, Kind)]| {
+            names.iter().map(|(name, kind)| (name.to_string(), *kind)).collect::<Vec<_>>()
+        };
+        let parameters = sweep.parameters().iter();
+        let parameters = parameters.map(|p| (p.name.clone(), Kind::of(&p.values))).collect();
+        [own(before), parameters, own(after)].concat()
+    };
+    let values = [
+        ("face", Kind::Text),
+        ("band", Kind::Text),
+        ("irradiance", Kind::Number),
+        ("irradiance_se", Kind::Number),
+        ("absorbed", Kind::Number),
+        ("absorbed_se", Kind::Number),
+        ("few_paths", Kind::Whole),
+    ];
+    let (run, seed) = (("run", Kind::Whole), ("seed", Kind::Whole));
+    let of_captors = [&[seed, ("captor", Kind::Text)], &values[..]].concat();
+    let of_groups = [
+        &[seed, ("group", Kind::Text), ("captors", Kind::Whole)],
+        &values[..],
+        &[
+            ("min", Kind::Number),
+            ("max", Kind::Number),
+            ("min_over_mean", Kind::Number),
+            ("min_over_mean_se", Kind::Number),
+            ("cv", Kind::Number),
+            ("cv_se", Kind::Number),
+        ],
+    ];
+    let create = |name, after: &[(&str, Kind)]| {
+        Table::create(folder.written(), name, &columns(&[run], after))
+    };
+    let mut captors = create(TABLES[0], &of_captors)?;
+    let mut groups = create(TABLES[1], &of_groups.concat())?;
+    let of_ratios = [
+        seed,
+        ("captor", Kind::Text),
+        ("face", Kind::Text),
+        ("ratio", Kind::Text),
+        ("value", Kind::Number),
+        ("standard_error", Kind::Number),
+    ];
+    let of_lamps = [
+        seed,
+        ("of", Kind::Text),
+        ("band", Kind::Text),
+        ("quantity", Kind::Text),
+        ("value", Kind::Number),
+        ("standard_error", Kind::Number),
+    ];
+    let (mut ratios, mut electricity) = (None, None);
+    let (mut balance, mut responses) = (Balance::default(), Responses::default());
+    let mut warned = Warned::new();
+    for (run, state) in sweep.runs().zip(states) {
+        if control.stopped() {
+            return Err(Error::interrupted("sweep", "the tables are not written")
+                .remedy("the same command writes them again"));
+        }
+        let step = Step::Writing;
+        (control.progress)(SweepProgress { step, runs: run.number as f64, of: states.len() });
+        if *state != State::Done {
+            balance.runs.push(None);
+            continue;
+        }
+        let results = read_results(&result_path(folder.path(), &sweep.key(&run)))?;
+        for kind in results.warning_kinds() {
+            *warned.entry(kind.clone()).or_default() += 1;
+        }
+        for captor in &results.captors {
+            rows(&mut captors, &results, &run, captor, None)?;
+        }
+        for group in &results.groups {
+            rows(&mut groups, &results, &run, &group.values, Some(group.captors))?;
+        }
+        if !results.ratios.is_empty() {
+            let table = opened(&mut ratios, || create(RATIOS, &of_ratios))?;
+            let groups = results.groups.iter().filter(|group| group.captors > 1);
+            for captor in results.captors.iter().chain(groups.map(|group| &group.values)) {
+                ratio_rows(table, &results, &run, captor)?;
+            }
+        }
+        if let Some(found) = &results.electricity {
+            let table = opened(&mut electricity, || create(ELECTRICITY, &of_lamps))?;
+            for row in found.rows() {
+                let mut cells = begun(&run);
+                let band = &results.bands[row.band].name;
+                cells.extend([Cell::Text(row.of), Cell::Text(band), Cell::Text(row.quantity)]);
+                cells.extend([Cell::number(Some(row.value)), Cell::number(row.error)]);
+                table.row(&cells)?;
+            }
+        }
+        responses.add(sweep, &run, &results);
+        balance.add(results);
+    }
+    captors.finish()?;
+    groups.finish()?;
+    for table in ratios.into_iter().chain(electricity) {
+        table.finish()?;
+    }
+    let charts = responses.charts(sweep);
+    let ending = control.plots.ending();
+    let pictures = file_names(charts.iter().map(|(name, _)| name.as_str()), ending);
+    for ((_, chart), name) in charts.into_iter().zip(pictures) {
+        let drawn = control.plots.chart(chart)?;
+        let mut file = folder.picture(&name)?;
+        file.write_all(&drawn).map_err(|e| Error::run(&name, format!("cannot be written: {e}")))?;
+        file.finish()?;
+    }
+
+    let mut of_runs = columns(&[run, ("file", Kind::Text)], &[seed, ("photons", Kind::Whole)]);
+    let energy = balance.columns().map(|(word, band)| (format!("{word}{band}"), Kind::Number));
+    of_runs.extend(energy);
+    of_runs.push(("error".into(), Kind::Text));
+    let mut runs = Table::create(folder.written(), TABLES[2], &of_runs)?;
+    for ((run, state), found) in sweep.runs().zip(states).zip(&balance.runs) {
+        let file = format!("{}.json", sweep.key(&run));
+        let mut cells = vec![Cell::Whole(run.number as u64), Cell::Text(&file)];
+        cells.extend(run.values.iter().map(|(_, value)| Cell::Value(value)));
+        cells.push(Cell::Whole(run.seed));
+        cells.push(found.as_ref().map_or(Cell::Nothing, |found| Cell::Whole(found.photons)));
+        cells.extend(balance.columns().map(|(word, band)| {
+            Cell::number(found.as_ref().and_then(|found| found.value(word, band)))
+        }));
+        cells.push(match state {
+            State::Failed(error) => Cell::Text(error),
+            _ => Cell::Nothing,
+        });
+        runs.row(&cells)?;
+    }
+    runs.finish()?;
+    Ok(warned)
+}
+
+/// Returns a table, which is made when it is used first.
+fn opened<'t, 'w>(
+    table: &'t mut Option<Table<'w>>,
+    create: impl FnOnce() -> Result<Table<'w>>,
+) -> Result<&'t mut Table<'w>> {
+    match table {
+        Some(table) => Ok(table),
+        none => Ok(none.insert(create()?)),
+    }
+}
+
+/// Returns the first cells of a row of a run: its number, the values of its parameters and its seed.
+fn begun<'r>(run: &'r Run) -> Vec<Cell<'r>> {
+    let values = run.values.iter().map(|(_, value)| Cell::Value(value));
+    let number = std::iter::once(Cell::Whole(run.number as u64));
+    number.chain(values).chain([Cell::Whole(run.seed)]).collect()
+}
+
+/// Adds one row for each face and band of a captor or group.
+fn rows(
+    table: &mut Table,
+    results: &ResultsFile,
+    run: &Run,
+    captor: &CaptorValues,
+    members: Option<u64>,
+) -> Result<()> {
+    let faces: [(&str, Option<&FaceValues>); 2] =
+        [("front", Some(&captor.front)), ("back", captor.back.as_ref())];
+    for (face, values) in faces.into_iter().filter_map(|(name, face)| Some((name, face?))) {
+        for (b, band) in results.bands.iter().enumerate() {
+            let mut cells = begun(run);
+            cells.push(Cell::Text(&captor.id));
+            cells.extend(members.map(Cell::Whole));
+            cells.extend([Cell::Text(face), Cell::Text(&band.name)]);
+            let at = |values: &[f64]| Cell::number(values.get(b).copied());
+            let error = |errors: &[Option<f64>]| Cell::number(errors.get(b).copied().flatten());
+            cells.extend([at(&values.irradiance), error(&values.irradiance_se)]);
+            // absorbed power is that of both faces: it is written once, so that sums over the table
+            // are right
+            let absorbed = captor.absorbed.as_deref().filter(|_| face == "front");
+            let absorbed_se = captor.absorbed_se.as_deref().filter(|_| face == "front");
+            cells.extend([
+                absorbed.map_or(Cell::Nothing, at),
+                absorbed_se.map_or(Cell::Nothing, error),
+                Cell::Whole(values.few_paths.into()),
+            ]);
+            if members.is_some() {
+                let end = |values: &Option<Vec<f64>>| values.as_deref().map_or(Cell::Nothing, at);
+                cells.extend([end(&values.min), end(&values.max)]);
+                let even = values.uniformity.as_ref();
+                let of = |list: fn(&Uniformity) -> &[Option<f64>]| {
+                    even.map_or(Cell::Nothing, |even| error(list(even)))
+                };
+                cells.extend([of(|u| &u.min_over_mean), of(|u| &u.min_over_mean_se)]);
+                cells.extend([of(|u| &u.cv), of(|u| &u.cv_se)]);
+            }
+            table.row(&cells)?;
+        }
+    }
+    Ok(())
+}
+
+/// Adds one row for each ratio of a captor or of a group of several, by face; those of absorbed
+/// power have the face `absorbed`.
+fn ratio_rows(
+    table: &mut Table,
+    results: &ResultsFile,
+    run: &Run,
+    captor: &CaptorValues,
+) -> Result<()> {
+    let back = captor.back.as_ref().and_then(|back| back.ratios.as_ref());
+    let faces = [
+        ("front", captor.front.ratios.as_ref()),
+        ("back", back),
+        ("absorbed", captor.absorbed_ratios.as_ref()),
+    ];
+    for (face, found) in faces.into_iter().filter_map(|(name, found)| Some((name, found?))) {
+        for (r, ratio) in results.ratios.iter().enumerate() {
+            let Some((value, error)) = found.get(r) else { continue };
+            let mut cells = begun(run);
+            cells.extend([Cell::Text(&captor.id), Cell::Text(face), Cell::Text(&ratio.name)]);
+            cells.extend([Cell::number(Some(value)), Cell::number(error)]);
+            table.row(&cells)?;
+        }
+    }
+    Ok(())
+}
+
+/// The part of every run's results that the table of runs needs.
+#[derive(Default)]
+struct Balance {
+    /// Names of the bands of all runs, in the order in which they first occur.
+    bands: Vec<String>,
+    runs: Vec<Option<RunBalance>>,
+}
+
+struct RunBalance {
+    photons: u64,
+    bands: Vec<String>,
+    energy: EnergyValues,
+}
+
+impl Balance {
+    fn add(&mut self, results: ResultsFile) {
+        let ResultsFile { photons, energy, bands, .. } = results;
+        let bands: Vec<String> = bands.into_iter().map(|band| band.name).collect();
+        for band in &bands {
+            if !self.bands.contains(band) {
+                self.bands.push(band.clone());
+            }
+        }
+        self.runs.push(Some(RunBalance { photons, bands, energy }));
+    }
+
+    /// Returns each entry of the energy balance for each band.
+    fn columns(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        self.bands.iter().flat_map(|band| BALANCE.iter().map(move |word| (*word, band.as_str())))
+    }
+}
+
+impl RunBalance {
+    fn value(&self, word: &str, band: &str) -> Option<f64> {
+        let EnergyValues { power, emitted, absorbed, escaped, lost } = &self.energy;
+        let all =
+            [Some(power), emitted.as_ref(), absorbed.as_ref(), escaped.as_ref(), lost.as_ref()];
+        let of = BALANCE.iter().position(|entry| *entry == word)?;
+        let band = self.bands.iter().position(|name| name == band)?;
+        all[of]?.get(band).copied()
+    }
+}

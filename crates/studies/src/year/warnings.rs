@@ -1,0 +1,91 @@
+//! What a user should know before trusting the light of a year.
+
+use super::{
+    hours::Lamp,
+    interpolated::MANY,
+    part::{Part, too_few_photons},
+};
+use phylux_core::transport::paths::Unseen;
+use phylux_results::result::FEW_HISTORIES;
+
+/// Fraction of the daylight above which sunlight that is not found hour by hour is worth a warning.
+const UNSEEN: f64 = 1e-3;
+
+/// Returns warnings of captors on whose fronts too few photons of daylight, or of the lamps that are
+/// lit, arrived to estimate an error.
+pub(super) fn few_photons(parts: &[Part], lamps: &[(usize, Lamp)]) -> Vec<String> {
+    let is_lit = |(_, lamp): &&(usize, Lamp)| lamp.on.iter().any(|on| *on > 0.0);
+    let lit: Vec<usize> = lamps.iter().filter(is_lit).map(|(lamp, _)| *lamp).collect();
+    let daylight = parts.iter().any(Part::has_light_by_photons).then(|| {
+        let of = "daylight, but for what comes straight from the sun or by one flat mirror,";
+        too_few_photons(parts, of, None)
+    });
+    let of_lamps = (!lit.is_empty()).then(|| too_few_photons(parts, "the lamps", Some(&lit)));
+    [daylight, of_lamps].into_iter().flatten().flatten().collect()
+}
+
+/// Returns a warning if at more than a few captors and groups the light of hours is less sure
+/// because it is interpolated than because of chance.
+pub(super) fn interpolated(many: usize, all: usize) -> Option<String> {
+    (many as f64 > MANY * all as f64).then(|| {
+        format!(
+            "hours are interpolated: at {many} of {all} captors and groups scattered sunlight changes so \
+             fast with the sun's position that this, and not chance, makes up most of the errors of hours; \
+             sums over the period are right, and an hour that matters is best run by itself"
+        )
+    })
+}
+
+/// Returns a warning if at more than a few captors and groups most hours are found by few photons:
+/// an hour has the photons of four bundles of suns alone, where sums have those of all.
+pub(super) fn hours_by_few(few: usize, all: usize) -> Option<String> {
+    (few as f64 > MANY * all as f64).then(|| {
+        format!(
+            "hours have few photons: at {few} of {all} captors and groups fewer than some {FEW_HISTORIES} make \
+             up the light of most hours on a face, so that errors of single hours may be too small; sums over \
+             the period have many more; trace more photons, or use groups"
+        )
+    })
+}
+
+/// Returns a warning of sunlight that is mirrored or refracted but not found hour by hour; `None` if
+/// there is hardly any.
+pub(super) fn unseen_sun(unseen: &Unseen) -> Option<String> {
+    let share = unseen.share();
+    (share > UNSEEN).then(|| {
+        format!(
+            "about {:.2} % of the daylight on the captors is sunlight that is mirrored or refracted otherwise than \
+             by one flat pane or mirror (unseen): it is interpolated between hours, so that single hours may \
+             be wrong by more than their errors say where it is bright; sums over the period are right",
+            100.0 * share
+        )
+    })
+}
+
+/// Returns a warning if captors are larger or smaller in some states than in the first scene.
+pub(super) fn other_areas(parts: &[Part]) -> Option<String> {
+    let captors = &parts[0].scene.captors;
+    let differs = |captor: &usize| {
+        let area = |part: &Part| part.scene.captors[*captor].area;
+        parts.iter().any(|part| (area(part) / area(&parts[0]) - 1.0).abs() > 1e-9)
+    };
+    let mut others = (0..captors.len()).filter(differs);
+    let first = others.next()?;
+    Some(format!(
+        "states change the areas of {} of {} captors (`{}` is the first): light is per m2 of the area at the \
+         time, and areas and powers in captors.csv and results are those without states (or of one of them, \
+         if some always hold)",
+        1 + others.count(),
+        captors.len(),
+        captors[first].id
+    ))
+}
+
+/// Returns a warning if the scene asks for what surfaces absorb on each face: a year has their sum.
+pub(super) fn no_faces(parts: &[Part]) -> Option<String> {
+    parts[0].scene.absorbed_by_face.then(|| {
+        "`absorbed_by_face`: a year tells what surfaces absorb on both faces together; a run tells it \
+         by face"
+            .into()
+    })
+}
