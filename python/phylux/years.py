@@ -103,8 +103,11 @@ class Year:
         """
         given: list[str] = []
         for name, value in options.items():
-            text = ":".join(str(end) for end in value) if name == "range" else str(value)
-            given += [f"--{name.replace('_', '-')}", text]
+            # several captors have an option each
+            values = value if name == "captors" and isinstance(value, (list, tuple)) else [value]
+            for one in values:
+                text = ":".join(str(end) for end in one) if name == "range" else str(one)
+                given += [f"--{name.replace('_', '-')}", text]
         command("plot", [self.folder], ["-o", os.fspath(path), *given])
 
     def xarray(self, table: str = "hours") -> Any:
