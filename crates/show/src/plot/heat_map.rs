@@ -26,6 +26,8 @@ const HIGHEST: i32 = px(420);
 /// a second line of the title.
 const ROOM: (i32, i32, i32, i32) = (px(52), px(12), px(30), BELOW);
 const LINE: i32 = px(15);
+/// A map whose height is less than this part of its width needs the whole width of a page.
+const LONG: f64 = 0.3;
 /// Space between the outermost points and the axes, as a part of the longer side.
 const MARGIN: f64 = 0.03;
 /// Width of the colour bar with its numbers, layout units.
@@ -84,10 +86,16 @@ impl HeatMaps {
         Ok(Self { maps, scale, colours, label })
     }
 
-    /// Returns how many maps are side by side in a picture of this width.
+    /// Returns how many maps are side by side in a picture of this width; those of long beds stand one
+    /// below the other.
     fn columns(&self, width: Width) -> usize {
+        let is_long = |map: &HeatMap| {
+            let [x, y] = map.ends().map(|(low, high)| high - low);
+            y < LONG * x
+        };
         let most = match width {
             Width::Column => 1,
+            Width::Page if self.maps.iter().all(is_long) => 1,
             Width::Page if self.maps.len() == 4 => 2,
             Width::Page => 3,
         };
