@@ -37,8 +37,12 @@ pub fn binary() -> PathBuf {
 /// Returns what a command has said to the standard error, without lines of progress, which come only
 /// if it takes longer than two seconds.
 pub fn stderr(output: &Output) -> String {
-    let is_progress =
-        |line: &str| line.starts_with(|c: char| c.is_ascii_digit()) || line.contains(" so far, ");
+    // such a line begins with a percentage or a time, as in `12% ` and `3s `
+    let is_progress = |line: &str| {
+        let rest = line.trim_start_matches(|c: char| c.is_ascii_digit());
+        rest.len() < line.len() && rest.starts_with(['%', 's', 'm', 'h'])
+            || line.contains(" so far, ")
+    };
     let text = String::from_utf8_lossy(&output.stderr);
     text.split_inclusive('\n').filter(|line| !is_progress(line)).collect()
 }

@@ -129,7 +129,7 @@ fn commands_that_trace_end() {
         "calibrate scene.json m.csv",
         "view scene.json -o v.html",
         "export scene.json -o v.vtp",
-        "render scene.json --photons 1e5 --rays 4000000000 -o z.png",
+        "render scene.json --photons 1e5 --rays 4096 -o z.png",
         "render scene.json --photons 1e12 --map-photons 1e8 -o z.png",
     ] {
         assert!(interrupted(&folder, line, 2 * read, "").is_some(), "{line}: ended");
