@@ -58,7 +58,9 @@ fn the_reader_of_tests_sees_every_form() {
             true,
         ),
         (
-            format!("#[test]\n#[cfg_attr(\n    windows,\n    ignore = \"{ELSEWHERE}\"\n)]\n"),
+            format!(
+                "#[test]\n#[cfg_attr(\n    target_os = \"windows\",\n    ignore = \"{ELSEWHERE}\"\n)]\n"
+            ),
             "x",
             true,
         ),
@@ -126,9 +128,9 @@ fn tests(text: &str) -> Result<Vec<Test>, String> {
             return Err(line.to_string());
         }
         let reason = |start: &str| {
-            let attribute =
-                of_line.iter().find(|a| a.starts_with(start) && a.contains("ignore"))?;
-            Some(attribute.split('"').nth(1).unwrap_or_default().to_string())
+            let mut of_kind = of_line.iter().filter(|attribute| attribute.starts_with(start));
+            let (_, rest) = of_kind.find_map(|attribute| attribute.split_once("ignore"))?;
+            Some(rest.split('"').nth(1).unwrap_or_default().to_string())
         };
         found.push(Test { name, reason: reason("#[ignore"), elsewhere: reason("#[cfg_attr") });
     }
