@@ -1,5 +1,7 @@
 //! Checks: what a scene holds, and what looks wrong in it.
 
+mod copies;
+mod lamps;
 mod mesh;
 mod objects;
 mod remarks;

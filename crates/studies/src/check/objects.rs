@@ -6,7 +6,10 @@ use std::collections::HashSet;
 use glam::{DVec3, Vec3};
 use serde::{Serialize, Serializer};
 
-use super::remarks::{Remarks, length, quoted};
+use super::{
+    copies, lamps,
+    remarks::{Remarks, length, quoted},
+};
 use phylux_core::{
     math::geometry::{Extent, Ray, closeness},
     scene::{
@@ -134,6 +137,8 @@ pub(super) fn check_slips(scene: &Scene, remarks: &mut Remarks) {
     if let Some(room) = room {
         check_room(scene, &pieces, room, &lamps, remarks);
     }
+    copies::check_copies(scene, remarks);
+    lamps::check_lamps(scene, room.map(|(room, _)| *room), remarks);
     check_captors_in_solids(scene, remarks);
     check_dark_captors(scene, remarks);
 }
@@ -307,7 +312,7 @@ fn check_captors_in_solids(scene: &Scene, remarks: &mut Remarks) {
 
 /// Returns whether a point is in a closed object: every ray from there crosses the object's surface
 /// an odd number of times.
-fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
+pub(super) fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
     let ways =
         [[0.3, 0.5, 0.8], [-0.7, 0.2, 0.4], [0.1, -0.9, -0.2], [-0.4, -0.3, 0.6], [0.8, 0.1, -0.5]];
     ways.map(Vec3::from).into_iter().all(|way| {
