@@ -3,7 +3,11 @@
 
 use std::f64::consts::PI;
 
-use phylux::{Guiding, RunResult, results::FaceResult};
+use phylux::{
+    Guiding, RunResult,
+    results::FaceResult,
+    transport::{NearestCount, PhotonCount, ThreadCount},
+};
 use serde_json::json;
 
 use crate::{
@@ -418,7 +422,8 @@ fn nearest_takes_own_flights() {
     let run = |guiding, seed| {
         run_file(&scene.path("scene.json"), |settings| {
             settings.guiding = guiding;
-            (settings.photons, settings.k, settings.seed) = (Some(100_000), Some(50), seed);
+            (settings.photons, settings.k, settings.seed) =
+                (PhotonCount::new(100_000).ok(), NearestCount::new(50).ok(), seed);
         })
     };
     let (plain, aimed) = (run(Guiding::Off, 1), run(Guiding::Aim, 2));
@@ -564,7 +569,11 @@ fn threads_do_not_matter_to_what_is_learned() {
     let text = |threads: usize| {
         let run = run_file(&scene.path("scene.json"), |settings| {
             settings.guiding = Guiding::Full;
-            (settings.photons, settings.k, settings.threads) = (Some(3001), Some(0), threads);
+            (settings.photons, settings.k, settings.threads) = (
+                PhotonCount::new(3001).ok(),
+                Some(NearestCount::NONE),
+                ThreadCount::nearest_to(threads),
+            );
         });
         assert_eq!(run.guiding, Some(Guiding::Full));
         serde_json::to_string(&run).expect("text")

@@ -117,9 +117,9 @@ struct Powers<'a> {
 
 impl<'a> Powers<'a> {
     fn of(scene: &'a Scene, light: &'a Light) -> Self {
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         let sums = scene.with_sums(&light.power).split_off(bands);
-        let names = scene.sums.iter().map(|sum| sum.name.as_str());
+        let names = scene.sums().iter().map(|sum| sum.name.as_str());
         Self {
             name: &light.name,
             power: &light.power,
@@ -146,8 +146,8 @@ struct Captors {
 
 impl Captors {
     fn of(scene: &Scene) -> Self {
-        let surface = scene.captors.iter().filter(|c| c.kind == CaptorKind::Surface).count();
-        Self { sensors: scene.captors.len() - surface, surface }
+        let surface = scene.captors().iter().filter(|c| c.kind == CaptorKind::Surface).count();
+        Self { sensors: scene.captors().len() - surface, surface }
     }
 }
 
@@ -156,16 +156,16 @@ impl<'a> Checked<'a> {
         let scene = &loaded.scene;
         let averages = loaded.averages.iter();
         let averages = averages.map(|a| Average { at: &a.pointer, means: &a.means });
-        let lights = scene.lights.iter();
+        let lights = scene.lights().iter();
         let sun = loaded.open_field.as_ref().and_then(|field| field.sun).map(|sun| Sun {
             elevation: sun.elevation.to_degrees(),
             azimuth: sun.azimuth.to_degrees(),
         });
         Self {
-            scene: &scene.name,
+            scene: scene.name(),
             size: summary.size.to_array(),
-            bands: scene.bands.iter().map(|band| band.name.as_str()).collect(),
-            unit: scene.quantity.unit_names().flux.to_string(),
+            bands: scene.bands().iter().map(|band| band.name.as_str()).collect(),
+            unit: scene.quantity().unit_names().flux.to_string(),
             surfaces: &summary.surfaces,
             objects: &summary.objects,
             lights: lights.map(|light| Powers::of(scene, light)).collect(),
@@ -173,7 +173,7 @@ impl<'a> Checked<'a> {
             averages: averages.collect(),
             sun,
             captors: Captors::of(scene),
-            groups: &scene.groups,
+            groups: scene.groups(),
             notes: &summary.notes,
             warnings: &summary.warnings,
         }
@@ -187,7 +187,10 @@ pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
     let decimals = decimals(size.max_element(), 3);
     let mut text = format!(
         "{}: {:.decimals$} x {:.decimals$} x {:.decimals$} m\n",
-        scene.name, size.x, size.y, size.z
+        scene.name(),
+        size.x,
+        size.y,
+        size.z
     );
     surfaces(&mut text, summary);
     objects(&mut text, summary);
@@ -251,27 +254,27 @@ fn objects(text: &mut String, summary: &SceneSummary) {
 /// Writes the powers of the lights, per band and for the sums over bands, and where those face that
 /// do not shine to all sides alike.
 fn lights(text: &mut String, scene: &Scene) {
-    let shown = scene.bands.len().min(SHOWN_BANDS);
-    let unit = scene.quantity.unit_names().flux;
+    let shown = scene.bands().len().min(SHOWN_BANDS);
+    let unit = scene.quantity().unit_names().flux;
     let of_sum = |sum: &BandSum| match sum.unit.map(|unit| unit.names()[0]) {
         Some(own) if own != unit => format!("{}, {own}", sum.name),
         _ => sum.name.clone(),
     };
-    let names = scene.bands[..shown].iter().map(|band| band.name.clone());
-    let names = names.chain(scene.sums.iter().map(of_sum));
+    let names = scene.bands()[..shown].iter().map(|band| band.name.clone());
+    let names = names.chain(scene.sums().iter().map(of_sum));
     let columns = names.map(|name| (name, short as Show)).collect();
-    let rows = scene.lights.iter().map(|light| {
+    let rows = scene.lights().iter().map(|light| {
         let mut powers = scene.with_sums(&light.power);
-        powers.drain(shown..scene.bands.len());
+        powers.drain(shown..scene.bands().len());
         (light.name.as_str(), powers)
     });
     let mut title = format!("lights, {unit}");
-    if shown < scene.bands.len() {
-        let _ = write!(title, ", {shown} of {} bands", scene.bands.len());
+    if shown < scene.bands().len() {
+        let _ = write!(title, ", {shown} of {} bands", scene.bands().len());
     }
     Table { title, columns, rows: rows.collect() }.write(text);
 
-    let facing = scene.lights.iter().filter_map(|light| Some((&light.name, light.facing()?)));
+    let facing = scene.lights().iter().filter_map(|light| Some((&light.name, light.facing()?)));
     let facing: Vec<_> = facing.collect();
     if !facing.is_empty() {
         text.push_str("\nlights face\n");
@@ -310,7 +313,7 @@ fn averages(text: &mut String, loaded: &LoadedScene) {
     if loaded.averages.is_empty() {
         return;
     }
-    let bands = &loaded.scene.bands[..loaded.scene.bands.len().min(SHOWN_BANDS)];
+    let bands = &loaded.scene.bands()[..loaded.scene.bands().len().min(SHOWN_BANDS)];
     let _ = writeln!(text, "\naverages of spectra");
     for average in &loaded.averages {
         let means = bands.iter().zip(&average.means);
@@ -345,8 +348,8 @@ fn daylight(text: &mut String, open_field: &OpenField) {
 
 fn captors(text: &mut String, scene: &Scene) {
     let Captors { sensors, surface } = Captors::of(scene);
-    let groups = scene.groups.len();
-    let _ = match scene.captors.len() {
+    let groups = scene.groups().len();
+    let _ = match scene.captors().len() {
         0 => writeln!(text, "\nno captors, so nothing to run"),
         _ => {
             writeln!(text, "\ncaptors: {sensors} virtual, {surface} surface; groups: {groups}")

@@ -26,7 +26,7 @@ use phylux_core::{
     scene::captor::Channel,
     transport::{
         direct_sun::SunRays,
-        settings::Guiding,
+        settings::{Guiding, PhotonCount, ThreadCount},
         shard::Shard,
         simulate::{Control, Progress},
     },
@@ -63,11 +63,11 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "577")]
     patches: Patches,
     /// Photons to trace, e.g. 5e7, for all hours together [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
-    photons: Option<u64>,
+    #[arg(long, value_name = "N", value_parser = photons, allow_hyphen_values = true)]
+    photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte [default:
     /// the scene's]
-    #[arg(long, value_name = "N", value_parser = super::run::count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = super::run::count, allow_hyphen_values = true)]
     seed: Option<u64>,
     /// What guides photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_name = "NAME", value_parser = super::choices::guiding())]
@@ -81,7 +81,7 @@ pub(super) struct Arguments {
     hours: Option<HoursOf>,
     /// Points of each captor from which the sun is looked for in every hour [default: 16, or fewer
     /// for more than 5000 captors]
-    #[arg(long, value_name = "N", value_parser = sun_rays, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = sun_rays, allow_hyphen_values = true)]
     sun_rays: Option<u64>,
     /// Write the tables of hours, days, months and the whole period as CSV, not as Parquet
     #[arg(long)]
@@ -101,8 +101,8 @@ pub(super) struct Arguments {
     #[arg(long, help_heading = LONG_RUNS, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
     /// Threads; 0 takes all processors. The results do not depend on it
-    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
-    threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
+    threads: Option<ThreadCount>,
 }
 
 fn sun_rays(text: &str) -> std::result::Result<u64, String> {
@@ -295,7 +295,7 @@ fn find(
         places.extend(file.place().map(Path::to_path_buf));
         Ok(file)
     };
-    if !loaded.scene.ratios.is_empty() {
+    if !loaded.scene.ratios().is_empty() {
         tables = tables.with_ratios(&mut file)?;
     }
     if let (Some(hourly), true) = (&loaded.hourly, asked.tables.results) {
@@ -354,17 +354,19 @@ fn trace_shard(
     interrupt.writing();
     during("writing", || file.write(&ready.read, |writer| kept.write_shard(shard, writer)))?;
     kept.remove();
-    let name = &ready.scenes.scenes[0].loaded.scene.name;
+    let name = ready.scenes.scenes[0].loaded.scene.name();
     let text = format!("shard {shard} of {name}; wrote {}\n", place_of(output));
     super::terminal::print(&text)
 }
 
 fn describe(loaded: &LoadedScene, year: &Year) -> Result<String> {
     let hours = year.slots.len();
-    let lights = loaded.scene.lights.len();
+    let lights = loaded.scene.lights().len();
     let mut text = format!(
         "{}: {hours} hours from {} photons of {lights} lights, seed {}\n",
-        loaded.scene.name, year.photons, year.seed
+        loaded.scene.name(),
+        year.photons,
+        year.seed
     );
     let months: Vec<&String> = year.months.keys().take(MONTHS).collect();
     let sums: Vec<_> = (0..months.len()).map(|m| year.month(m)).collect::<Result<_>>()?;

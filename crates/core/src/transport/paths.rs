@@ -130,19 +130,19 @@ impl Pilot {
     /// photons would find the captors by less chance than paths find the light.
     pub fn beside_photons(scene: &Scene, seed: u64) -> Self {
         let faces =
-            scene.captors.iter().flat_map(|c| c.kind.faces().iter().map(|_| c.area_of_face()));
+            scene.captors().iter().flat_map(|c| c.kind.faces().iter().map(|_| c.area_of_face()));
         let area = faces.sum::<f64>() as f32;
         let is_left = |light: &Light| {
             let exitance = light.exitance().unwrap_or(0.0);
             is_small(scene, exitance) && exitance * area > 1.0
         };
-        let left: Vec<bool> = scene.lights.iter().map(is_left).collect();
-        let strata = Strata::new(&scene.lights, scene.sources() as u64, scene.lanes());
+        let left: Vec<bool> = scene.lights().iter().map(is_left).collect();
+        let strata = Strata::new(scene.lights(), scene.sources() as u64, scene.lanes());
         let mut shares = Vec::with_capacity(strata.sources());
-        for (light, &left) in scene.lights.iter().zip(&left) {
+        for (light, &left) in scene.lights().iter().zip(&left) {
             for source in 0..light.sources() {
                 let power = light.source_power(source).iter().copied().fold(0.0, f64::max);
-                let counts = left || strata.is_delta(&scene.lights, shares.len());
+                let counts = left || strata.is_delta(scene.lights(), shares.len());
                 shares.push(if counts { power } else { BALANCE * power });
             }
         }
@@ -154,7 +154,7 @@ impl Pilot {
     /// `all` light counts somewhere.
     pub fn strata(&self, scene: &Scene, photons: u64, paths: u64, all: bool) -> Strata {
         let shares = Some(&self.shares[..]).filter(|_| !all);
-        Strata::shared(&scene.lights, photons, scene.lanes(), shares).divided_by(paths)
+        Strata::shared(scene.lights(), photons, scene.lanes(), shares).divided_by(paths)
     }
 
     /// Returns whether photons are traced beside the paths.
@@ -238,7 +238,7 @@ impl Path<'_, '_> {
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
         let (light, chance) = spots.choose(scene, at.point, self.rng);
-        let ray = scene.lights[light].emit(self.rng);
+        let ray = scene.lights()[light].emit(self.rng);
         self.rays += 1;
         let (landed, through) = spots::straight::<L>(scene, ray, |_, _| ())?;
         let point = landed.hit.point;
@@ -265,7 +265,7 @@ impl Path<'_, '_> {
         let share = spots.share(scene, &there, &origin, |d| {
             free * seen.material.pdf(&seen.interaction, Transport::Importance, d)
         });
-        let power = scene.lights[light].spectrum::<L>();
+        let power = scene.lights()[light].spectrum::<L>();
         Some((towards, (power * through * f * visible).scaled(cos / d2 * share / chance)))
     }
 
@@ -298,7 +298,7 @@ impl Path<'_, '_> {
             more => suns[(self.rng.uniform() * more as f32) as usize % more],
         };
         let (toward_sun, irradiance) =
-            scene.lights[sun].entrance()?.light.sample_suns::<L>(self.rng)?;
+            scene.lights()[sun].entrance()?.light.sample_suns::<L>(self.rng)?;
         let ChosenImage { image, toward, chance } =
             scene.choose_image::<L>(mirrors, at.point, at.one_sided, toward_sun, number)?;
         let ray = Ray { origin: at.off(toward), direction: toward };
@@ -316,7 +316,7 @@ impl Path<'_, '_> {
     /// the sun: [`mirrored_sun`](Self::mirrored_sun) finds the sun where it can, and [`Unseen`]
     /// measures the rest. Light that is left to photons does not count.
     fn met<L: Lanes>(&self, leg: &Leg, hit: &LightHit) -> Spectrum<L> {
-        let (light, on) = (&self.scene.lights[hit.light], hit.on.as_ref());
+        let (light, on) = (&self.scene.lights()[hit.light], hit.on.as_ref());
         let Some(density) = leg.density else {
             return match self.pilot.leaves(hit.light) {
                 true => Spectrum::splat(self.scene.lanes(), 0.0),
@@ -526,5 +526,5 @@ fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> 
 /// Returns whether a source of this exitance per watt (1/m2) is so small that few paths meet it by
 /// chance.
 fn is_small(scene: &Scene, exitance: f32) -> bool {
-    exitance * scene.radius * scene.radius > SMALL
+    exitance * scene.radius() * scene.radius() > SMALL
 }

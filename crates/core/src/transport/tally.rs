@@ -137,7 +137,7 @@ impl Tally {
     /// Returns an empty tally for `scene`, whose light is split into `parts` parts; 0 means not
     /// split.
     pub fn new(scene: &Scene, parts: usize) -> Self {
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         Self {
             bands,
             places: vec![0; scene.channels() + scene.stand().channels()],
@@ -148,7 +148,7 @@ impl Tally {
             history: 0,
             segments: 0,
             cut_off: 0,
-            ledger: Ledger::new(bands, scene.materials.len()),
+            ledger: Ledger::new(bands, scene.materials().len()),
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
         }
     }
@@ -164,8 +164,8 @@ impl Tally {
     pub fn bytes(scene: &Scene, parts: usize, touched: usize) -> usize {
         let all = scene.channels() + scene.stand().channels();
         let touched = touched.min(all);
-        let ledger = (scene.materials.len() + 3) * scene.bands.len();
-        let sums = (touched * scene.bands.len() + ledger) * size_of::<f64>();
+        let ledger = (scene.materials().len() + 3) * scene.bands().len();
+        let sums = (touched * scene.bands().len() + ledger) * size_of::<f64>();
         let places = all * size_of::<u32>();
         let counts = touched * (size_of::<Counts>() + size_of::<u32>());
         (parts + 1) * (2 * size_of::<Self>() + sums + places + counts)

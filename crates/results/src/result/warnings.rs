@@ -30,15 +30,25 @@ pub struct Warning {
 }
 
 impl RunResult {
-    /// Returns the warnings that a user should read before trusting the result.
+    /// Returns the warnings about what the run found, which a user should read before trusting the
+    /// result.
     pub fn warnings(&self) -> Vec<Warning> {
         warnings(self)
     }
 
-    /// Returns the same result with its warnings.
-    pub(super) fn with_warnings(mut self) -> Self {
-        self.warnings = warnings(&self).into_iter().map(|warning| warning.text).collect();
+    /// Returns the same result, whose warnings begin with these about its scene and the files that it
+    /// comes from.
+    pub fn with_warnings_of_scene(mut self, of_scene: impl IntoIterator<Item = String>) -> Self {
+        self.warnings = of_scene.into_iter().collect();
+        self.warnings.extend(warnings(&self).into_iter().map(|warning| warning.text));
         self
+    }
+
+    /// Returns the warnings about the scene of the result and the files that it comes from.
+    pub fn warnings_of_scene(&self) -> Vec<String> {
+        let own = warnings(self);
+        let of_scene = self.warnings.iter().filter(|text| own.iter().all(|w| w.text != **text));
+        of_scene.cloned().collect()
     }
 }
 

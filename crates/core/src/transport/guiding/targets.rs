@@ -180,7 +180,7 @@ pub struct Targets {
 impl Targets {
     /// Builds the targets of a scene; `None` if it has no virtual captor.
     pub fn of(scene: &Scene) -> Option<Self> {
-        let captors = scene.captors.iter().enumerate();
+        let captors = scene.captors().iter().enumerate();
         let sensors = captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface);
         let targets: Vec<Target> =
             sensors.map(|(c, captor)| Target::new(scene, c, captor)).collect();
@@ -188,7 +188,7 @@ impl Targets {
             return None;
         }
         let used =
-            |of: fn(&Material) -> bool| scene.materials.iter().any(|named| of(&named.material));
+            |of: fn(&Material) -> bool| scene.materials().iter().any(|named| of(&named.material));
         let wide_share = if used(Material::is_solid) { WIDE_SHARE } else { 0.0 };
         let passes_surfaces = used(|material| {
             !material.is_diffuse() && (material.has_mirror() || material.is_clear())

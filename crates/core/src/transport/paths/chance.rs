@@ -106,7 +106,7 @@ impl<'a> Source<'a> {
     /// Starts with a photon that leaves its light along `ray`.
     pub fn new(scene: &'a Scene, pilot: &Pilot, light: usize, ray: Ray) -> Self {
         let sent = pilot.spots.as_ref().is_some_and(|spots| spots.has(light));
-        let infinite = scene.lights[light].entrance().is_some();
+        let infinite = scene.lights()[light].entrance().is_some();
         let way = if infinite { Way::Known(0.0) } else { Way::Straight };
         Self { scene, light, ray, length: 0.0, sent, way }
     }
@@ -120,7 +120,7 @@ impl<'a> Source<'a> {
             (Way::Straight, Some(_)) => self.ray.at(self.length),
             _ => hit.point,
         };
-        let own = self.scene.lights[self.light].exitance();
+        let own = self.scene.lights()[self.light].exitance();
         self.way = match (self.way, lobe) {
             (Way::Straight, Some(lobe)) if lobe.is_specular() => Way::Known(own.unwrap_or(0.0)),
             (Way::Straight, Some(lobe)) if lobe.is_diffuse() => {
@@ -164,13 +164,13 @@ impl<'a> Source<'a> {
 impl ByChance {
     /// Returns whether a scene with a smooth surface may have such light.
     pub fn may_be(scene: &Scene) -> bool {
-        scene.lights.iter().any(|light| light.entrance().is_none())
+        scene.lights().iter().any(|light| light.entrance().is_none())
     }
 
     pub(super) fn new(scene: &Scene) -> Self {
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         let mut faces = vec![Sums::new(bands); scene.channels()];
-        for captor in &scene.captors {
+        for captor in scene.captors() {
             for &face in captor.kind.faces() {
                 faces[captor.first_channel + face as usize].area = captor.area_of_face();
             }
@@ -197,7 +197,7 @@ impl ByChance {
         (point, normal): (Vec3, Vec3),
     ) {
         let g = f64::from(source.per_watt(point, normal));
-        let lamp = &source.scene.lights[source.light].power;
+        let lamp = &source.scene.lights()[source.light].power;
         let bands = self.bands;
         let sums = self.sums(place);
         for (b, power) in power.values().iter().take(bands).enumerate() {
@@ -254,12 +254,12 @@ impl ByChance {
     ) -> Vec<bool> {
         let (bands, captors) = (self.bands, scene.channels());
         let mut variances =
-            vec![0.0; (captors + scene.groups.len() * scene.group_channels()) * bands];
+            vec![0.0; (captors + scene.groups().len() * scene.group_channels()) * bands];
         let faces = |captor: &Captor| {
             let Captor { first_channel, kind, .. } = *captor;
             kind.faces().iter().map(move |&face| (face as usize, first_channel + face as usize))
         };
-        for captor in &scene.captors {
+        for captor in scene.captors() {
             for (face, channel) in faces(captor) {
                 if by_photons.get(channel).is_some_and(|&alone| alone) {
                     continue;

@@ -98,7 +98,7 @@ impl Unseen {
     /// Returns whether paths may miss light in the scene: it has a point, line or sun, and a smooth
     /// surface.
     pub fn may_be(scene: &Scene) -> bool {
-        is_smooth(scene) && scene.lights.iter().any(Light::is_delta)
+        is_smooth(scene) && scene.lights().iter().any(Light::is_delta)
     }
 
     /// Runs the photons. `None` if there [cannot be](Self::may_be) such light.
@@ -145,7 +145,7 @@ pub fn unaimed(
     seed: u64,
 ) -> Option<ByChance> {
     let mirrors = |material: &Material| material.has_mirror() && !material.is_solid();
-    let any = scene.materials.iter().any(|named| mirrors(&named.material));
+    let any = scene.materials().iter().any(|named| mirrors(&named.material));
     let photons = histories.min(PHOTONS);
     any.then(|| with_lanes!(scene.lanes(), L => count_unaimed::<L>(scene, shows, photons, seed)))
         .flatten()
@@ -195,7 +195,7 @@ fn each_photon<L: Lanes>(
     mut follow: impl FnMut(Emission<'_, L>, &Strata, &mut Stream) -> u64,
 ) -> u64 {
     let photons = photons.max(2 * scene.sources() as u64);
-    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let strata = Strata::new(scene.lights(), photons, scene.lanes());
     let streams = Streams::new(seed, Purpose::Unseen, 0);
     let (mut done, mut rays) = (0, 0);
     // neighbouring histories share the lights well, so the loop may end after any of them
@@ -208,7 +208,7 @@ fn each_photon<L: Lanes>(
 }
 
 fn is_smooth(scene: &Scene) -> bool {
-    scene.materials.iter().any(|named| named.material.has_mirror())
+    scene.materials().iter().any(|named| named.material.has_mirror())
 }
 
 /// The lights whose photons are counted.
@@ -227,19 +227,19 @@ fn count<L: Lanes>(
     seed: u64,
 ) -> (Unseen, Option<ByChance>) {
     let nothing = || {
-        let zeros = vec![0.0; scene.bands.len()];
+        let zeros = vec![0.0; scene.bands().len()];
         Unseen { all: zeros.clone(), hidden: zeros }
     };
     let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
     let mut by_chance = pilot.map(|_| ByChance::new(scene));
     let has_photons = pilot.is_some_and(Pilot::has_photons);
     let done = each_photon::<L>(scene, PHOTONS, seed, |photon, strata, rng| {
-        if of == Of::Daylight && scene.lights[photon.light].entrance().is_none() {
+        if of == Of::Daylight && scene.lights()[photon.light].entrance().is_none() {
             return 0;
         }
         let mut rays = 0;
         let left = pilot.is_some_and(|pilot| pilot.leaves(photon.light));
-        let delta = left || strata.is_delta(&scene.lights, photon.source);
+        let delta = left || strata.is_delta(scene.lights(), photon.source);
         let mut finding = Finding::new(scene, photon.light, delta);
         let mut source = pilot.map(|pilot| Source::new(scene, pilot, photon.light, photon.ray));
         trace(scene, photon.ray, photon.power, (), rng, |event| {

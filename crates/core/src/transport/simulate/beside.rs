@@ -56,7 +56,7 @@ impl Run<'_> {
             let mut rng = streams.history(first + index);
             let photon = scene.emit::<L>(&strata, index, &mut rng);
             let left = pilot.leaves(photon.light);
-            let delta = left || strata.is_delta(&scene.lights, photon.source);
+            let delta = left || strata.is_delta(scene.lights(), photon.source);
             let mut finding = Finding::new(scene, photon.light, delta);
             tally.emitted(None, photon.weights, &photon.power);
             trace(scene, photon.ray, photon.power, (), &mut rng, |event| {

@@ -74,7 +74,7 @@ impl TriedComplete {
             let channels = variances.faces.iter().map(|face| channel(scene, face));
             channels.zip(&alone).for_each(|(channel, &alone)| by_photons[channel] = alone);
             // so is what a captor absorbs, if photons alone count at its faces
-            for captor in &scene.captors {
+            for captor in scene.captors() {
                 let all = captor.first_channel..captor.first_channel + captor.channels();
                 let faces = captor.kind.faces().iter();
                 if faces.map(|&face| captor.first_channel + face as usize).all(|c| by_photons[c]) {
@@ -82,7 +82,7 @@ impl TriedComplete {
                 }
             }
         }
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         let of_tried = |i: usize| {
             let face = i / bands * variances.step;
             Some(variances.of(face, i % bands)?.with(each, alone[face]))
@@ -243,7 +243,7 @@ impl<'t> Variances<'t> {
         let faces = faces(scene);
         let step = step(faces.len());
         let all = Self { scene, faces, paths, photons, step, of_all: Vec::new() };
-        let of_all = (0..scene.bands.len()).map(|band| all.of_all(band)).collect();
+        let of_all = (0..scene.bands().len()).map(|band| all.of_all(band)).collect();
         Self { of_all, ..all }
     }
 
@@ -262,7 +262,7 @@ impl<'t> Variances<'t> {
             if !self.is_known(face) {
                 variance += of_all[1] * photons;
                 flux += of_all[0];
-                area += self.scene.captors[face.captor].area;
+                area += self.scene.captors()[face.captor].area;
             }
         }
         let ratio = |over: f64, under: f64| if under > 0.0 { over / under } else { 0.0 };
@@ -284,7 +284,7 @@ impl<'t> Variances<'t> {
             });
             if all > 0.0 { (left / all).min(1.0) } else { 0.0 }
         };
-        (0..self.scene.bands.len()).map(share).fold(0.0, f64::max)
+        (0..self.scene.bands().len()).map(share).fold(0.0, f64::max)
     }
 
     /// Returns whether enough photons have come to a face to tell how much they differ.
@@ -295,7 +295,7 @@ impl<'t> Variances<'t> {
 
     /// Returns the relative variance of a path from a face from which paths were tried.
     fn path(&self, face: usize, band: usize) -> Option<f64> {
-        let tried = face / self.step * self.scene.bands.len() + band;
+        let tried = face / self.step * self.scene.bands().len() + band;
         let own = self.paths.means[tried];
         let left = estimate(self.scene, &self.photons.beside, &self.faces[face], band)[0];
         let relative = self.paths.found.each().nth(tried).flatten()?;
@@ -312,7 +312,7 @@ impl<'t> Variances<'t> {
             let [flux, variance] = estimate(self.scene, &self.photons.all, place, band);
             (flux, variance * self.photons.all.histories as f64 / (flux * flux))
         } else {
-            let flux = all.irradiance * self.scene.captors[place.captor].area;
+            let flux = all.irradiance * self.scene.captors()[place.captor].area;
             (flux, all.photon / flux)
         };
         (flux > 0.0).then_some(Variance { path, beside: all.beside / flux, photon })
@@ -321,7 +321,7 @@ impl<'t> Variances<'t> {
     /// Returns the relative variances at each face, averaged over the bands that have light.
     fn all(&self) -> Vec<Option<Variance>> {
         let mean = |face: usize| {
-            let bands = (0..self.scene.bands.len()).filter_map(|band| self.of(face, band));
+            let bands = (0..self.scene.bands().len()).filter_map(|band| self.of(face, band));
             let bands: Vec<Variance> = bands.collect();
             let of = |part: fn(&Variance) -> f64| {
                 bands.iter().map(part).sum::<f64>() / bands.len() as f64

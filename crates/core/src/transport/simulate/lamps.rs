@@ -70,10 +70,10 @@ pub(super) fn learn<L: Lanes>(
     if importance.is_zero() {
         return Ok(None);
     }
-    let none = Lamps { shares: None, trees: vec![None; sources(&scene.lights)] };
+    let none = Lamps { shares: None, trees: vec![None; sources(scene.lights())] };
     let streams = |round: u64| Streams::new(seed, Purpose::Lamps, round);
-    let guided_photons = GUIDED.min(most / GUIDED_SHARE).max(2 * sources(&scene.lights) as u64);
-    let mut photons = FIRST_PHOTONS.max(2 * sources(&scene.lights) as u64);
+    let guided_photons = GUIDED.min(most / GUIDED_SHARE).max(2 * sources(scene.lights()) as u64);
+    let mut photons = FIRST_PHOTONS.max(2 * sources(scene.lights()) as u64);
     let mut free = send::<L>(scene, importance, &none, streams(photons), photons);
     loop {
         let (mean, error) = estimate(&free);
@@ -104,7 +104,7 @@ fn send<L: Lanes>(
     streams: Streams,
     photons: u64,
 ) -> Vec<Weighed> {
-    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let strata = Strata::new(scene.lights(), photons, scene.lanes());
     let one = |index: u64| {
         let mut rng = streams.history(index);
         let source = strata.source(index);

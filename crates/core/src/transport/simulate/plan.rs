@@ -66,7 +66,7 @@ impl<'a> Plan<'a> {
         let control = &Control { progress: &|_| {}, ..*control };
         let mut settings = settings.clone();
         let of_paths = matches!(settings.estimator, Estimator::Paths | Estimator::Complete);
-        if of_paths || scene.captors.is_empty() {
+        if of_paths || scene.captors().is_empty() {
             settings.guiding = Guiding::Off;
         }
         if scene.lattice().is_some() {
@@ -86,7 +86,7 @@ impl<'a> Plan<'a> {
                 let (choice, tried) = Choice::make(scene, &settings, guidance.clone(), control)?;
                 (Some(choice), tried)
             }
-            Estimator::Complete if !scene.captors.is_empty() => {
+            Estimator::Complete if !scene.captors().is_empty() => {
                 let TriedComplete { pilot, division, .. } =
                     TriedComplete::new(scene, &settings, control)?;
                 (None, Some(OfPaths { pilot, division: Some(division) }))
@@ -109,7 +109,8 @@ fn unguided(asked: Guiding) -> Result<Guiding> {
         Guiding::Off | Guiding::Auto => Ok(Guiding::Off),
         Guiding::Aim | Guiding::Full => {
             let problem = "photons of a scene that repeats (`periodic`) are not guided";
-            Err(Error::input("guiding", problem).remedy("use --guiding off, or --estimator paths"))
+            Err(Error::input("guiding", problem)
+                .remedy("leave guiding out, or take paths as the estimator"))
         }
     }
 }
@@ -199,7 +200,7 @@ fn sees_enough(scene: &Scene, totals: &Totals) -> bool {
     let any_virtual = scene.has_virtual_captors();
     let counts = |captor: &&Captor| !any_virtual || captor.kind != CaptorKind::Surface;
     let (mut all, mut lit) = (0, 0);
-    for captor in scene.captors.iter().filter(counts) {
+    for captor in scene.captors().iter().filter(counts) {
         for &face in captor.kind.faces() {
             let channel = captor.first_channel + face as usize;
             let histories = totals.histories_in(channel).unwrap_or(totals.photons(channel));
@@ -216,5 +217,5 @@ fn channels(scene: &Scene) -> impl Iterator<Item = usize> {
         let first = captor.first_channel;
         captor.kind.faces().iter().map(move |&face| first + face as usize)
     };
-    scene.captors.iter().flat_map(of)
+    scene.captors().iter().flat_map(of)
 }

@@ -51,7 +51,7 @@ impl Run<'_> {
                 self.emitted::<L>(schedule, key, strata, tally, map);
             }
             Work::Lights => {
-                let (lights, light) = (&self.scene.lights, round as usize);
+                let (lights, light) = (self.scene.lights(), round as usize);
                 let strata = Strata::of_light(lights, light, histories, self.scene.lanes());
                 self.emitted::<L>(schedule, key, &strata, tally, map);
             }
@@ -102,11 +102,11 @@ impl Run<'_> {
                 let rng = streams.history(stream);
                 let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
                 let score = face.path::<L>(pilot, &mut rng);
-                let captor = &self.scene.captors[face.captor];
+                let captor = &self.scene.captors()[face.captor];
                 tally.score_path(self.scene, captor, face.channel, &score);
                 brightest = brightest.zip(&score.flux, f32::max);
             }
-            let area = self.scene.captors[face.captor].area;
+            let area = self.scene.captors()[face.captor].area;
             for (all, &most) in self.brightest.iter().zip(brightest.values()) {
                 all.fetch_max((f64::from(most) / area).to_bits(), Ordering::Relaxed);
             }
@@ -144,7 +144,7 @@ impl Run<'_> {
         if stored.is_none() && self.keeps_map_alone() {
             return;
         }
-        let bands = self.scene.bands.len();
+        let bands = self.scene.bands().len();
         let streams = self.streams(round, batch);
         let guidance = self.guidance.as_ref().filter(|_| GUIDED);
         let mut copies = Vec::new();
@@ -171,7 +171,7 @@ impl Run<'_> {
                 tally.emitted(part, weights, &power.clone().scaled(1.0 / density));
             }
             let mut way = Way::default();
-            let of_sun = self.without_direct_sun && strata.is_sun(&self.scene.lights, source);
+            let of_sun = self.without_direct_sun && strata.is_sun(self.scene.lights(), source);
             let mut found = of_sun.then(|| Finding::new(self.scene, light, true));
             let mut on = |event: Event<'_, L>| {
                 // a flight that accompanies the photon carries light that was scattered

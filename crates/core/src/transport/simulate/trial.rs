@@ -18,7 +18,7 @@ use crate::{
     transport::{
         guiding::Guidance,
         paths::{Pilot, Unseen},
-        settings::{Estimator, Settings},
+        settings::{Estimator, Settings, Tolerance},
     },
 };
 
@@ -59,7 +59,7 @@ impl Choice {
         if settings.by_light {
             return photons("only photons know which light they come from".into());
         }
-        if scene.captors.is_empty() {
+        if scene.captors().is_empty() {
             return photons("there is no captor for paths to start from".into());
         }
         let complete = TriedComplete::new(scene, settings, control)?;
@@ -87,7 +87,7 @@ impl Choice {
             true => (name, Estimator::Photons, times.recip()),
             false => (Estimator::Photons, name, times),
         };
-        let goal = settings.tolerance.unwrap_or(GOAL);
+        let goal = settings.tolerance.map_or(GOAL, Tolerance::get);
         let of = if hardest { "on every captor" } else { "at the median captor" };
         let photons_needed = photons.needed(paths, goal, hardest);
         let paths_needed = paths.needed(&photons, goal, hardest);
@@ -117,28 +117,33 @@ pub(super) struct OfPaths {
     pub division: Option<Division>,
 }
 
-/// Returns a recommendation of the other estimator if, judging by a short trial, it would take much
-/// less work than this run did. Errors: those of a run.
-pub fn other_estimator(
-    scene: &Scene,
-    settings: &Settings,
-    run: &Simulation,
-    control: &Control,
-) -> Result<Option<String>> {
-    let rays = run.totals.segments / SPENT;
-    if run.choice.is_some() || settings.by_light || scene.captors.is_empty() || rays < TELLING {
+/// An estimator that would have taken less work than that of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OtherEstimator {
+    /// The estimator.
+    pub estimator: Estimator,
+    /// How many times less work it takes for the same errors.
+    pub times: f64,
+}
+
+/// Returns the other estimator if, judging by a short trial, it would take much less work than this
+/// run did. Errors: those of a run.
+pub fn other_estimator(run: &Simulation, control: &Control) -> Result<Option<OtherEstimator>> {
+    let (scene, settings) = (run.scene(), run.settings());
+    let rays = run.totals().segments / SPENT;
+    if run.choice().is_some() || settings.by_light || scene.captors().is_empty() || rays < TELLING {
         return Ok(None);
     }
     let rays = rays.min(TRIAL_RAYS);
     let control = &Control { progress: &|_| {}, ..*control };
-    let number = faces_of_paths(scene, &run.by_photons).len() as u64;
-    let (own, other, name) = match run.estimator {
+    let number = faces_of_paths(scene, run.by_photons()).len() as u64;
+    let (own, other, name) = match run.estimator() {
         Estimator::Paths | Estimator::Complete => {
-            let own = Tried::new(scene, &run.totals, run.totals.histories / number, number);
+            let own = Tried::new(scene, run.totals(), run.totals().histories / number, number);
             (own, photons_of(scene, settings, None, rays, control)?, Estimator::Photons)
         }
         _ => {
-            let own = Tried::new(scene, &run.totals, run.totals.histories, 1);
+            let own = Tried::new(scene, run.totals(), run.totals().histories, 1);
             let pilot = Arc::new(Pilot::run(scene, settings.seed));
             (own, paths_of(scene, settings, &pilot, rays, control)?, Estimator::Paths)
         }
@@ -146,12 +151,7 @@ pub fn other_estimator(
     let share = other.work(&own, false) / own.work(&other, false);
     let much_less =
         share < MUCH_LESS && (name == Estimator::Photons || missed(scene, settings) <= MISSED);
-    Ok(much_less.then(|| {
-        let times = share.recip();
-        format!(
-            "--estimator {name} would take about {times:.0} times less work for the same errors"
-        )
-    }))
+    Ok(much_less.then(|| OtherEstimator { estimator: name, times: share.recip() }))
 }
 
 /// Returns the fraction of the light on captors that paths cannot find.

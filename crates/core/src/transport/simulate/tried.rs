@@ -9,7 +9,7 @@ use crate::{
     scene::world::Scene,
     transport::{
         paths::{Face, Pilot},
-        settings::{Estimator, Settings},
+        settings::{Estimator, NearestCount, Settings},
         tally::Totals,
     },
 };
@@ -33,7 +33,12 @@ const SURE: f64 = 100.0;
 
 /// Returns the settings of a trial: photons of the same seed, which are counted and not stored.
 pub(super) fn of_a_trial(settings: &Settings) -> Settings {
-    Settings { k: Some(0), seed: settings.seed, threads: settings.threads, ..Settings::default() }
+    Settings {
+        k: Some(NearestCount::NONE),
+        seed: settings.seed,
+        threads: settings.threads,
+        ..Settings::default()
+    }
 }
 
 /// Returns the number of photons that a trial can afford: `photons` or, where paths are long, only
@@ -73,7 +78,7 @@ impl Found {
         channels: impl Iterator<Item = usize>,
     ) -> Self {
         let histories = histories as f64;
-        let bands = channels.flat_map(|channel| &totals.running(channel)[..scene.bands.len()]);
+        let bands = channels.flat_map(|channel| &totals.running(channel)[..scene.bands().len()]);
         let variance = |estimate: Estimate| {
             let Estimate { mean, standard_error } = estimate;
             let relative = standard_error.unwrap_or(mean) / mean;
@@ -147,7 +152,7 @@ impl Tried {
         let channels = tried_faces(scene).into_iter().map(|face| channel(scene, &face));
         let channels: Vec<usize> = channels.collect();
         let found = Found::new(scene, totals, histories, channels.iter().copied());
-        let bands = |&channel: &usize| &totals.running(channel)[..scene.bands.len()];
+        let bands = |&channel: &usize| &totals.running(channel)[..scene.bands().len()];
         let means = channels.iter().flat_map(bands).map(|band| band.estimate(totals.batches).mean);
         let means = means.collect();
         Self { found, means, histories, rays: totals.segments as f64 / histories as f64, unit }
