@@ -14,6 +14,7 @@ use super::{
     outputs::check_places,
     run,
     summary::{SHOWN_BANDS, short},
+    table::Table,
     terminal,
 };
 use phylux_core::{
@@ -276,7 +277,7 @@ fn describe_even(found: &EvenPowers, result: &RunResult) -> String {
     };
     let share = |value: Option<f64>, error| value.map_or("-".into(), |value| with(value, error));
     let both = |of: &dyn Fn(&Lit) -> String| [of(&found.before), of(&found.after)];
-    let _ = writeln!(text, "\n{:<34}{:>24}{:>24}", "", "before", "after");
+    let _ = writeln!(text, "\n{:<34}{:>23}{:>23}", "", "before", "after");
     for (title, [before, after]) in [
         (format!("mean, {irradiance}"), both(&|lit| with(lit.mean, lit.mean_se))),
         (format!("least, {irradiance}"), both(&|lit| with(lit.min, lit.min_se))),
@@ -285,7 +286,7 @@ fn describe_even(found: &EvenPowers, result: &RunResult) -> String {
         ("electricity, W".into(), both(&|lit| lit.watts.map_or("-".into(), short))),
     ] {
         if before != "-" || after != "-" {
-            let _ = writeln!(text, "{title:<34}{before:>24}{after:>24}");
+            let _ = writeln!(text, "{title:<34}{before:>23}{after:>23}");
         }
     }
     text
@@ -381,7 +382,6 @@ fn search(
 
 /// Returns the factors, and how well they predict readings, as tables.
 fn describe(found: &Calibration) -> String {
-    let bands = &found.measured_bands[..found.measured_bands.len().min(SHOWN_BANDS)];
     let mut text = format!("{}: model {}", found.scene, found.model.name());
     let _ = match found.prior {
         Some(prior) => writeln!(text, ", prior {prior}"),
@@ -397,46 +397,45 @@ fn describe(found: &Calibration) -> String {
             short(*to)
         );
     }
-    let mut line = |title: &str, cells: &mut dyn Iterator<Item = String>| {
-        let cells: String = cells.map(|cell| format!(" {cell:>15}")).collect();
-        let _ = writeln!(text, "{}", format!("{title:<34}{cells}").trim_end());
+    let most = terminal::shown(SHOWN_BANDS);
+    let write = |text: &mut String, table: &Table| {
+        text.push('\n');
+        table.write(text, terminal::width(), terminal::is_full());
     };
-    let percent = |values: &[Option<f64>]| {
-        let cell = |value: &Option<f64>| value.map_or("-".into(), |v| format!("{:.1}", 100.0 * v));
-        values.iter().take(SHOWN_BANDS).map(cell).collect::<Vec<_>>().into_iter()
-    };
-    line("", &mut std::iter::empty());
-    let shown = 0..found.bands.len().min(SHOWN_BANDS);
-    line("factors on the power of lights", &mut found.bands[shown.clone()].iter().cloned());
-    for (name, factors) in found.factors.iter().take(LISTED) {
+    let names = || found.bands.iter().take(most).cloned();
+    let mut table = Table::new("factors on the power of lights", names(), "");
+    for (name, factors) in found.factors.iter().take(terminal::shown(LISTED)) {
         let errors = &found.factors_se[name];
         let cell = |b: usize| match errors[b] {
             Some(error) => format!("{:.3} ± {:.3}", factors[b], error),
             None => format!("{:.3}", factors[b]),
         };
-        line(&format!("  {name}"), &mut shown.clone().map(cell));
+        table.row(format!("  {name}"), (0..names().count()).map(cell), "");
     }
-    if found.factors.len() > LISTED {
-        line(&format!("  and {} more", found.factors.len() - LISTED), &mut std::iter::empty());
-    }
-    line("", &mut std::iter::empty());
-    line("RMSE / mean reading, %", &mut bands.iter().cloned());
-    line("  of the fitted readings", &mut percent(&found.fit_rmse));
+    write(&mut text, &table);
+    text.push_str(&terminal::more(found.factors.len(), LISTED));
+    let measured = found.measured_bands.iter().take(most).cloned();
+    let mut table = Table::new("RMSE / mean reading, %", measured, "");
+    let mut percent = |title: &str, values: &[Option<f64>]| {
+        let cell = |value: &Option<f64>| value.map_or("-".into(), |v| format!("{:.1}", 100.0 * v));
+        table.row(title, values.iter().take(most).map(cell), "");
+    };
+    percent("  of the fitted readings", &found.fit_rmse);
     for model in &found.models {
         let title = format!("  left out in blocks, {} ({})", model.model.name(), model.numbers);
-        line(&title, &mut percent(&model.blocked_rmse));
+        percent(&title, &model.blocked_rmse);
     }
-    line("  left out, slope and intercept", &mut percent(&found.slope_intercept.blocked_rmse));
+    percent("  left out, slope and intercept", &found.slope_intercept.blocked_rmse);
+    if found.test_inside.is_some() {
+        percent("  of the test readings", &found.test_rmse);
+        percent("    by slope and intercept", &found.slope_intercept.test_rmse);
+    }
+    write(&mut text, &table);
     if let Some(inside) = found.test_inside {
-        line("  of the test readings", &mut percent(&found.test_rmse));
-        line("    by slope and intercept", &mut percent(&found.slope_intercept.test_rmse));
         let tests = found.readings.iter().filter(|reading| reading.purpose == "test").count();
         let share = short(100.0 * inside);
-        line("", &mut std::iter::empty());
-        line(
-            &format!("{share} % of {tests} test readings lie in their 95 % intervals"),
-            &mut std::iter::empty(),
-        );
+        let inside = "test readings lie in their 95 % intervals";
+        let _ = writeln!(text, "\n{share} % of {tests} {inside}");
     }
     predictions(&mut text, found);
     let _ = writeln!(
@@ -454,13 +453,13 @@ fn predictions(text: &mut String, found: &Calibration) {
     if predicted.is_empty() {
         return;
     }
-    let _ = writeln!(text, "\n{:<46}{:>14}{:>28}", "predicted readings", "", "95 % interval");
+    let _ = writeln!(text, "\n{:<40}{:>12}{:>28}", "predicted readings", "", "95 % interval");
     for reading in predicted.iter().take(LISTED) {
         let back = if reading.face == "back" { ", back" } else { "" };
         let title = format!("  {}{back}, {}", reading.captor, reading.band);
         let [low, high] = reading.interval.map(short);
         let interval = format!("{low} to {high}");
-        let _ = writeln!(text, "{title:<46}{:>14}{interval:>28}", short(reading.calibrated));
+        let _ = writeln!(text, "{title:<40}{:>12}{interval:>28}", short(reading.calibrated));
     }
     if predicted.len() > LISTED {
         let _ = writeln!(text, "  and {} more, in the file", predicted.len() - LISTED);

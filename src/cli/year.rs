@@ -18,7 +18,9 @@ use super::{
     progress::{during, show, terminal_bar},
     run::{LONG_RUNS, photons, threads},
     style::Plots,
-    summary::short,
+    summary::{short, with_error},
+    table::Table,
+    terminal,
 };
 use asked::{Asked, Ready};
 use phylux_core::{
@@ -368,34 +370,24 @@ fn describe(loaded: &LoadedScene, year: &Year) -> Result<String> {
         year.photons,
         year.seed
     );
-    let months: Vec<&String> = year.months.keys().take(MONTHS).collect();
+    let months: Vec<&String> = year.months.keys().take(terminal::shown(MONTHS)).collect();
     let sums: Vec<_> = (0..months.len()).map(|m| year.month(m)).collect::<Result<_>>()?;
     let ids = &year.places.ids;
     // if there are groups, they are shown in place of captors, for they say more
     let first = if ids.len() > year.places.captors { year.places.captors } else { 0 };
     for (b, band) in year.bands.iter().enumerate().filter(|(b, _)| year.integrated[*b]) {
-        let _ = write!(text, "\n{:<24}", format!("{}, {}", band.name, year.unit));
-        months.iter().for_each(|name| {
-            let _ = write!(text, "{name:>9}");
-        });
+        let heads = months.iter().map(|name| name.as_str());
+        let mut table = Table::new(format!("{}, {}", band.name, year.unit), heads, "");
+        for (i, id) in ids.iter().enumerate().skip(first).take(terminal::shown(SHOWN)) {
+            let cells = sums.iter().map(|sums| {
+                let light = sums.light(i, Channel::Front, b);
+                light.map_or("-".into(), |light| with_error(light.mean, light.variance.sqrt()))
+            });
+            table.row(format!("  {id}"), cells, "");
+        }
         text.push('\n');
-        for (i, id) in ids.iter().enumerate().skip(first).take(SHOWN) {
-            let _ = write!(text, "  {id:<22}");
-            for sums in &sums {
-                let _ = write!(
-                    text,
-                    "{:>9}",
-                    short(sums.light(i, Channel::Front, b).map_or(0.0, |light| light.mean))
-                );
-            }
-            text.push('\n');
-        }
-        match ids.len().saturating_sub(first + SHOWN) {
-            0 => {}
-            more => {
-                let _ = writeln!(text, "  and {more} more");
-            }
-        }
+        table.write(&mut text, terminal::width(), terminal::is_full());
+        text.push_str(&terminal::more(ids.len() - first, SHOWN));
     }
     if !year.lamps.is_empty() {
         let all = || 0..year.slots.len();

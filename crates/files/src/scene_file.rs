@@ -88,6 +88,8 @@ pub struct LoadedScene {
     pub view: Option<View>,
     /// What a user should know before trusting a result.
     pub warnings: Vec<String>,
+    /// What was done as the files ask for, and may surprise.
+    pub notes: Vec<String>,
     /// Materials of the file that no surface has.
     pub unused_materials: Vec<String>,
     /// Names of the suns and skies without a `ground`: no light comes to the scene from below the
@@ -351,6 +353,7 @@ impl Loader<'_> {
             given_settings: Vec::new(),
             view,
             warnings: self.warnings,
+            notes: self.notes,
             unused_materials,
             hourly: self.sources.by_hour.is_some().then_some(self.hourly),
             open_field,

@@ -401,3 +401,33 @@ fn most_power(light: &SurfaceLight, shown: &[usize]) -> f32 {
     let powers = shown.iter().flat_map(|&i| light.map.power(i));
     powers.copied().fold(f32::MIN_POSITIVE, f32::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Returns what stands between quotes behind each of these beginnings.
+    fn quoted<'a>(text: &'a str, beginnings: &[&str]) -> Vec<&'a str> {
+        let behind =
+            |beginning| text.split(beginning).skip(1).filter_map(|rest| rest.split('"').next());
+        beginnings.iter().copied().flat_map(behind).collect()
+    }
+
+    /// Every id stands once in the page, or one of the two things of that name would be dead; and the
+    /// scripts ask for no id that is not there.
+    #[test]
+    fn ids_of_the_page_are_its_own() {
+        let all = quoted(PAGE, &[" id=\""]);
+        let ids: BTreeSet<&str> = all.iter().copied().collect();
+        assert_eq!(all.len(), ids.len(), "an id stands twice among {all:?}");
+        assert!(ids.len() > 50, "{ids:?}");
+        for script in SCRIPTS {
+            for id in quoted(script, &["element(\"", " on(\""]) {
+                // the facts stand in the data of a page
+                assert!(ids.contains(id) || id == "facts", "the scripts ask for `{id}`");
+            }
+        }
+    }
+}

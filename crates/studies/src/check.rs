@@ -105,7 +105,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     let lit = lit.fold(scene.triangles().extent(), Extent::join);
     let size = lit.join(Extent::of_triangles(scene.captor_triangles())).size().as_dvec3();
 
-    let mut remarks = Remarks { warnings: loaded.warnings.clone(), notes: Vec::new() };
+    let mut remarks = Remarks { warnings: loaded.warnings.clone(), notes: loaded.notes.clone() };
     let usual = check_unit(size, loaded.unit, &mut remarks);
     check_materials(loaded, &mut remarks);
     check_spectra(loaded, &mut remarks);
