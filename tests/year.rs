@@ -18,6 +18,7 @@ mod periodic;
 mod ratios;
 mod shards;
 mod states;
+mod suns;
 mod written;
 
 use crate::{
@@ -284,30 +285,32 @@ fn light_by_way_of_a_mirror_is_found_hour_by_hour() {
     let hourly = loaded.expect("a scene").hourly.expect("hours");
     let (mut compared, mut mirrored) = (0, 0);
     for (s, slot) in year.slots.iter().enumerate() {
-        let Some(sun) = slot.hour.map(|h| hourly.hours[h].sun.direction(hourly.north)) else {
-            continue;
-        };
+        let Some(hour) = slot.hour.map(|h| hourly.hours[h]) else { continue };
         for (i, y) in places.iter().enumerate() {
-            // where the line to the image meets the mirror's plane, and how far inside its edges
-            let along = (far - y) / sun.y.abs();
-            let (x, z) = (0.3 + along * sun.x, along * sun.z);
-            let inside = (half - x.abs()).min(z).min(top - z);
-            if inside.abs() < 0.2 {
+            let (mut exact, mut least, mut by_mirror) = (0.0, f64::INFINITY, false);
+            for (sun, light) in hour.suns(hourly.north) {
+                // where the line to the image meets the mirror's plane, and how far inside its edges
+                let along = (far - y) / sun.y.abs();
+                let (x, z) = (0.3 + along * sun.x, along * sun.z);
+                let inside = (half - x.abs()).min(z).min(top - z);
+                least = inside.abs().min(least);
+                let lit = inside > 0.0 && sun.y < 0.0;
+                let hidden = inside > 0.0 && sun.y > 0.0;
+                by_mirror |= lit;
+                exact += light * sun.z * (f64::from(!hidden) + f64::from(lit) * reflectance);
+            }
+            if least < 0.2 {
                 continue;
             }
-            let lit = inside > 0.0 && sun.y < 0.0;
-            let hidden = inside > 0.0 && sun.y > 0.0;
-            let factor = f64::from(!hidden) + f64::from(lit) * reflectance;
             let (found, error) = at_hour(&year, s, i);
-            let exact = 600.0 * sun.z * factor;
             let off = (found - exact).abs();
             assert!(off < 5.0 * error + 1e-3 * exact + 1e-3, "{s}, {y}: {found}, not {exact}");
-            assert!(error < 0.01 * exact + 1e-3, "{s}, {y}: error {error} of {exact}");
+            assert!(error < 0.05 * exact + 1e-3, "{s}, {y}: error {error} of {exact}");
             compared += 1;
-            mirrored += usize::from(lit);
+            mirrored += usize::from(by_mirror);
         }
     }
-    assert!(compared > 30 && mirrored > 5, "{mirrored} of {compared}");
+    assert!(compared > 20 && mirrored > 3, "{mirrored} of {compared}");
     assert!(year.warnings.iter().all(|warning| !warning.contains("unseen")), "{:?}", year.warnings);
 }
 

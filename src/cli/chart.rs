@@ -91,7 +91,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
                 .remedy("write elsewhere")
         })?;
     }
-    let drawn = draw(arguments, &interrupt, new);
+    let held = interrupt.hold(folder);
+    let drawn = held.as_ref().map_err(Error::clone).and_then(|_| draw(arguments, &interrupt, new));
+    drop(held);
     if new && drawn.is_err() {
         // this fails, as it should, if anything was written into the folder
         let _ = fs::remove_dir(folder);

@@ -202,17 +202,23 @@ fn in_folder(
 ) -> Result<()> {
     check_folder(folder)?;
     let made = make_folder(folder, interrupt)?;
+    let held = interrupt.hold(folder);
     let mut places = Vec::new();
-    let tables = YearTables::create(folder, asked.tables.csv, asked.plots, |path| {
+    let file = |path: &Path| {
         let file = interrupt.file(path)?;
         places.extend(file.place().map(Path::to_path_buf));
         Ok(file)
-    });
+    };
+    let tables = held
+        .as_ref()
+        .map_err(Error::clone)
+        .and_then(|_| YearTables::create(folder, asked.tables.csv, asked.plots, file));
     // at an immediate end the files in the folder are removed first, and then the folder if it was
     // made here and is empty
     let gone = |_: &Result<YearTables>| made.then(|| Temporary::IfEmpty(folder.to_path_buf()));
     let tables = interrupt.make(|| Ok(tables), gone)?;
     let done = tables.and_then(|tables| work(tables, &mut places));
+    drop(held);
     if made && done.is_err() {
         // this removes the folder only if it is empty
         let _ = fs::remove_dir(folder);

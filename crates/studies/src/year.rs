@@ -189,7 +189,7 @@ impl Year {
         let wanted = Wanted {
             hours: numbered(wanted_hours.into_iter()),
             rows: numbered(lit),
-            lengths: slots.iter().map(|slot| slot.length).collect(),
+            sun_up: slots.iter().map(|slot| slot.sun_up).collect(),
             periods: days
                 .values()
                 .map(|hours| of_the_day(&slots, hours))

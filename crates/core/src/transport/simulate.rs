@@ -57,7 +57,7 @@ use crate::{
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
 pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
 pub use found_and_unseen::found_and_unseen;
-pub use light_by_light::simulate_light_by_light;
+pub use light_by_light::{photons_by_light, simulate_light_by_light};
 pub use memory::map_bytes;
 use outcome::Outcome;
 pub use outcome::Simulation;

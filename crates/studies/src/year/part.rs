@@ -24,7 +24,7 @@ use phylux_core::{
         direct_sun::{SunRays, direct_sun},
         settings::Settings,
         shard::Shard,
-        simulate::{Control, simulate_light_by_light},
+        simulate::{Control, photons_by_light, simulate_light_by_light},
         tally::Totals,
     },
 };
@@ -56,6 +56,8 @@ pub(super) struct Part<'a> {
     pub areas: Vec<[f64; CHANNELS.len()]>,
     /// Seed of its random numbers.
     pub seed: u64,
+    /// For each light the power of one of its photons, in the band where it is largest: W or umol/s.
+    pub photon: Vec<f64>,
     /// For each light, whether it is daylight.
     pub is_daylight: Vec<bool>,
     /// The lights that are not.
@@ -110,6 +112,7 @@ impl<'a> Part<'a> {
             areas: Places::new(scene).areas,
             seed,
             lamps: (0..scene.lights().len()).filter(|&light| !is_daylight[light]).collect(),
+            photon: vec![0.0; scene.lights().len()],
             is_daylight,
             batches: None,
             arrived: vec![[0; 2]; scene.captors().len()],
@@ -142,6 +145,11 @@ impl<'a> Part<'a> {
             }
         }
         let scene = self.scene;
+        let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+        let shares = photons_by_light(scene, photons);
+        for ((photon, light), photons) in self.photon.iter_mut().zip(&scene.lights).zip(shares) {
+            *photon = light.power.iter().copied().fold(0.0, f64::max) / photons.max(1) as f64;
+        }
         let mut row = Row { counts: vec![0; counts], values: vec![[0.0; 2]; values] };
         simulate_light_by_light(scene, settings, control, &missing, &mut |light, totals| {
             self.fill(totals, places, &mut row);
@@ -285,11 +293,10 @@ fn moving_suns(hourly: &HourlyLights) -> (Vec<Option<usize>>, Vec<InfiniteLight>
     let mut lights = Vec::new();
     let suns = hourly.slots.iter().map(|slot| {
         let hour = &hourly.hours[slot.hour?];
-        let toward = hour.sun.direction(hourly.north);
         let parts = hourly.suns.iter().filter_map(|sun| {
-            let disc = Suns::new(sun.half_angle, [(toward, hour.direct_normal)])?;
+            let discs = Suns::new(sun.half_angle, hour.suns(hourly.north))?;
             let strength = sun.shares.iter().map(|share| share * hour.direct_normal).collect();
-            Some(InfinitePart::new(InfiniteShape::Suns(disc.into()), strength))
+            Some(InfinitePart::new(InfiniteShape::Suns(discs.into()), strength))
         });
         let parts: Vec<InfinitePart> = parts.collect();
         (!parts.is_empty()).then(|| {

@@ -42,7 +42,7 @@ pub(super) fn hours_by_few(few: usize, all: usize) -> Option<String> {
     (few as f64 > MANY * all as f64).then(|| {
         format!(
             "hours have few photons: at {few} of {all} captors and groups fewer than some {FEW_HISTORIES} make \
-             up the light of most hours on a face, so that errors of single hours may be too small; sums over \
+             up the light of most hours on a face, so that single hours and their errors are rough; sums over \
              the period have many more; trace more photons, or use groups"
         )
     })

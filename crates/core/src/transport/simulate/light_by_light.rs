@@ -58,10 +58,15 @@ pub fn simulate_light_by_light(
     })
 }
 
+/// Returns how many of so many photons each light gets where lights are traced one by one.
+pub fn photons_by_light(scene: &Scene, photons: u64) -> Vec<u64> {
+    let least = LEAST.min(photons / scene.sources().max(1) as u64);
+    Strata::photons_of_lights(scene.lights(), photons, least)
+}
+
 impl Run<'_> {
     fn light_by_light(self, photons: u64, lights: &[usize], take: &mut Take) -> Result<()> {
-        let least = LEAST.min(photons / self.scene.sources() as u64);
-        let shares = Strata::photons_of_lights(self.scene.lights(), photons, least);
+        let shares = photons_by_light(self.scene, photons);
         let run = Self { work: Work::Lights, ..self };
         let schedule = |light: u64| {
             let light = light as usize;
