@@ -25,6 +25,7 @@ mod choice;
 mod face;
 mod joined;
 mod mirrored;
+mod near;
 mod reflectors;
 mod spots;
 #[cfg(test)]
@@ -36,12 +37,13 @@ use glam::Vec3;
 
 use crate::{
     math::{
+        effort,
         geometry::{ROUNDING, Ray},
         rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        light::{Light, LightHit, LightSample, Strata, Toward},
+        light::{Emission, Light, LightHit, LightSample, Strata, Toward},
         material::{LobeKind, Scatterer, Transport},
         world::{Arrived, ChosenImage, FlatMirrors, Scene, SurfaceHit},
     },
@@ -52,6 +54,7 @@ pub use joined::Joined;
 #[doc(hidden)]
 pub use joined::radiance;
 use mirrored::by_way_of;
+use near::Near;
 use reflectors::Reflectors;
 use spots::Spots;
 pub use unseen::{Finding, Told, Unseen, unaimed};
@@ -108,11 +111,14 @@ pub struct Pilot {
     left: Vec<bool>,
     /// For each stratum of the lights, its share of the photons beside the paths.
     shares: Vec<f64>,
+    /// The box about the captors through which photons are sent, where it gains much.
+    near: Option<Near>,
 }
 
 impl Pilot {
     /// A pilot without results: paths then aim at nothing.
-    const NONE: Self = Self { reflectors: None, spots: None, left: Vec::new(), shares: Vec::new() };
+    const NONE: Self =
+        Self { reflectors: None, spots: None, left: Vec::new(), shares: Vec::new(), near: None };
 
     /// Traces the photons of the pilot run.
     pub fn run(scene: &Scene, seed: u64) -> Self {
@@ -122,7 +128,7 @@ impl Pilot {
         }
         let reflectors = Reflectors::find(scene, seed);
         let spots = Spots::find(scene, reflectors.as_ref(), seed);
-        Self { reflectors, spots, ..Self::NONE }
+        Self { reflectors, spots, near: Near::find(scene), ..Self::NONE }
     }
 
     /// Traces the photons of the pilot run of paths beside which photons are traced: these paths
@@ -157,6 +163,26 @@ impl Pilot {
         Strata::shared(scene.lights(), photons, scene.lanes(), shares).divided_by(paths)
     }
 
+    /// Emits history `index` of the photons beside the paths. Returns with it the power that it
+    /// would have without the choice of its place, where that differs, as [`Near::emit`].
+    pub fn emit<'s, L: Lanes>(
+        &self,
+        scene: &Scene,
+        strata: &'s Strata,
+        index: u64,
+        rng: &mut Stream,
+    ) -> (Emission<'s, L>, Option<Spectrum<L>>) {
+        match &self.near {
+            Some(near) => near.emit(scene, strata, index, rng),
+            None => (scene.emit(strata, index, rng), None),
+        }
+    }
+
+    /// Returns how many times the usual power a photon beside the paths may have at most.
+    pub fn most_gain(&self) -> f64 {
+        if self.near.is_some() { Near::MOST_GAIN } else { 1.0 }
+    }
+
     /// Returns whether photons are traced beside the paths.
     fn has_photons(&self) -> bool {
         !self.left.is_empty()
@@ -189,7 +215,11 @@ impl Path<'_, '_> {
         otherwise: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
+        effort::spend(effort::VERTEX);
         let (l, chance) = at.choose(scene, None, self.rng)?;
+        if effort::is_counted() && scene.lights()[l].entrance().is_some() {
+            effort::spend(effort::SKY);
+        }
         let sample = scene.sample_toward::<L>(l, at.point, self.rng)?;
         let toward = toward(at, &sample)?;
         self.rays += 1;

@@ -28,6 +28,18 @@ pub enum Estimator {
     Auto,
 }
 
+impl Estimator {
+    /// Returns the name by which `--estimator` and `"estimator"` ask for it.
+    pub fn option(self) -> &'static str {
+        match self {
+            Self::Photons => "photons",
+            Self::Paths => "paths",
+            Self::Complete => "complete",
+            Self::Auto => "auto",
+        }
+    }
+}
+
 impl fmt::Display for Estimator {
     /// Writes what this estimator traces.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -126,6 +126,8 @@ pub struct Tally {
     history: u64,
     /// Number of straight flights: between emission, interactions and escape.
     segments: u64,
+    /// The work beside these flights, as [`effort`](crate::math::effort) counts it, in trials.
+    effort: u64,
     /// Number of paths that a length limit ended.
     cut_off: u64,
     ledger: Ledger,
@@ -147,6 +149,7 @@ impl Tally {
             flux: Vec::new(),
             history: 0,
             segments: 0,
+            effort: 0,
             cut_off: 0,
             ledger: Ledger::new(bands, scene.materials().len()),
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
@@ -169,6 +172,11 @@ impl Tally {
         let places = all * size_of::<u32>();
         let counts = touched * (size_of::<Counts>() + size_of::<u32>());
         (parts + 1) * (2 * size_of::<Self>() + sums + places + counts)
+    }
+
+    /// Adds work that was counted.
+    pub fn spend(&mut self, effort: u64) {
+        self.effort += effort;
     }
 
     /// Scores the emission of a photon, with its whole power, also in its `part`.

@@ -123,7 +123,15 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
             Estimator::Complete => "neither paths nor photons found light on",
             _ => "no photon reached",
         };
-        warn("a captor that no light reached", format!("{nothing} {}", some(&dark, LISTED)));
+        let split = result.captors.iter().any(|captor| captor.front.by_light.is_some());
+        let remedy = match result.estimator {
+            Estimator::Photons if !split => {
+                "; --estimator complete starts from the captors, and finds what light comes there"
+            }
+            _ => "",
+        };
+        let which = some(&dark, LISTED);
+        warn("a captor that no light reached", format!("{nothing} {which}{remedy}"));
     }
     let few = |captor: &&CaptorResult| captor.faces().any(|face| face.few_paths);
     let rough: Vec<&str> = result.captors.iter().filter(few).map(|c| c.id.as_str()).collect();

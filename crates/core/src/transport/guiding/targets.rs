@@ -12,6 +12,7 @@ use glam::Vec3;
 
 use crate::{
     math::{
+        effort,
         geometry::{Extent, Frame, Ray, Triangle},
         rng::Stream,
         sampling::{uniform_circle, uniform_cone},
@@ -279,6 +280,8 @@ impl Targets {
             number = first + usize::from(second);
         }
         let targets = self.targets_of(number);
+        // each is weighed, and most again for the density of what was chosen
+        effort::spend(2 * effort::TARGET * targets.len() as u64);
         let mut weights = [0.0; GROUP];
         let mut total = 0.0;
         for (weight, target) in weights.iter_mut().zip(targets) {

@@ -2,7 +2,10 @@
 
 use glam::Vec3;
 
-use crate::{math::rng::Stream, scene::world::Scene};
+use crate::{
+    math::{effort, rng::Stream},
+    scene::world::Scene,
+};
 
 /// The largest number of lights that [`LightChoice::roughly`] looks at.
 pub(super) const ROUGH: usize = 256;
@@ -11,7 +14,7 @@ pub(super) const ROUGH: usize = 256;
 const FEW: usize = 8;
 
 /// Fraction of the choices among many lights that are the same for all of them.
-const EVEN: f64 = 0.2;
+const EVEN: f64 = 0.1;
 
 /// A point to be joined with a light.
 #[derive(Clone, Copy)]
@@ -25,7 +28,7 @@ pub(super) struct Place {
 /// may contribute there. The other half is the same for all lights that may contribute anything,
 /// for the sake of a dim lamp in a room that a bright lamp does not reach.
 ///
-/// Where the scene has many lights, its [tree](Scene::light_tree) chooses four fifths of them by
+/// Where the scene has many lights, its [tree](Scene::light_tree) chooses nine tenths of them by
 /// what they may contribute, and the rest is the same for all lights.
 ///
 /// The place itself is known to the caller, so that a choice, of which a path makes one at each
@@ -61,10 +64,13 @@ impl LightChoice {
         }
         if let Some(tree) = scene.light_tree() {
             let infinite = infinite(scene, at).map(|(_, importance)| importance);
-            choice.total = tree.importance(at.point, at.one_sided) + infinite.sum::<f32>();
+            choice.total =
+                tree.importance(scene.lights(), at.point, at.one_sided) + infinite.sum::<f32>();
             choice.count = scene.lights().len() as u32;
             return choice;
         }
+        // twice: now, and when one is chosen
+        effort::spend(2 * effort::LIGHT * (scene.lights().len() / step) as u64);
         for light in (0..scene.lights().len()).step_by(step) {
             let importance = importance(scene, at, light);
             choice.total += importance;
@@ -121,9 +127,9 @@ impl LightChoice {
                 Some((light, _)) => light,
                 None => {
                     let tree = scene.light_tree()?;
-                    let all = tree.importance(at.point, at.one_sided);
+                    let all = tree.importance(scene.lights(), at.point, at.one_sided);
                     let number = (rest / f64::from(all)).clamp(0.0, 1.0 - f64::EPSILON);
-                    tree.choose(at.point, at.one_sided, number)?.0
+                    tree.choose(scene.lights(), at.point, at.one_sided, number)?.0
                 }
             }
         };
@@ -144,8 +150,8 @@ impl LightChoice {
             let share = match scene.lights()[light].entrance() {
                 Some(_) => importance(scene, at, light) / self.total,
                 None => {
-                    tree.importance(at.point, at.one_sided) / self.total
-                        * tree.probability(at.point, at.one_sided, light)
+                    tree.importance(scene.lights(), at.point, at.one_sided) / self.total
+                        * tree.probability(scene.lights(), at.point, at.one_sided, light)
                 }
             };
             return (1.0 - EVEN as f32) * share + EVEN as f32 / self.count as f32;

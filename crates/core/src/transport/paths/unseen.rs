@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{
-    Pilot,
+    Near, Pilot,
     chance::{ByChance, Place, Source},
 };
 use crate::{
@@ -158,7 +158,7 @@ fn count_unaimed<L: Lanes>(
     seed: u64,
 ) -> Option<ByChance> {
     let mut found = ByChance::new(scene);
-    let done = each_photon::<L>(scene, photons, seed, |photon, _, rng| {
+    let done = each_photon::<L>(scene, photons, seed, None, |photon, _, rng| {
         let mut rays = 0;
         // the mirrors since a flight was aimed, and whether flights are aimed by way of them
         let (mut mirrors, mut aimed) = (0, true);
@@ -185,13 +185,14 @@ fn count_unaimed<L: Lanes>(
     found.of(scene, done)
 }
 
-/// Traces plain photons one by one: so many, but two for each source, and fewer if they are followed
-/// so long that they take [`MOST_RAYS`]. `follow` traces one, and returns its number of rays. Returns
+/// Traces photons one by one, some of sun and sky through a box `near` the captors: so many, but two
+/// for each source, and fewer if they are followed so long that they take [`MOST_RAYS`]. `follow` traces one, and returns its number of rays. Returns
 /// how many were traced.
 fn each_photon<L: Lanes>(
     scene: &Scene,
     photons: u64,
     seed: u64,
+    near: Option<&Near>,
     mut follow: impl FnMut(Emission<'_, L>, &Strata, &mut Stream) -> u64,
 ) -> u64 {
     let photons = photons.max(2 * scene.sources() as u64);
@@ -201,7 +202,11 @@ fn each_photon<L: Lanes>(
     // neighbouring histories share the lights well, so the loop may end after any of them
     while done < photons && rays < MOST_RAYS {
         let mut rng = streams.history(done);
-        rays += follow(scene.emit::<L>(&strata, done, &mut rng), &strata, &mut rng);
+        let photon = match near {
+            Some(near) => near.emit::<L>(scene, &strata, done, &mut rng).0,
+            None => scene.emit::<L>(&strata, done, &mut rng),
+        };
+        rays += if photon.power.is_zero() { 0 } else { follow(photon, &strata, &mut rng) };
         done += 1;
     }
     done
@@ -233,7 +238,8 @@ fn count<L: Lanes>(
     let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
     let mut by_chance = pilot.map(|_| ByChance::new(scene));
     let has_photons = pilot.is_some_and(Pilot::has_photons);
-    let done = each_photon::<L>(scene, PHOTONS, seed, |photon, strata, rng| {
+    let near = Near::find(scene);
+    let done = each_photon::<L>(scene, PHOTONS, seed, near.as_ref(), |photon, strata, rng| {
         if of == Of::Daylight && scene.lights()[photon.light].entrance().is_none() {
             return 0;
         }

@@ -174,7 +174,8 @@ impl Run<'_> {
                     let strata = pilot.strata(self.scene, photons, paths, all);
                     for source in 0..strata.sources() {
                         for (band, most) in flux.iter_mut().enumerate() {
-                            *most = most.max(strata.most(self.scene.lights(), source, band));
+                            let own = strata.most(self.scene.lights(), source, band);
+                            *most = most.max(pilot.most_gain() * own);
                         }
                     }
                 }

@@ -1,8 +1,8 @@
 //! Plans a run: decides by short trials whether its photons are guided, and whether paths do
 //! better.
 //!
-//! Cost is work, never time: the number of rays times the relative variance, averaged over the
-//! faces of all captors. The decisions depend on the scene and the seed alone, so that two runs
+//! Cost is work, counted and never timed, times the relative variance, averaged over the faces of all
+//! captors. The decisions depend on the scene and the seed alone, so that two runs
 //! with the same number of photons find the same bytes.
 
 use std::{sync::Arc, time::Instant};
@@ -12,7 +12,7 @@ use super::{
     division::{Division, TriedComplete},
     pilot::ImportancePilot,
     trial::OfPaths,
-    tried::{Found, RAYS, affordable, of_a_trial},
+    tried::{Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons, unknown},
 };
 use crate::{
     error::{Error, Result},
@@ -88,7 +88,7 @@ impl<'a> Plan<'a> {
             }
             Estimator::Complete if !scene.captors().is_empty() => {
                 let TriedComplete { pilot, division, .. } =
-                    TriedComplete::new(scene, &settings, control)?;
+                    TriedComplete::new(scene, &settings, TRIAL_RAYS, control)?;
                 (None, Some(OfPaths { pilot, division: Some(division) }))
             }
             _ => (None, None),
@@ -135,32 +135,29 @@ fn decide<'a>(
             Some(_) => try_guiding(scene, settings, aim.clone(), photons, control)?,
             None => plain.clone(),
         };
-        rays += plain.found.rays + aimed.found.rays;
-        let most = if plain.found.is_dark() { MOST_IN_THE_DARK } else { MOST };
+        rays += plain.rays + aimed.rays;
+        let most = if plain.is_dark() { MOST_IN_THE_DARK } else { MOST };
         if aimed.seen || 4 * photons > most || rays > RAYS {
             break (plain, aimed);
         }
         photons *= 4;
     };
-    let gains = |one: &Found, other: &Found| {
-        let work = |one: &Found, other| one.rays as f64 * one.mean(other);
-        work(one, other) < GAIN * work(other, one)
-    };
-    let pays = gains(&aimed.found, &plain.found);
-    let best = if pays { &aimed.found } else { &plain.found };
+    let gains = |one: &TriedGuiding, other: &TriedGuiding| one.cost(other) < GAIN * other.cost(one);
+    let pays = gains(&aimed, &plain);
+    let best = if pays { &aimed } else { &plain };
     let guidance = aim.filter(|_| pays);
     if aimed.seen {
         return Ok(guidance);
     }
     let full_gains = |full: &Guidance<'a>| -> Result<bool> {
         let full = try_guiding(scene, settings, Some(full.clone()), photons, control)?;
-        Ok(gains(&full.found, best))
+        Ok(gains(&full, best))
     };
     let mut pilot = ImportancePilot::new(scene, settings, control)?;
     // one round shows whether the rest of the pilot may pay, except where light hardly gets
     pilot.round()?;
     let rough = pilot.guidance();
-    let tells = !rough.starved && !plain.found.is_dark();
+    let tells = !rough.starved && !plain.is_dark();
     if tells && !(rough.guiding() == Guiding::Full && full_gains(&rough)?) {
         return Ok(guidance);
     }
@@ -173,9 +170,30 @@ fn decide<'a>(
 /// The result of a trial of photons.
 #[derive(Clone)]
 struct TriedGuiding {
-    found: Found,
+    /// What was found at virtual captors, and at surfaces, where there are such captors.
+    found: Vec<Found>,
+    /// Number of rays, and the work.
+    rays: u64,
+    work: f64,
     /// Whether enough histories have reached enough faces.
     seen: bool,
+}
+
+impl TriedGuiding {
+    /// Returns whether no light arrived at most of the faces: those of virtual captors, if there are
+    /// any.
+    fn is_dark(&self) -> bool {
+        self.found.first().is_some_and(Found::is_dark)
+    }
+
+    /// Returns the work for a relative error of 1. Virtual captors count as much as all surfaces,
+    /// however many there are of these: flights that are aimed bring nothing to plants, and may be
+    /// all that comes to the sensors among them.
+    fn cost(&self, other: &Self) -> f64 {
+        let kinds = self.found.iter().zip(&other.found);
+        let logs: f64 = kinds.map(|(own, other)| own.mean(other).ln()).sum();
+        self.work * (logs / self.found.len() as f64).exp()
+    }
 }
 
 /// Runs a trial of so many photons, with this guidance.
@@ -188,10 +206,16 @@ fn try_guiding<'a>(
 ) -> Result<TriedGuiding> {
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
+    let brings = if guidance.is_some() { unknown(scene) } else { of_photons(scene) };
     let run = Run { purpose: Purpose::Guiding, ..run.guided_by(guidance) };
     let totals = run.round(0, &run.schedule(photons)?)?;
-    let found = Found::new(scene, &totals, totals.histories, channels(scene));
-    Ok(TriedGuiding { seen: sees_enough(scene, &totals), found })
+    let kinds = [false, true].map(|surfaces| channels_of(scene, surfaces).collect::<Vec<usize>>());
+    let of = |channels: Vec<usize>| {
+        Found::new(scene, &totals, totals.histories, channels.into_iter(), brings.clone())
+    };
+    let found = kinds.into_iter().filter(|channels| !channels.is_empty()).map(of).collect();
+    let (rays, work) = (totals.segments, totals.work() as f64);
+    Ok(TriedGuiding { found, rays, work, seen: sees_enough(scene, &totals) })
 }
 
 /// Returns whether at least [`SEEN`] histories have reached at least half of the faces. If there
@@ -213,9 +237,15 @@ fn sees_enough(scene: &Scene, totals: &Totals) -> bool {
 
 /// Returns the channels of all faces.
 fn channels(scene: &Scene) -> impl Iterator<Item = usize> {
+    [false, true].into_iter().flat_map(|surfaces| channels_of(scene, surfaces))
+}
+
+/// Returns the channels of the faces of all captors that are `surfaces`, or that are virtual.
+fn channels_of(scene: &Scene, surfaces: bool) -> impl Iterator<Item = usize> {
+    let counts = move |captor: &&Captor| (captor.kind == CaptorKind::Surface) == surfaces;
     let of = |captor: &Captor| {
         let first = captor.first_channel;
         captor.kind.faces().iter().map(move |&face| first + face as usize)
     };
-    scene.captors().iter().flat_map(of)
+    scene.captors().iter().filter(counts).flat_map(of)
 }

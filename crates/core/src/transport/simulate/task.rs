@@ -5,6 +5,7 @@ use std::sync::{Mutex, atomic::Ordering};
 use super::{BATCHES, Keep, Run, Work, lock, schedule::Schedule};
 use crate::{
     math::{
+        effort,
         rng::{Purpose, Streams},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
@@ -38,6 +39,27 @@ impl Run<'_> {
         tally: &mut Tally,
         map: Option<&Mutex<MapBuilder>>,
     ) {
+        if self.counts() {
+            let effort = effort::count(|| self.followed(schedule, key, tally, map));
+            tally.spend(effort);
+        } else {
+            self.followed(schedule, key, tally, map);
+        }
+        self.done.fetch_add(self.photons_in(schedule, key.2, key.1), Ordering::Relaxed);
+    }
+
+    /// Returns whether the work is counted.
+    fn counts(&self) -> bool {
+        matches!(self.purpose, Purpose::Trial | Purpose::Guiding)
+    }
+
+    fn followed(
+        &self,
+        schedule: &Schedule,
+        key: TaskKey,
+        tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
+    ) {
         let (round, task, batch) = key;
         let (_, histories) = schedule.range(batch, task);
         with_lanes!(self.scene.lanes(), L => match &self.work {
@@ -56,7 +78,6 @@ impl Run<'_> {
                 self.emitted::<L>(schedule, key, &strata, tally, map);
             }
         });
-        self.done.fetch_add(self.photons_in(schedule, batch, task), Ordering::Relaxed);
     }
 
     /// Returns the number of photons, or of paths, of a task.

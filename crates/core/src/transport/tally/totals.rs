@@ -4,7 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{Ledger, Sums, sums::MOST};
 use crate::{
-    math::stats::{Estimate, Running, RunningPair, is_possible},
+    math::{
+        effort,
+        stats::{Estimate, Running, RunningPair, is_possible},
+    },
     scene::world::Scene,
 };
 
@@ -18,6 +21,9 @@ pub struct Totals {
     pub histories: u64,
     /// Number of straight flights so far.
     pub segments: u64,
+    /// The work beside these flights, as [`effort`] counts it; 0 but in trials.
+    #[serde(skip)]
+    pub effort: u64,
     /// Number of paths so far that a length limit ended.
     pub cut_off: u64,
     columns: usize,
@@ -70,6 +76,7 @@ impl Totals {
             batches: 0,
             histories: 0,
             segments: 0,
+            effort: 0,
             cut_off: 0,
             columns,
             running: vec![Running::default(); channels * columns],
@@ -192,10 +199,16 @@ impl Totals {
         self.batches += 1;
         self.histories += histories;
         self.segments += batch.segments;
+        self.effort += batch.effort;
         self.cut_off += batch.cut_off;
         for (part, sums) in self.parts.iter_mut().zip(&batch.parts) {
             part.add_batch(scene, sums, histories);
         }
+    }
+
+    /// Returns the work of a trial, in the units of [`effort`].
+    pub fn work(&self) -> u64 {
+        self.effort + effort::SEGMENT * self.segments
     }
 
     /// Returns whether these may be totals of the same scene, split alike, as `other`.
