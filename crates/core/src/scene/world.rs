@@ -64,7 +64,7 @@ pub use parts::{
 };
 pub use shapes::{KeptShapes, LOOKED_AT};
 pub use triangles::{SharedCopy, Standing, Triangles};
-pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
+pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES, check_crowd};
 pub use validate::{check_watts, may_be_shared};
 
 /// Width of a triangle's margins, in bounds of the error of its points.
