@@ -54,7 +54,7 @@ pub use joined::radiance;
 use mirrored::by_way_of;
 use reflectors::Reflectors;
 use spots::Spots;
-pub use unseen::{Finding, Told, Unseen, unaimed};
+pub use unseen::{Finding, Told, Unseen, reached, unaimed};
 use vertex::{Arrival, Vertex};
 
 /// When surfaces have left less than this fraction of a path, Russian roulette decides whether it

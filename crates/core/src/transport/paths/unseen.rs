@@ -158,7 +158,7 @@ fn count_unaimed<L: Lanes>(
     seed: u64,
 ) -> Option<ByChance> {
     let mut found = ByChance::new(scene);
-    let done = each_photon::<L>(scene, photons, seed, |photon, _, rng| {
+    let done = each_photon::<L>(scene, (photons, MOST_RAYS), seed, |photon, _, rng| {
         let mut rays = 0;
         // the mirrors since a flight was aimed, and whether flights are aimed by way of them
         let (mut mirrors, mut aimed) = (0, true);
@@ -185,23 +185,49 @@ fn count_unaimed<L: Lanes>(
     found.of(scene, done)
 }
 
+/// Returns, for each channel of the captors and each band, whether light of a short run of photons
+/// arrives there. The photons take at most about `rays` rays.
+pub fn reached(scene: &Scene, rays: u64, seed: u64) -> Vec<bool> {
+    with_lanes!(scene.lanes(), L => count_reached::<L>(scene, rays, seed))
+}
+
+fn count_reached<L: Lanes>(scene: &Scene, rays: u64, seed: u64) -> Vec<bool> {
+    let bands = scene.bands.len();
+    let mut reached = vec![false; scene.channels() * bands];
+    each_photon::<L>(scene, (PHOTONS, rays), seed, |photon, _, rng| {
+        let mut rays = 0;
+        trace(scene, photon.ray, photon.power, (), rng, |event| {
+            rays += u64::from(matches!(event, Event::Arrival { .. }));
+            let Some(counted) = event.counted(scene) else { return };
+            let response = counted.captor.sensor.response.as_ref();
+            if response.is_some_and(|response| response.factor(event.cosine(scene)) == 0.0) {
+                return;
+            }
+            let channel = reached[counted.channel() * bands..][..bands].iter_mut();
+            channel.zip(counted.power.values()).for_each(|(reached, p)| *reached |= *p > 0.0);
+        });
+        rays
+    });
+    reached
+}
+
 /// Traces plain photons one by one: so many, but two for each source, and fewer if they are followed
-/// so long that they take [`MOST_RAYS`]. `follow` traces one, and returns its number of rays. Returns
+/// so long that they take so many `rays`. `follow` traces one, and returns its number of rays. Returns
 /// how many were traced.
 fn each_photon<L: Lanes>(
     scene: &Scene,
-    photons: u64,
+    (photons, rays): (u64, u64),
     seed: u64,
     mut follow: impl FnMut(Emission<'_, L>, &Strata, &mut Stream) -> u64,
 ) -> u64 {
     let photons = photons.max(2 * scene.sources() as u64);
     let strata = Strata::new(&scene.lights, photons, scene.lanes());
     let streams = Streams::new(seed, Purpose::Unseen, 0);
-    let (mut done, mut rays) = (0, 0);
+    let (mut done, mut taken) = (0, 0);
     // neighbouring histories share the lights well, so the loop may end after any of them
-    while done < photons && rays < MOST_RAYS {
+    while done < photons && taken < rays {
         let mut rng = streams.history(done);
-        rays += follow(scene.emit::<L>(&strata, done, &mut rng), &strata, &mut rng);
+        taken += follow(scene.emit::<L>(&strata, done, &mut rng), &strata, &mut rng);
         done += 1;
     }
     done
@@ -233,7 +259,7 @@ fn count<L: Lanes>(
     let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
     let mut by_chance = pilot.map(|_| ByChance::new(scene));
     let has_photons = pilot.is_some_and(Pilot::has_photons);
-    let done = each_photon::<L>(scene, PHOTONS, seed, |photon, strata, rng| {
+    let done = each_photon::<L>(scene, (PHOTONS, MOST_RAYS), seed, |photon, strata, rng| {
         if of == Of::Daylight && scene.lights[photon.light].entrance().is_none() {
             return 0;
         }
