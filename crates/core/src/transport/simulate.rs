@@ -32,6 +32,7 @@ mod trial;
 mod tried;
 mod until;
 mod watched;
+mod within;
 
 use std::{
     sync::{

@@ -94,6 +94,11 @@ impl Found {
         Self { variances, ..*self }
     }
 
+    /// Returns whether light arrived in any of the channels.
+    pub(super) fn finds_light(&self) -> bool {
+        self.variances.iter().any(Option::is_some)
+    }
+
     /// Returns whether no light arrived in most of the channels and bands.
     pub(super) fn is_dark(&self) -> bool {
         2 * self.variances.iter().flatten().count() < self.variances.len()
