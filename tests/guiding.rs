@@ -681,7 +681,8 @@ fn games_of_chance_where_nothing_can_be_reached() {
 /// results name it. Chance and the clock play no part in this.
 #[test]
 fn planning_ends_with_its_time() {
-    let scene = room_with_leaf(2, 0.5).write();
+    let lamp = json!({ "type": "point", "position": [0.3, 0.2, 0.4], "power": 1 });
+    let scene = room_with_leaf(2, 0.5).light(lamp).write();
     for (asked, done) in [(Guiding::Full, Some(Guiding::Aim)), (Guiding::Auto, None)] {
         let result = run_file(&scene.path("scene.json"), |settings| {
             settings.guiding = asked;
