@@ -8,7 +8,7 @@ use phylux::transport::PhotonCount;
 use serde_json::{Value, json};
 
 use crate::{
-    bad_input::phylux,
+    bad_input::{bad_scene, phylux},
     common::{TestScene, front, run_file},
 };
 
@@ -404,4 +404,18 @@ fn a_file_whose_y_points_up_is_turned() {
         s.photons = PhotonCount::new(10).ok()
     });
     assert_eq!(again.captors.len(), 1);
+}
+
+/// A grid of more discs than a scene holds is refused before they are made.
+#[test]
+fn endless_grids_are_refused() {
+    for (nx, ny) in [(1_000_000_000u64, 1_000_000_000u64), (1, 1 << 52), (800, 800)] {
+        let scene = json!({
+            "lights": [{ "type": "point", "position": [0, 0, 1], "power": 1 }],
+            "captors": [{ "name": "a", "grid": {
+                "x": [0, 1], "y": [0, 1], "nx": nx, "ny": ny, "z": 0, "radius": 0.01 } }]
+        });
+        let words = ["/captors/0/grid", &format!("{nx} x {ny} discs"), "at most 625000"];
+        bad_scene(&scene.to_string(), &[], &words);
+    }
 }

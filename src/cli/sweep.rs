@@ -94,7 +94,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
     arguments.output.as_deref().map_or(Ok(()), check_folder)?;
     let TracingArguments { photons, seed, threads } = arguments.tracing;
-    let file = Sweep::load(&arguments.sweep)?.with_settings(photons.map(PhotonCount::get), seed);
+    let file = during("reading the sweep", || Sweep::load(&arguments.sweep))?;
+    let file = file.with_settings(photons.map(PhotonCount::get), seed);
     let base = during("reading the scene", || load_base(&file))?;
     let threads = threads.unwrap_or(base.settings.threads).get();
     let plan = SweepPlan { shard: arguments.shard, threads, jobs: arguments.jobs };
@@ -173,6 +174,7 @@ fn watched<T>(
 ) -> Result<T> {
     interrupt.writing();
     let bar = terminal_bar("{bar:30} {msg}, {elapsed} so far, {eta} left");
+    bar.set_message("planning the runs");
     let progress = |progress| show(&bar, progress);
     let control = SweepControl { stop: interrupt.stop(), progress: &progress, plots };
     let late = Error::interrupted("sweep", "what is done stays in its folder")

@@ -24,6 +24,9 @@ pub struct ResultsFile {
     pub photons: u64,
     /// Name of the estimator that made the results.
     pub estimator: String,
+    /// What guided the photons, if anything did.
+    #[serde(default)]
+    pub guiding: Option<String>,
     #[serde(default)]
     warnings: Vec<String>,
     #[serde(default)]

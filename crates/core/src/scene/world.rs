@@ -46,7 +46,7 @@ use crate::{
         lattice::Lattice,
         light::{Light, LightTree, Prism, sources},
         material::Material,
-        stand::Stand,
+        stand::{LayerBins, Stand},
     },
 };
 use images::LightImages;
@@ -64,7 +64,7 @@ pub use parts::{
 };
 pub use shapes::{KeptShapes, LOOKED_AT};
 pub use triangles::{SharedCopy, Standing, Triangles};
-pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
+pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES, check_crowd};
 pub use validate::{check_watts, may_be_shared};
 
 /// Width of a triangle's margins, in bounds of the error of its points.
@@ -365,6 +365,25 @@ impl Scene {
     /// Returns whether a triangle of a surface belongs to the ground.
     pub fn is_ground(&self, triangle: usize) -> bool {
         self.object(triangle).is_some_and(|o| self.stand.is_ground.get(o) == Some(&true))
+    }
+
+    /// Returns the layer in which a point of a triangle of a surface captor counts; `None` if there
+    /// are no layers, or if the triangle is ground.
+    #[inline]
+    pub fn layer_of(&self, triangle: usize, point: Vec3) -> Option<usize> {
+        self.stand.layers.as_ref().and_then(|layers| self.layer_among(layers, triangle, point))
+    }
+
+    #[inline(never)]
+    fn layer_among(&self, layers: &LayerBins, triangle: usize, point: Vec3) -> Option<usize> {
+        if self.is_ground(triangle) {
+            return None;
+        }
+        let copy = self.located(triangle);
+        let [a, b, c] = layers.heights(triangle, copy);
+        let is_mirrored = copy.is_some_and(|copy| self.shapes.placed.instance(&copy).is_mirrored());
+        let heights = if is_mirrored { [a, c, b] } else { [a, b, c] };
+        Some(layers.of(heights, self.triangles().at(triangle).weights(point)))
     }
 
     /// Returns the triangles of all virtual captors, where the user put them.

@@ -57,7 +57,7 @@ use mirrored::by_way_of;
 use near::Near;
 use reflectors::Reflectors;
 use spots::Spots;
-pub use unseen::{Finding, Told, Unseen, unaimed};
+pub use unseen::{Finding, Told, Unseen, reached, unaimed};
 use vertex::{Arrival, Vertex};
 
 /// When surfaces have left less than this fraction of a path, Russian roulette decides whether it

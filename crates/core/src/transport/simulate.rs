@@ -32,6 +32,7 @@ mod trial;
 mod tried;
 mod until;
 mod watched;
+mod within;
 
 use std::{
     sync::{
@@ -47,7 +48,7 @@ use crate::{
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
         guiding::Guidance,
-        paths::{Face, Pilot, Told, unaimed},
+        paths::{Face, Pilot, Told, reached, unaimed},
         photon_map::MapBuilder,
         settings::{Estimator, Guiding, PhotonCount, Settings},
         tally::{Tally, Totals},
@@ -465,7 +466,15 @@ impl<'a> Run<'a> {
                 let by_photons = &self.by_photons;
                 let too_small = by_chance
                     .map(|found| found.too_small(self.scene, &totals, paths, beside, by_photons));
-                (unseen.filter(|_| beside.is_none()), too_small.unwrap_or_default())
+                let missed = self.missed(&totals);
+                let too_small = match (too_small, missed) {
+                    (Some(mut all), missed) => {
+                        all.iter_mut().zip(missed).for_each(|(any, missed)| *any |= missed);
+                        all
+                    }
+                    (None, missed) => missed,
+                };
+                (unseen.filter(|_| beside.is_none()), too_small)
             }
         };
         Ok(Outcome {
@@ -483,6 +492,45 @@ impl<'a> Run<'a> {
             accuracy: None,
             threads: self.pool.current_num_threads(),
         })
+    }
+
+    /// Returns, for each channel of captors and groups, whether paths have found nothing in a band of
+    /// which photons find light there; empty if paths have found light in all bands everywhere. The
+    /// photons take a small share of the rays of the run, but some tenths of a second are always
+    /// worth it.
+    fn missed(&self, totals: &Totals) -> Vec<bool> {
+        const SHARE: u64 = 16;
+        const RAYS: [u64; 2] = [1 << 18, 1 << 21];
+        let Work::Paths(faces, _) = &self.work else { return Vec::new() };
+        let (scene, bands) = (self.scene, self.scene.bands().len());
+        let found = |channel: usize| {
+            let found = totals.running(channel)[..bands].iter();
+            found.map(|band| band.above_zero() > 0)
+        };
+        let lit = |b: usize| scene.lights().iter().any(|light| light.power[b] > 0.0);
+        let lit: Vec<bool> = (0..bands).map(lit).collect();
+        let nothing = |channel| found(channel).zip(&lit).any(|(found, lit)| !found && *lit);
+        let dark: Vec<&Face> = faces.iter().filter(|face| nothing(channel(scene, face))).collect();
+        if dark.is_empty() {
+            return Vec::new();
+        }
+        let rays = (totals.segments / SHARE).clamp(RAYS[0], RAYS[1]);
+        let reached = reached(scene, rays, self.settings.seed);
+        let mut missed =
+            vec![false; scene.channels() + scene.groups().len() * scene.group_channels()];
+        for face in dark {
+            let own = channel(scene, face);
+            let groups = scene.captors()[face.captor].groups.iter();
+            let of_groups = groups.map(|group| {
+                scene.channels() + group * scene.group_channels() + face.channel as usize
+            });
+            for channel in of_groups.chain([own]) {
+                let reached = reached[own * bands..][..bands].iter();
+                missed[channel] |=
+                    found(channel).zip(reached).any(|(found, light)| !found && *light);
+            }
+        }
+        missed
     }
 
     fn report(&self, of: Option<u64>, worst: Option<Worst>) {

@@ -264,10 +264,8 @@ impl Tally {
                         let channel = captor.first_channel + ABSORBED_FRONT + face as usize;
                         self.add(channel, weights, &absorbed);
                     }
-                    if let Some(layers) = &scene.stand().layers
-                        && !scene.is_ground(at.hit.triangle)
-                    {
-                        self.add(scene.channels() + layers.of(at.hit.point), weights, &absorbed);
+                    if let Some(layer) = scene.layer_of(at.hit.triangle, at.hit.point) {
+                        self.add(scene.channels() + layer, weights, &absorbed);
                     }
                 }
                 if scene.stand().balances {
@@ -328,8 +326,8 @@ impl Tally {
                 let channel = captor.first_channel + ABSORBED_FRONT + face as usize;
                 self.add(channel, ones.clone(), &score.absorbed);
             }
-            if let Some(layer) = score.layer {
-                self.add(scene.channels() + layer, ones, &score.absorbed);
+            for (layer, absorbed) in &score.in_layers {
+                self.add(scene.channels() + layer, ones.clone(), absorbed);
             }
         }
     }

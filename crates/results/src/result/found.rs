@@ -443,7 +443,7 @@ fn flux(totals: &Totals, channel: usize, area: f64, split: bool) -> FaceResult {
         irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
         dli: None,
         dli_se: None,
-        ratios: ratios(totals, channel, split),
+        ratios: Ratios::of(totals, channel, split),
         flux: flux.mean,
         flux_se: flux.standard_error,
         few_paths: false,
@@ -456,15 +456,11 @@ fn flux(totals: &Totals, channel: usize, area: f64, split: bool) -> FaceResult {
     }
 }
 
-fn ratios(totals: &Totals, channel: usize, split: bool) -> Option<Ratios> {
-    Ratios::of(totals.pairs(channel), totals.batches, split)
-}
-
 fn all_absorbed(scene: &Scene, totals: &Totals, channel: usize) -> AllAbsorbed {
     let split = !totals.parts().is_empty();
     let of = |totals: &Totals| {
         let Sums { mean, standard_error } = Sums::of(totals, channel);
-        let absorbed_ratios = ratios(totals, channel, split);
+        let absorbed_ratios = Ratios::of(totals, channel, split);
         let absorbed_by_face = scene.absorbed_by_face().then(|| {
             let first = channel - Channel::Absorbed as usize + ABSORBED_FRONT;
             let [front, back] = [first, first + 1].map(|channel| Sums::of(totals, channel));

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::validate::{are_errors, are_values};
 use phylux_core::{
-    math::stats::{Running, is_possible},
+    math::stats::{Estimate, is_possible},
     scene::stand::{Balance, LayerBins},
     transport::{direct_sun::sunlit_layers, settings::Estimator, simulate::Simulation},
 };
@@ -110,15 +110,13 @@ fn of_stand(
     channel: usize,
     of: Option<&[f64]>,
 ) -> (Vec<f64>, Vec<Option<f64>>) {
-    let totals = simulation.totals();
-    let column = |(b, running): (usize, &Running)| {
+    let column = |(b, found): (usize, Estimate)| {
         let whole = of.map_or(1.0, |of| of[b]);
-        let found = running.estimate(totals.batches);
         let share = |value: f64| if whole > 0.0 { value / whole } else { 0.0 };
         let error = found.standard_error.filter(|_| found.mean != 0.0);
         (share(found.mean), error.map(share))
     };
-    totals.of_stand(simulation.scene(), channel).iter().enumerate().map(column).unzip()
+    simulation.totals().of_stand(simulation.scene(), channel).enumerate().map(column).unzip()
 }
 
 impl LayerResult {

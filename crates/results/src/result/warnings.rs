@@ -151,7 +151,7 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
                 "errors that rest on few paths",
                 format!(
                     "the errors at {} of {} faces of captors rest on few paths or photons that found much light, as by way of \
-                     a mirror, or on none though photons know of such light there: values and errors may be far \
+                     a mirror, or on none though photons know of light there: values and errors may be far \
                      too small; trace more, or --estimator {other}",
                     faces().filter(|face| face.few_paths).count(),
                     faces().count()

@@ -259,8 +259,8 @@ mod tests {
                     check_finite(&reference);
                     check_finite(&reference.floor());
                     assert!(reference.compared() > 0);
-                    let faces = SCENE.captors.iter().map(|captor| captor.kind.faces().len());
-                    let most = faces.sum::<usize>() * SCENE.bands.len();
+                    let faces = SCENE.captors().iter().map(|captor| captor.kind.faces().len());
+                    let most = faces.sum::<usize>() * SCENE.bands().len();
                     assert!(reference.values.iter().all(|(i, v)| *i < most && v.value > 0.0));
                 }
             }

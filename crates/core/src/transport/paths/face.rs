@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// What one path has found for a face, per band in W or umol/s.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PathScore<L> {
     /// Estimate of the flux on the face.
     pub flux: Spectrum<L>,
@@ -39,8 +39,9 @@ pub struct PathScore<L> {
     /// found is missing. If surfaces have left only a fraction of the path, this is true with that
     /// probability.
     pub cut_off: bool,
-    /// The layer in which the path starts, where a surface captor counts in one.
-    pub layer: Option<usize>,
+    /// The same in each layer in which the path or a photon that was sent to it arrives. Empty where
+    /// the captor counts in no layer.
+    pub in_layers: Vec<(usize, Spectrum<L>)>,
 }
 
 /// A face of a captor, from which paths start.
@@ -141,12 +142,13 @@ impl<'a> Face<'a> {
         });
         let Path { rays, cut_off, .. } = path;
         let [flux, absorbed] = [0.0; 2].map(|zero| Spectrum::splat(self.scene.lanes(), zero));
-        let mut score =
-            PathScore { flux, absorbed, rays, cut_off, layer: self.layer(triangle, point) };
+        let mut score = PathScore { flux, absorbed, rays, cut_off, in_layers: Vec::new() };
         for (direction, flux) in direct.chain(indirect) {
             score.absorbed += self.absorbed(triangle, direction, &flux, rng);
             score.flux += self.read(flux, direction.dot(normal));
         }
+        let layer = self.layer(triangle, point);
+        score.in_layers.extend(layer.map(|layer| (layer, score.absorbed.clone())));
         if let Some(spots) = &pilot.spots {
             self.sent(spots, free, &mut score, rng);
         }
@@ -155,11 +157,9 @@ impl<'a> Face<'a> {
 
     /// Returns the layer in which a point of a triangle of the captor counts.
     fn layer(&self, triangle: usize, point: Vec3) -> Option<usize> {
-        let layers = self.scene.stand().layers.as_ref()?;
-        let of = &self.scene.captors()[self.captor];
-        let counts =
-            of.kind == CaptorKind::Surface && !self.scene.is_ground(of.triangles.start + triangle);
-        counts.then(|| layers.of(point))
+        let captor = &self.scene.captors()[self.captor];
+        let of = |first: usize| self.scene.layer_of(first + triangle, point);
+        (captor.kind == CaptorKind::Surface).then_some(captor.triangles.start).and_then(of)
     }
 
     /// Returns what the sensor reads of flux that comes at this cosine to the normal of the face.
@@ -201,7 +201,10 @@ impl<'a> Face<'a> {
                 free * cosine_hemisphere_density(d.dot(normal))
             });
             let flux = (power.clone() * through).scaled(share / chance);
-            score.absorbed += self.absorbed(triangle, origin.towards, &flux, rng);
+            let absorbed = self.absorbed(triangle, origin.towards, &flux, rng);
+            let layer = self.layer(triangle, point);
+            score.in_layers.extend(layer.map(|layer| (layer, absorbed.clone())));
+            score.absorbed += absorbed;
             score.flux += self.read(flux, origin.towards.dot(normal));
         });
     }

@@ -16,6 +16,7 @@ use crate::{
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
+        captor::CaptorKind,
         light::{EmitterHit, Light},
         material::{LobeKind, Scatterer, Transport},
         world::{Arrived, Crossing, Scene},
@@ -247,7 +248,11 @@ fn follow<L: Lanes>(
     };
     let landed = straight::<L>(scene, ray, |crossing, _| {
         let captor = &scene.captors()[crossing.captor];
-        let triangle = scene.triangles_of(captor)[crossing.triangle - captor.triangles.start];
+        // of a captor that is a copy its one triangle is placed, and not all of them
+        let triangle = match captor.kind {
+            CaptorKind::Virtual { .. } => scene.captor_triangles()[crossing.triangle],
+            CaptorKind::Surface => scene.triangles().at(crossing.triangle),
+        };
         let density = 1.0 / captor.area as f32;
         if let Some(ratio) = ratio(crossing.point, triangle.normal(), density)
             && (crossing.front || captor.kind.has_back())

@@ -101,8 +101,8 @@ impl<'s> Simulation<'s> {
     }
 
     /// Returns, for paths and aimed photons, per channel of captors and groups, whether its standard
-    /// error is too small for the light that they find by chance alone, as plain photons show. Empty
-    /// if there is no such light.
+    /// error is too small for the light that they find by chance alone, or paths have found nothing
+    /// where there is light, as plain photons show. Empty if that is so nowhere.
     pub fn too_small(&self) -> &[bool] {
         &self.outcome.too_small
     }

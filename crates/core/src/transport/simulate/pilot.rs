@@ -1,13 +1,13 @@
 //! The pilot: before a run it learns what will guide the photons, from photons and importons that count nowhere else.
 
-use std::sync::Arc;
+use std::sync::{Arc, atomic::Ordering};
 
 use super::{
     Control, Keep, Run, lamps,
     tried::{affordable, of_a_trial},
 };
 use crate::{
-    error::Result,
+    error::{Error, NOTHING_WRITTEN, Result},
     math::{
         machine,
         rng::{Purpose, Streams},
@@ -90,12 +90,14 @@ impl<'a, 'c> ImportancePilot<'a, 'c> {
         let sources = Sources::new(scene, &expected(scene, &totals));
         let before = self.arriving.as_deref();
         let importons = if round == 0 { FIRST_IMPORTONS } else { IMPORTONS };
-        let learn = || guiding::learn(&sources, &cells, seed, (round, importons), before);
+        let stop = self.control.stop;
+        let learn = || guiding::learn(&sources, &cells, seed, (round, importons), before, stop);
         let arriving = self.pool.install(learn);
+        self.check_stopped()?;
         let importance = Arc::new(Importance::new(scene, cells.clone(), &arriving));
         let most = if last { MANY } else { FEW };
         with_lanes!(scene.lanes(), L => {
-            let lamps = self.pool.install(|| lamps::learn::<L>(scene, &importance, seed, most));
+            let lamps = self.pool.install(|| lamps::learn::<L>(scene, &importance, seed, most, stop));
             self.guidance.starved = lamps.is_err();
             self.guidance.lamps = lamps.unwrap_or(None).map(Arc::new);
             let lamps = self.guidance.lamps.as_deref();
@@ -105,7 +107,14 @@ impl<'a, 'c> ImportancePilot<'a, 'c> {
         });
         self.arriving = Some(arriving);
         self.round += 1;
-        Ok(())
+        self.check_stopped()
+    }
+
+    fn check_stopped(&self) -> Result<()> {
+        match self.control.stop.load(Ordering::Relaxed) {
+            true => Err(Error::interrupted("run", NOTHING_WRITTEN)),
+            false => Ok(()),
+        }
     }
 
     /// What has been learned: weight windows only where importance varies.

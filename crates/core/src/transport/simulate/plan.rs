@@ -13,6 +13,7 @@ use super::{
     pilot::ImportancePilot,
     trial::OfPaths,
     tried::{Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons, unknown},
+    within::within,
 };
 use crate::{
     error::{Error, Result},
@@ -41,6 +42,10 @@ const SEEN: u64 = 30;
 /// A kind of guiding is chosen only if its cost is below this fraction of the other's, because a
 /// trial is rough.
 const GAIN: f64 = 0.8;
+/// Where the time is limited, the choice of guiding, and then that of the estimator, have used up at
+/// most this fraction of it.
+const FOR_GUIDING: f64 = 0.25;
+const FOR_PLANNING: f64 = 0.5;
 
 /// How a run is done, once nothing is left to a trial.
 #[derive(Clone)]
@@ -60,7 +65,10 @@ pub struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// Plans a run of `scene` with these settings. Errors: those of a run.
+    /// Plans a run of `scene` with these settings. Where its time is limited, planning takes at most
+    /// half of it, and what is not known by then is done without: flights are aimed at captors where
+    /// importance was asked for, and photons are not guided, and not compared with paths, where a trial
+    /// was to decide. Errors: those of a run.
     pub fn make(scene: &'a Scene, settings: &Settings, control: &Control) -> Result<Self> {
         let started = Instant::now();
         let control = &Control { progress: &|_| {}, ..*control };
@@ -72,18 +80,28 @@ impl<'a> Plan<'a> {
         if scene.lattice().is_some() {
             settings.guiding = unguided(settings.guiding)?;
         }
+        let until =
+            |share: f64| settings.max_time.map(|limit| started + limit.get().mul_f64(share));
+        let for_guiding = until(FOR_GUIDING);
         let guidance = match settings.guiding {
             Guiding::Off => None,
             Guiding::Aim => Guidance::aim(scene),
-            Guiding::Full => ImportancePilot::new(scene, &settings, control)?.learn()?,
-            Guiding::Auto => decide(scene, &settings, control)?,
+            Guiding::Full => {
+                let learn =
+                    |control: &Control| ImportancePilot::new(scene, &settings, control)?.learn();
+                within(for_guiding, control, learn)?.unwrap_or_else(|| Guidance::aim(scene))
+            }
+            Guiding::Auto => decide(scene, &settings, for_guiding, control)?,
         };
         if settings.guiding == Guiding::Auto {
             settings.guiding = guidance.as_ref().map_or(Guiding::Off, Guidance::guiding);
         }
         let (choice, tried) = match settings.estimator {
             Estimator::Auto => {
-                let (choice, tried) = Choice::make(scene, &settings, guidance.clone(), control)?;
+                let choose =
+                    |control: &Control| Choice::make(scene, &settings, guidance.clone(), control);
+                let (choice, tried) = within(until(FOR_PLANNING), control, choose)?
+                    .unwrap_or_else(|| (Choice::without_trial(), None));
                 (Some(choice), tried)
             }
             Estimator::Complete if !scene.captors().is_empty() => {
@@ -116,10 +134,12 @@ fn unguided(asked: Guiding) -> Result<Guiding> {
 }
 
 /// Chooses the cheapest kind of guiding: none, flights aimed at virtual captors or, where a trial
-/// of these two has reached too few faces, importance too. `None` means no guiding.
+/// of these two has reached too few faces, importance too. `None` means no guiding. What is not known
+/// at the time `until` is not chosen.
 fn decide<'a>(
     scene: &'a Scene,
     settings: &Settings,
+    until: Option<Instant>,
     control: &Control,
 ) -> Result<Option<Guidance<'a>>> {
     let aim = Guidance::aim(scene);
@@ -127,28 +147,69 @@ fn decide<'a>(
         // no trial has a photon for each face, and where captors are everywhere guiding gains little
         return Ok(None);
     }
+    let first = |control: &Control| try_aiming(scene, settings, aim.as_ref(), control);
+    let Some(Aiming { plain, aimed, photons }) = within(until, control, first)? else {
+        return Ok(None);
+    };
+    let pays = gains(&aimed, &plain);
+    let guidance = aim.filter(|_| pays);
+    if aimed.seen {
+        return Ok(guidance);
+    }
+    let best = if pays { &aimed } else { &plain };
+    let is_dark = plain.is_dark();
+    let learn =
+        |control: &Control| try_importance(scene, settings, (photons, best, is_dark), control);
+    Ok(within(until, control, learn)?.flatten().or(guidance))
+}
+
+/// Returns whether one way to guide costs clearly less than another. One that has found no light does
+/// not: it may be cheap because its photons end early.
+fn gains(one: &TriedGuiding, other: &TriedGuiding) -> bool {
+    one.finds_light() && one.cost(other) < GAIN * other.cost(one)
+}
+
+/// Trials of photons without a guide and with aimed flights.
+struct Aiming {
+    plain: TriedGuiding,
+    aimed: TriedGuiding,
+    /// Number of photons of each of them.
+    photons: u64,
+}
+
+/// Tries photons without a guide and, if there are captors to aim at, with aimed flights: with ever
+/// more photons, until enough faces are reached or enough rays traced.
+fn try_aiming<'a>(
+    scene: &'a Scene,
+    settings: &Settings,
+    aim: Option<&Guidance<'a>>,
+    control: &Control,
+) -> Result<Aiming> {
     let first = FIRST.max(scene.sources() as u64);
     let (mut photons, mut rays) = (affordable(scene, settings, control, first)?, 0);
-    let (plain, aimed) = loop {
+    loop {
         let plain = try_guiding(scene, settings, None, photons, control)?;
-        let aimed = match &aim {
-            Some(_) => try_guiding(scene, settings, aim.clone(), photons, control)?,
+        let aimed = match aim {
+            Some(aim) => try_guiding(scene, settings, Some(aim.clone()), photons, control)?,
             None => plain.clone(),
         };
         rays += plain.rays + aimed.rays;
         let most = if plain.is_dark() { MOST_IN_THE_DARK } else { MOST };
         if aimed.seen || 4 * photons > most || rays > RAYS {
-            break (plain, aimed);
+            return Ok(Aiming { plain, aimed, photons });
         }
         photons *= 4;
-    };
-    let gains = |one: &TriedGuiding, other: &TriedGuiding| one.cost(other) < GAIN * other.cost(one);
-    let pays = gains(&aimed, &plain);
-    let best = if pays { &aimed } else { &plain };
-    let guidance = aim.filter(|_| pays);
-    if aimed.seen {
-        return Ok(guidance);
     }
+}
+
+/// Learns importance, and tries it with so many photons. Returns it if it costs less than the `best`
+/// way so far.
+fn try_importance<'a>(
+    scene: &'a Scene,
+    settings: &Settings,
+    (photons, best, is_dark): (u64, &TriedGuiding, bool),
+    control: &Control,
+) -> Result<Option<Guidance<'a>>> {
     let full_gains = |full: &Guidance<'a>| -> Result<bool> {
         let full = try_guiding(scene, settings, Some(full.clone()), photons, control)?;
         Ok(gains(&full, best))
@@ -157,13 +218,13 @@ fn decide<'a>(
     // one round shows whether the rest of the pilot may pay, except where light hardly gets
     pilot.round()?;
     let rough = pilot.guidance();
-    let tells = !rough.starved && !plain.is_dark();
+    let tells = !rough.starved && !is_dark;
     if tells && !(rough.guiding() == Guiding::Full && full_gains(&rough)?) {
-        return Ok(guidance);
+        return Ok(None);
     }
     match pilot.learn()? {
         Some(full) if full.guiding() == Guiding::Full && full_gains(&full)? => Ok(Some(full)),
-        _ => Ok(guidance),
+        _ => Ok(None),
     }
 }
 
@@ -184,6 +245,11 @@ impl TriedGuiding {
     /// any.
     fn is_dark(&self) -> bool {
         self.found.first().is_some_and(Found::is_dark)
+    }
+
+    /// Returns whether light arrived at any of the faces.
+    fn finds_light(&self) -> bool {
+        self.found.iter().any(Found::finds_light)
     }
 
     /// Returns the work for a relative error of 1. Virtual captors count as much as all surfaces,

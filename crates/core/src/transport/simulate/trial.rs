@@ -40,6 +40,12 @@ pub struct Choice {
 }
 
 impl Choice {
+    /// Chooses photons where there was no time for a trial.
+    pub(super) fn without_trial() -> Self {
+        let why = "the time is too short to compare photons with paths".into();
+        Self { estimator: Estimator::Photons, why }
+    }
+
     /// Chooses the cheaper estimator for the tolerance of `settings` on each captor or, without a
     /// tolerance, for the geometric mean of the variances over the captors. Photons are guided by
     /// `guidance`. Where paths may miss light, or where photons are better at some faces, photons are

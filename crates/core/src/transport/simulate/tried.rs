@@ -118,6 +118,11 @@ impl Found {
         Self { values, brings: self.brings.clone(), ..*self }
     }
 
+    /// Returns whether light arrived in any of the channels.
+    pub(super) fn finds_light(&self) -> bool {
+        self.values.iter().any(|value| value.flux > 0.0)
+    }
+
     /// Returns whether no light arrived in most of the channels and bands.
     pub(super) fn is_dark(&self) -> bool {
         2 * self.values.iter().filter(|value| value.flux > 0.0).count() < self.values.len()

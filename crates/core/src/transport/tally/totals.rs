@@ -309,10 +309,10 @@ impl Totals {
         Some(if squares > 0.0 { sum * sum / squares } else { 0.0 })
     }
 
-    /// Returns the running mean and standard error of one of the sums of the stand, per band, then
-    /// per sum over bands.
-    pub fn of_stand(&self, scene: &Scene, channel: usize) -> &[Running] {
-        self.running(scene.channels() + scene.groups().len() * scene.group_channels() + channel)
+    /// Returns the mean and the standard error of one of the sums of the stand, per band, then per sum.
+    pub fn of_stand(&self, scene: &Scene, channel: usize) -> impl Iterator<Item = Estimate> {
+        let groups = scene.groups().len() * scene.group_channels();
+        self.estimates(scene.channels() + groups + channel)
     }
 
     /// Returns the running mean and standard error of a channel, per band, then per sum.
@@ -322,14 +322,20 @@ impl Totals {
 
     /// Returns the mean and the standard error of a channel, per band, then per sum.
     pub fn estimates(&self, channel: usize) -> impl Iterator<Item = Estimate> {
-        // paths emit nothing, and their batches are alike because they find what they look for
+        let histories = self.misses_of(channel);
+        let running = self.running(channel).iter();
+        running.map(move |running| running.estimate(self.batches).with_misses(histories))
+    }
+
+    /// Returns the number of histories of photons that were counted in a channel, of which
+    /// [one more may miss](Estimate::with_misses); 0 where paths find the light: they emit nothing,
+    /// and their batches are alike because they find what they look for.
+    fn misses_of(&self, channel: usize) -> u64 {
         let emits = || self.ledger.emitted.iter().any(|power| *power > 0.0);
         let alone = || self.by_photons.get(channel).is_some_and(|&alone| alone);
         let of_photons = (!self.beside_paths || alone()) && emits();
-        let counted = self.histories_in(channel).unwrap_or(self.photons(channel));
-        let histories = if of_photons { counted } else { 0 };
-        let running = self.running(channel).iter();
-        running.map(move |running| running.estimate(self.batches).with_misses(histories))
+        let counted = || self.histories_in(channel).unwrap_or(self.photons(channel));
+        if of_photons { counted() } else { 0 }
     }
 
     /// Returns for each band and sum the power that each material absorbed, that left the scene,
@@ -339,10 +345,16 @@ impl Totals {
         self.spent.chunks(self.columns)
     }
 
-    /// Returns the two sums of each ratio in a channel.
-    pub fn pairs(&self, channel: usize) -> &[RunningPair] {
+    /// Returns for each ratio the means of its two sums in a channel and, from two batches on, the
+    /// variance of the first, their covariance and the variance of the second.
+    pub fn ratios(
+        &self,
+        channel: usize,
+    ) -> impl ExactSizeIterator<Item = ([f64; 2], Option<[f64; 3]>)> {
         let ratios = self.pairs.len().checked_div(self.photons.len()).unwrap_or(0);
-        &self.pairs[channel * ratios..][..ratios]
+        let pairs = self.pairs[channel * ratios..][..ratios].iter();
+        let histories = self.misses_of(channel);
+        pairs.map(move |pair| pair.estimate_with_misses(self.batches, histories))
     }
 
     /// Returns the power balance, averaged over the batches, in W or umol/s.
