@@ -341,7 +341,7 @@ fn what_cannot_be_shared_says_why() {
     bad_scene(&scene, &files, &["/objects/0/share", "mirror"]);
     let mut many = field(&json!({ "csv": "field.csv" }), &json!(true));
     many["objects"][0]["share"] = json!(true);
-    let rows = "0,0,0\n".repeat(1_000_001);
+    let rows: String = (0..1_000_001).map(|i| format!("{i},0,0\n")).collect();
     let table = format!("x,y,z\n{rows}");
     bad_scene(&many.to_string(), &[("plant.obj", PLANT), ("field.csv", &table)], &["captors"]);
 }
