@@ -398,8 +398,8 @@ fn tables_show_the_sums_of_many_bands() {
     let output = phylux(&scene.path(""), &["run", "scene.json"]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let heads: Vec<&str> =
-        said.lines().filter(|line| line.contains("b6") && line.contains("everything")).collect();
+    assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
+    let heads: Vec<&str> = said.lines().filter(|line| line.contains(" everything")).collect();
     for title in
         ["light per electricity", "share of the light", "share of groups", "absorbed by layer"]
     {
@@ -407,8 +407,8 @@ fn tables_show_the_sums_of_many_bands() {
     }
     assert!(!said.contains("b7 "), "{said}");
     // 12 umol/s of 10 W
-    let all = said.lines().find(|line| line.starts_with("  all  ")).expect("a row");
-    assert!(all.ends_with(" 1.200"), "{all}");
+    let mut all = said.lines().filter(|line| line.starts_with("  all  "));
+    assert!(all.any(|line| line.ends_with(" 1.200")), "{said}");
 }
 
 /// What is wrong with a sum or ratio is said with its place and the cure; what depends on where in

@@ -65,7 +65,9 @@ impl<'a> Chosen<'a> {
         };
         let PlotRequest { daily, of, .. } = request;
         let captors = || result.captors.iter().map(|captor| captor.id.as_str());
-        let ids = || captors().chain(result.groups.iter().map(|group| group.id.as_str()));
+        let of_captors = || result.captors.iter().flat_map(|captor| captor.groups.iter().flatten());
+        let groups = || result.groups.iter().map(|group| &group.id).chain(of_captors());
+        let ids = || captors().chain(groups().map(String::as_str));
         let patterns = parted(request.captors, |pattern| ids().any(|id| fits(pattern, id)));
         let unknown = patterns.iter().find(|pattern| !ids().any(|id| fits(pattern, id)));
         if let Some(pattern) = unknown {
