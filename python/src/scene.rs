@@ -88,6 +88,20 @@ fn mesh(
     Mesh::new(groups.iter().map(group).collect::<phylux::Result<_>>()?)
 }
 
+/// Writes a file completely or not at all. It replaces none of the files in `read`.
+#[pyfunction]
+pub fn write_file(
+    py: Python<'_>,
+    path: PathBuf,
+    content: &[u8],
+    read: Vec<PathBuf>,
+) -> PyResult<()> {
+    let written = py.detach(|| {
+        OutputFile::create(&path)?.write(&FilesRead::new(&read), |writer| writer.write_all(content))
+    });
+    raised(py, written)
+}
+
 /// Writes a mesh as an OBJ file from which the same mesh is read.
 #[pyfunction]
 pub fn write_obj(py: Python<'_>, path: PathBuf, mesh: MeshParts<'_>) -> PyResult<()> {
@@ -118,6 +132,12 @@ impl Loaded {
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.loaded.warnings.clone()
+    }
+
+    /// The files that the scene was read from, its own first.
+    #[getter]
+    fn files(&self) -> Vec<PathBuf> {
+        self.loaded.files.clone()
     }
 
     /// Returns the text of `phylux check`, its warnings, and all of it as JSON.

@@ -120,6 +120,8 @@ pub fn mixed(
 pub fn picture(loaded: &LoadedScene, options: &[String], stop: &AtomicBool) -> Result<Rendering> {
     let parsed: RenderOptions = parse(&["phylux", "scene", "--output=picture.png"], options)?;
     render::check(&parsed.arguments)?;
+    // the standard error is not that of a command
+    super::terminal::begin(true);
     let render::Made { picture, pixels, .. } = render::make(&parsed.arguments, loaded, stop)?;
     Ok(Rendering { picture, pixels })
 }
