@@ -430,7 +430,7 @@ fn wrong_sums_are_refused() {
             "the weight of `B` is not a number; write it as one",
         ),
         (
-            |s| s["sums"]["x"] = json!({ "from_nm": 600, "to_nm": [700] }),
+            |s| s["sums"]["x"] = json!({ "from_nm": 600, "to_nm": "700" }),
             "`to_nm` of the window is not a number; write it as one",
         ),
         (|s| s["sums"]["x"] = json!(3), "/sums/x"),

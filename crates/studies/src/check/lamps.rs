@@ -1,5 +1,6 @@
 //! Lamps one by one: where their light goes.
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
@@ -23,6 +24,8 @@ const MOST: u64 = 4096;
 /// Nothing is said of captors that are so small that fewer arrivals than this are expected of the
 /// rays of a lamp, if they cross the scene in all places and directions alike.
 const EXPECTED: f64 = 100.0;
+/// The most captors that are looked at for each lamp.
+const MOST_POINTS: usize = 1000;
 /// The most lamps that are looked at.
 const MOST_LAMPS: usize = 10_000;
 
@@ -86,6 +89,15 @@ pub(super) fn check_lamps(scene: &Scene, room: Option<usize>, remarks: &mut Rema
     }
 }
 
+/// Returns points that stand for what is in a scene: the middles of captors, and the middle and the
+/// corners of the box around all surfaces.
+fn points(scene: &Scene) -> impl Iterator<Item = Vec3> {
+    let around = scene.triangles().extent();
+    let captors = scene.captors().iter().take(MOST_POINTS);
+    let middles = captors.map(|captor| (captor.center - scene.center()).as_vec3());
+    middles.chain([around.center()]).chain(around.corners())
+}
+
 /// Follows photons of a lamp until one comes to a captor. `density` is the number of arrivals that are
 /// expected of a ray.
 fn fate<L: Lanes>(scene: &Scene, lamp: usize, room: Option<usize>, density: f64) -> Fate {
@@ -128,7 +140,9 @@ fn fate<L: Lanes>(scene: &Scene, lamp: usize, room: Option<usize>, density: f64)
         }
         if photon + 1 == PHOTONS {
             if !met {
-                return Fate::Nothing;
+                // a lamp in the distance shines on what hardly any of its photons find
+                let sees = |point: Vec3| light.sample_toward::<L>(point, &mut rng).is_some();
+                return if points(scene).any(sees) { Fate::Captor } else { Fate::Nothing };
             }
             let inside = around.flatten().filter(|&object| Some(object) != room);
             let inside = inside.zip(first).filter(|&(object, at)| is_in(scene, at, object));

@@ -145,7 +145,7 @@ impl<'a> Part<'a> {
             }
         }
         let scene = self.scene;
-        let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS).get();
+        let photons = settings.photons_or_default();
         let shares = photons_by_light(scene, photons);
         for ((photon, light), photons) in self.photon.iter_mut().zip(scene.lights()).zip(shares) {
             *photon = light.power.iter().copied().fold(0.0, f64::max) / photons.max(1) as f64;
