@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use phylux::{
     Estimator, Guiding, RunResult,
     results::FaceResult,
-    transport::{NearestCount, PhotonCount, ThreadCount},
+    transport::{NearestCount, PhotonCount, ThreadCount, TimeLimit},
 };
 use serde_json::json;
 
@@ -749,8 +749,8 @@ fn planning_ends_with_its_time() {
     for (asked, done) in [(Guiding::Full, Some(Guiding::Aim)), (Guiding::Auto, None)] {
         let result = run_file(&scene.path("scene.json"), |settings| {
             settings.guiding = asked;
-            settings.max_time = Some(std::time::Duration::from_nanos(1));
-            settings.photons = Some(1_000_000);
+            settings.max_time = TimeLimit::new(1e-9).ok();
+            settings.photons = PhotonCount::new(1_000_000).ok();
         });
         assert_eq!(result.guiding, done, "{asked:?}");
     }

@@ -121,7 +121,7 @@ pub fn picture(loaded: &LoadedScene, options: &[String], stop: &AtomicBool) -> R
     let parsed: RenderOptions = parse(&["phylux", "scene", "--output=picture.png"], options)?;
     render::check(&parsed.arguments)?;
     // the standard error is not that of a command
-    super::terminal::begin(true);
+    super::terminal::begin(true, false);
     let render::Made { picture, pixels, .. } = render::make(&parsed.arguments, loaded, stop)?;
     Ok(Rendering { picture, pixels })
 }
