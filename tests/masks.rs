@@ -96,7 +96,7 @@ fn what_a_mask_does_is_said_and_can_be_switched_off() {
     let copies =
         r#", "captor": "triangle", "instances": [{}, {"translate": [0, 0, -3], "scale": 2}]"#;
     let copies = load(&scene(LEAF, copies, &half()));
-    let ids: Vec<&str> = copies.scene.captors.iter().map(|captor| captor.id.as_str()).collect();
+    let ids: Vec<&str> = copies.scene.captors().iter().map(|captor| captor.id.as_str()).collect();
     assert_eq!(ids, ["card/leaf#0/0", "card/leaf#0/1", "card/leaf#1/0", "card/leaf#1/1", "under"]);
     assert!((area(&copies) - 2.5).abs() < 1e-5);
     let off = load(&scene(LEAF, r#", "mask": false"#, &half()));

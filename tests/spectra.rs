@@ -40,7 +40,7 @@ fn averages(scene: &Value) -> Vec<f64> {
 
 fn powers(scene: &Value) -> Vec<f64> {
     let loaded = load(&write(scene).path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
-    loaded.scene.lights[0].power.clone()
+    loaded.scene.lights()[0].power.clone()
 }
 
 #[track_caller]

@@ -20,7 +20,10 @@ use super::{
 use phylux_core::{
     error::{Error, Result},
     transport::{
-        settings::{Checked, Estimator, Guiding, Settings},
+        settings::{
+            Checked, Estimator, Guiding, NearestCount, PhotonCount, Settings, ThreadCount,
+            Tolerance,
+        },
         simulate::{Control, Progress, simulate},
     },
 };
@@ -57,10 +60,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PATTERN", conflicts_with_all = ["measured", "model", "prior", "vary"])]
     even: Option<String>,
     /// With --even: the mean irradiance to reach [default: the present one]
-    #[arg(long, value_name = "VALUE", requires = "even", value_parser = irradiance, allow_negative_numbers = true)]
+    #[arg(long, value_name = "VALUE", requires = "even", value_parser = irradiance, allow_hyphen_values = true)]
     mean: Option<f64>,
     /// With --even: bring each captor at least this irradiance, with the least power
-    #[arg(long, value_name = "VALUE", requires = "even", conflicts_with = "mean", value_parser = irradiance, allow_negative_numbers = true)]
+    #[arg(long, value_name = "VALUE", requires = "even", conflicts_with = "mean", value_parser = irradiance, allow_hyphen_values = true)]
     minimum: Option<f64>,
     /// With --even: the band or sum that counts [default: the only band, or the first sum]
     #[arg(long, value_name = "NAME", requires = "even")]
@@ -77,7 +80,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "auto|common|bands|lamps|product", value_parser = model, default_value = "auto")]
     model: Chosen,
     /// Relative standard deviation of the lamps' factors about the common factor, or `none`
-    #[arg(long, value_name = "FRACTION", value_parser = prior, allow_negative_numbers = true, default_value = "0.2")]
+    #[arg(long, value_name = "FRACTION", value_parser = prior, allow_hyphen_values = true, default_value = "0.2")]
     prior: Prior,
     /// Lights that share their factors, by a pattern of their names, as in "row 1*"; can be given
     /// several times
@@ -88,14 +91,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PLACE=FROM:TO", value_parser = Vary::parse)]
     vary: Vec<Vary>,
     /// Photons to trace in each run [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
-    photons: Option<u64>,
+    #[arg(long, value_name = "N", value_parser = run::photons, allow_hyphen_values = true)]
+    photons: Option<PhotonCount>,
     /// Seed of the random numbers [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = run::count, allow_hyphen_values = true)]
     seed: Option<u64>,
     /// Trace until the relative standard error of every captor is at most this
-    #[arg(long, value_name = "FRACTION", value_parser = run::tolerance, allow_negative_numbers = true)]
-    tolerance: Option<f64>,
+    #[arg(long, value_name = "FRACTION", value_parser = run::tolerance, allow_hyphen_values = true)]
+    tolerance: Option<Tolerance>,
     /// What guides photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_name = "NAME", value_parser = super::choices::guiding())]
     guiding: Option<Guiding>,
@@ -103,8 +106,8 @@ pub(super) struct Arguments {
     #[arg(long, hide = true, value_name = "N", value_parser = run::splitting)]
     splitting: Option<u64>,
     /// Threads; 0 takes all processors. The results do not depend on it
-    #[arg(long, value_name = "N", value_parser = run::threads, allow_negative_numbers = true)]
-    threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = run::threads, allow_hyphen_values = true)]
+    threads: Option<ThreadCount>,
 }
 
 /// The model that is asked for; `None` for `auto`.
@@ -169,7 +172,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let Some(measured) = &arguments.measured else {
         return lit_evenly(arguments, document, &loaded, outputs, &interrupt);
     };
-    let bytes = read_bytes(measured).map_err(|why| Error::input(measured.display(), why))?;
+    let bytes = read_bytes(measured).map_err(|why| Error::unreadable(measured.display(), why))?;
     let rows = measured_csv::parse(&bytes, measured)?;
 
     let plan = CalibrationPlan {
@@ -244,7 +247,7 @@ fn lit_evenly(
         Some(path) => results_of(path, loaded)?,
         None => trace(arguments, loaded, interrupt)?,
     };
-    let found = even(&result, &loaded.scene.watts, &plan)?;
+    let found = even(&result, loaded.scene.watts(), &plan)?;
     let path = &arguments.scene;
     let scene = calibrated_scene(document, path, loaded, &found.factors, true, &outputs.folder)?;
     interrupt.writing();
@@ -306,7 +309,7 @@ fn report_beside(scene: &Path) -> PathBuf {
 fn results_of(path: &Path, loaded: &LoadedScene) -> Result<RunResult> {
     let result = read_json(path)?;
     let lights = result.energy.by_light.iter().flat_map(|lights| lights.keys());
-    let same_lights = lights.eq(loaded.scene.lights.iter().map(|light| &light.name));
+    let same_lights = lights.eq(loaded.scene.lights().iter().map(|light| &light.name));
     let bands = result.bands.iter().map(|band| band.name.as_str());
     let same = same_lights || result.energy.by_light.is_none();
     match same && bands.eq(loaded.scene.band_names()) {
@@ -323,7 +326,7 @@ fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> 
         estimator: Estimator::Photons,
         photons: arguments.photons.or(usual.photons),
         seed: arguments.seed.unwrap_or(usual.seed),
-        k: Some(0),
+        k: Some(NearestCount::NONE),
         guiding: arguments.guiding.unwrap_or(usual.guiding),
         tolerance: arguments.tolerance.or(usual.tolerance),
         tolerance_limit: arguments.photons,
@@ -337,7 +340,7 @@ fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> 
     let simulation = simulate(&loaded.scene, &settings, &control);
     bar.finish_and_clear();
     let simulation = simulation?;
-    Ok(RunResult::new(&loaded.scene, &settings, &simulation))
+    Ok(RunResult::new(&simulation))
 }
 
 /// Finds the values of the varied numbers that explain the readings best, and returns the scene

@@ -113,9 +113,9 @@ struct Powers<'a> {
 
 impl<'a> Powers<'a> {
     fn of(scene: &'a Scene, light: &'a Light) -> Self {
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         let sums = scene.with_sums(&light.power).split_off(bands);
-        let names = scene.sums.iter().map(|sum| sum.name.as_str());
+        let names = scene.sums().iter().map(|sum| sum.name.as_str());
         Self {
             name: &light.name,
             power: &light.power,
@@ -142,8 +142,8 @@ struct Captors {
 
 impl Captors {
     fn of(scene: &Scene) -> Self {
-        let surface = scene.captors.iter().filter(|c| c.kind == CaptorKind::Surface).count();
-        Self { sensors: scene.captors.len() - surface, surface }
+        let surface = scene.captors().iter().filter(|c| c.kind == CaptorKind::Surface).count();
+        Self { sensors: scene.captors().len() - surface, surface }
     }
 }
 
@@ -152,16 +152,16 @@ impl<'a> Checked<'a> {
         let scene = &loaded.scene;
         let averages = loaded.averages.iter();
         let averages = averages.map(|a| Average { at: &a.pointer, means: &a.means });
-        let lights = scene.lights.iter();
+        let lights = scene.lights().iter();
         let sun = loaded.open_field.as_ref().and_then(|field| field.sun).map(|sun| Sun {
             elevation: sun.elevation.to_degrees(),
             azimuth: sun.azimuth.to_degrees(),
         });
         Self {
-            scene: &scene.name,
+            scene: scene.name(),
             size: summary.size.to_array(),
-            bands: scene.bands.iter().map(|band| band.name.as_str()).collect(),
-            unit: scene.quantity.unit_names().flux.to_string(),
+            bands: scene.bands().iter().map(|band| band.name.as_str()).collect(),
+            unit: scene.quantity().unit_names().flux.to_string(),
             surfaces: &summary.surfaces,
             objects: &summary.objects,
             lights: lights.map(|light| Powers::of(scene, light)).collect(),
@@ -169,7 +169,7 @@ impl<'a> Checked<'a> {
             averages: averages.collect(),
             sun,
             captors: Captors::of(scene),
-            groups: &scene.groups,
+            groups: scene.groups(),
             notes: &summary.notes,
             warnings: &summary.warnings,
         }
@@ -183,7 +183,10 @@ pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
     let decimals = decimals(size.max_element(), 3);
     let mut text = format!(
         "{}: {:.decimals$} x {:.decimals$} x {:.decimals$} m\n",
-        scene.name, size.x, size.y, size.z
+        scene.name(),
+        size.x,
+        size.y,
+        size.z
     );
     surfaces(&mut text, summary);
     objects(&mut text, summary);
@@ -249,19 +252,19 @@ fn write(text: &mut String, table: &Table) {
 /// Writes the powers of the lights, per band and for the sums over bands, and where those face that
 /// do not shine to all sides alike.
 fn lights(text: &mut String, scene: &Scene) {
-    let unit = scene.quantity.unit_names().flux;
+    let unit = scene.quantity().unit_names().flux;
     let of_sum = |sum: &BandSum| match sum.unit.map(|unit| unit.names()[0]) {
         Some(own) if own != unit => format!("{}, {own}", sum.name),
         _ => sum.name.clone(),
     };
-    let names = scene.bands.iter().map(|band| band.name.clone());
-    let names = names.chain(scene.sums.iter().map(of_sum));
-    let rows = scene.lights.iter();
+    let names = scene.bands().iter().map(|band| band.name.clone());
+    let names = names.chain(scene.sums().iter().map(of_sum));
+    let rows = scene.lights().iter();
     let rows = rows.map(|light| (light.name.as_str(), scene.with_sums(&light.power)));
     let title = format!("lights, {unit}");
     with_total(text, title, names.collect(), rows.collect(), |_, value| short(value));
 
-    let facing = scene.lights.iter().filter_map(|light| Some((&light.name, light.facing()?)));
+    let facing = scene.lights().iter().filter_map(|light| Some((&light.name, light.facing()?)));
     let facing: Vec<_> = facing.collect();
     if !facing.is_empty() {
         text.push_str("\nlights face\n");
@@ -296,7 +299,7 @@ fn averages(text: &mut String, loaded: &LoadedScene) {
     if loaded.averages.is_empty() {
         return;
     }
-    let names = loaded.scene.bands.iter().map(|band| band.name.clone());
+    let names = loaded.scene.bands().iter().map(|band| band.name.clone());
     let mut table = Table::new("averages of spectra", names, "");
     for average in &loaded.averages {
         let means = average.means.iter().map(|mean| format!("{mean:.4}"));
@@ -330,8 +333,8 @@ fn daylight(text: &mut String, open_field: &OpenField) {
 
 fn captors(text: &mut String, scene: &Scene) {
     let Captors { sensors, surface } = Captors::of(scene);
-    let groups = scene.groups.len();
-    let _ = match scene.captors.len() {
+    let groups = scene.groups().len();
+    let _ = match scene.captors().len() {
         0 => writeln!(text, "\nno captors, so nothing to run"),
         _ => {
             writeln!(text, "\ncaptors: {sensors} virtual, {surface} surface; groups: {groups}")

@@ -104,7 +104,7 @@ fn describe(text: &mut String, comparison: &Comparison, worst: usize) {
     if comparison.few_paths > 0 {
         let _ = writeln!(
             text,
-            "{} more values are left out: their errors rest on few paths and say little",
+            "{} more values are left out: their errors rest on few paths, or nothing arrived, and say little",
             comparison.few_paths
         );
     }

@@ -51,7 +51,7 @@ pub(super) struct Arguments {
     month: Option<String>,
     /// With --show map or carpet: values at the ends of the colour bar [default: chosen for the
     /// values]
-    #[arg(long, value_name = "LOW:HIGH", value_parser = render::range, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = render::range, allow_hyphen_values = true)]
     range: Option<(f64, f64)>,
     #[command(flatten)]
     style: Style,
