@@ -9,6 +9,7 @@ use phylux::{
     math::Quantity,
     scene::{Channel, daylight},
     studies::{Year, YearOptions},
+    transport::{NearestCount, PhotonCount},
 };
 use serde_json::{Value, json};
 
@@ -82,7 +83,7 @@ pub fn two_days() -> TestScene {
 
 fn year(scene: &TestScene, control: Option<&Path>, photons: u64, fine: SkyDivision) -> Year {
     let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), fine).expect("a scene");
-    let settings = Settings { photons: Some(photons), ..loaded.settings.clone() };
+    let settings = Settings { photons: PhotonCount::new(photons).ok(), ..loaded.settings.clone() };
     let file = control.map(|path| ControlFile::load(path).expect("a control file"));
     let control = file.as_ref().map(|file| (file, "control.json"));
     let options = YearOptions { control, sun_rays: Some(64), ..YearOptions::default() };
@@ -126,7 +127,9 @@ fn a_dark_period_has_zeros() {
     assert!(
         fronts(&year, year.whole()).iter().all(|value| value.mean == 0.0 && value.variance == 0.0)
     );
-    let run = run_file(&scene.path("scene.json"), |settings| settings.photons = Some(2000));
+    let run = run_file(&scene.path("scene.json"), |settings| {
+        settings.photons = PhotonCount::new(2000).ok()
+    });
     assert_eq!(front(&run, "up").irradiance, [0.0, 0.0]);
 }
 
@@ -204,7 +207,7 @@ fn sums_in_a_room_are_those_of_a_period() {
     let scene = written(&world);
     let period = run_file(&scene.path("scene.json"), |settings| {
         settings.estimator = phylux::Estimator::Paths;
-        (settings.photons, settings.k) = (Some(200_000), Some(0));
+        (settings.photons, settings.k) = (PhotonCount::new(200_000).ok(), Some(NearestCount::NONE));
     });
     for fine in [SkyDivision::Tregenza, SkyDivision::Reinhart] {
         let year = year(&scene, None, 500_000, fine);
@@ -329,7 +332,7 @@ fn sums_against_paths(world: &World, photons: u64, paths: u64) -> (f64, f64) {
     let scene = world.write();
     let period = run_file(&scene.path("scene.json"), |settings| {
         settings.estimator = phylux::Estimator::Paths;
-        (settings.photons, settings.k) = (Some(paths), Some(0));
+        (settings.photons, settings.k) = (PhotonCount::new(paths).ok(), Some(NearestCount::NONE));
     });
     let year = year(&scene, None, photons, SkyDivision::Tregenza);
     let (mut chi2, mut relative) = (0.0, 0.0);

@@ -5,6 +5,7 @@ use phylux::{
     formats::SkyDivision,
     scene::Channel,
     studies::{HoursOf, Value, Values, Year, YearOptions},
+    transport::PhotonCount,
 };
 use serde_json::json;
 
@@ -20,7 +21,7 @@ const ALL: [Channel; 3] = [Channel::Front, Channel::Back, Channel::Absorbed];
 fn year(scene: &TestScene, photons: u64, options: &YearOptions) -> Year {
     let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
     let loaded = loaded.expect("a scene");
-    let settings = Settings { photons: Some(photons), ..loaded.settings.clone() };
+    let settings = Settings { photons: PhotonCount::new(photons).ok(), ..loaded.settings.clone() };
     find(loaded, options, &settings)
 }
 

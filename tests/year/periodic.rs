@@ -5,6 +5,7 @@ use phylux::{
     math::Quantity,
     scene::{Channel, daylight},
     studies::{Year, YearOptions},
+    transport::PhotonCount,
 };
 use serde_json::{Value, json};
 
@@ -34,7 +35,8 @@ fn below_endless_panels_is_what_they_leave_open() {
     );
     let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
     let loaded = loaded.expect("a scene");
-    let settings = phylux::Settings { photons: Some(200_000), ..loaded.settings.clone() };
+    let settings =
+        phylux::Settings { photons: PhotonCount::new(200_000).ok(), ..loaded.settings.clone() };
     let hours = loaded.hourly.as_ref().expect("hours").hours.clone();
     let year = super::find(
         loaded,

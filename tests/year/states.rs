@@ -7,6 +7,7 @@ use phylux::{
     formats::{ControlFile, SkyDivision},
     scene::Channel,
     studies::{Year, YearOptions, YearScenes},
+    transport::PhotonCount,
 };
 use serde_json::{Value, json};
 
@@ -43,7 +44,7 @@ pub fn find(scene: &TestScene, control: &Value, photons: u64) -> phylux::Result<
     let scenes =
         YearScenes::load(&scene.path("scene.json"), SkyDivision::Tregenza, Some((&file, &path)))?;
     let settings = &scenes.scenes[0].loaded.settings;
-    let settings = Settings { photons: Some(photons), ..settings.clone() };
+    let settings = Settings { photons: PhotonCount::new(photons).ok(), ..settings.clone() };
     let watched = Control::default();
     let control = Some((&file, path_text.as_str()));
     let options = YearOptions { control, ..YearOptions::default() };

@@ -6,6 +6,7 @@ use std::{fmt::Write, fs, fs::File};
 use phylux::{
     formats::{SkyDivision, iso8601},
     scene::{Channel, daylight::SunPosition},
+    transport::{NearestCount, PhotonCount},
 };
 use serde_json::json;
 
@@ -81,7 +82,8 @@ fn sums_of_hours_are_those_of_minutes() {
         });
         let run = run_file(&scene.path("scene.json"), |settings| {
             settings.estimator = phylux::Estimator::Paths;
-            (settings.photons, settings.k) = (Some(200_000), Some(0));
+            (settings.photons, settings.k) =
+                (PhotonCount::new(200_000).ok(), Some(NearestCount::NONE));
         });
         let fronts = ["-1.5", "-0.9", "-0.3", "0.3", "0.9", "1.5"].map(|id| {
             let face = front(&run, id);

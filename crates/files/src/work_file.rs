@@ -299,7 +299,7 @@ impl WorkReader {
             return Ok(None);
         }
         if size > SMALL {
-            json::check_left(size).map_err(|why| Error::input(self.path.display(), why))?;
+            json::check_left(size).map_err(|why| Error::too_large(self.path.display(), why))?;
         }
         let mut content = vec![0; size as usize];
         let mut hash = self.hash.clone();

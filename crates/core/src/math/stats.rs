@@ -139,6 +139,30 @@ impl RunningPair {
         let of_mean = |i: usize| (self.products[i] / n - products[i]) / (n - 1.0);
         (means, (batches > 1).then(|| std::array::from_fn(of_mean)))
     }
+
+    /// Returns the [`estimate`](Self::estimate) with a variance that is honest where all batches of
+    /// `histories` histories have nearly the same ratio, as where only light of one spectrum has come so
+    /// far: of the first sum one more history may miss, as in [`Estimate::with_misses`].
+    pub fn estimate_with_misses(
+        &self,
+        batches: u64,
+        histories: u64,
+    ) -> ([f64; 2], Option<[f64; 3]>) {
+        let (means, covariance) = self.estimate(batches);
+        let honest = |[first, both, second]: [f64; 3]| {
+            let first = match ratio(means, Some([first, both, second])) {
+                Some((mean, standard_error)) => {
+                    let found = Estimate { mean, standard_error };
+                    let square = |of: Estimate| of.standard_error.unwrap_or(0.0).powi(2);
+                    let more = square(found.with_misses(histories)) - square(found);
+                    first + more.max(0.0) * means[1] * means[1]
+                }
+                None => first,
+            };
+            [first, both, second]
+        };
+        (means, covariance.map(honest))
+    }
 }
 
 /// Returns the ratio of two means and, to first order (the delta method), its standard error from
@@ -383,6 +407,39 @@ mod tests {
         let (means, mixed) = mixed.estimate(4);
         assert_eq!(means, [9.0, 9.0]);
         mixed.unwrap().iter().zip(expected).for_each(|(a, b)| assert!((a - 5.0 * b).abs() < 1e-12));
+    }
+
+    /// Of 400 histories nearly all have the ratio 1/2, and each has none of the numerator with a
+    /// probability such that 1/4 to 16 of these are expected; all bring 1 to the denominator. The 95 %
+    /// intervals hold the mean in at least 85 % of the runs, where without the correction it is below a
+    /// quarter. Independent pairs, and paths, keep their errors.
+    #[test]
+    fn errors_of_ratios_that_few_histories_change() {
+        let n = 400;
+        let held = |expected: f64, corrected: bool| {
+            let (mut sum, mut odds) = (0.0, (-expected).exp());
+            for others in 0..100u32 {
+                let mut pair = RunningPair::default();
+                // one history in each batch
+                (0..n).for_each(|i| pair.add(if i < others { 0.0 } else { 0.5 }, 1.0));
+                let histories = if corrected { u64::from(n) } else { 0 };
+                let (means, covariance) = pair.estimate_with_misses(n.into(), histories);
+                let (mean, error) = ratio(means, covariance).unwrap();
+                let truth = 0.5 * (1.0 - expected / f64::from(n));
+                sum += if (mean - truth).abs() <= 1.98 * error.unwrap() { odds } else { 0.0 };
+                odds *= expected / f64::from(others + 1);
+            }
+            sum
+        };
+        for expected in [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0] {
+            let (before, after) = (held(expected, false), held(expected, true));
+            assert!(after >= before.max(0.85), "{expected}: {before} {after}");
+        }
+        assert!(held(0.25, false) < 0.25);
+        let mut pair = RunningPair::default();
+        [[1.0, 2.0], [2.0, 2.0], [3.0, 4.0], [6.0, 4.0]].iter().for_each(|[a, b]| pair.add(*a, *b));
+        assert_eq!(pair.estimate_with_misses(4, 5), pair.estimate(4));
+        assert_eq!(pair.estimate_with_misses(4, 0), pair.estimate(4));
     }
 
     #[test]

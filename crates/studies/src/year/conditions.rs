@@ -32,7 +32,7 @@ pub(super) type Wrong<'w> = &'w dyn Fn(&str, String) -> Error;
 impl<'a> Outside<'a> {
     pub fn new(scene: &Scene, hourly: &'a HourlyLights, bands: &'a [BandResult]) -> Self {
         let light = |slot: &Slot| {
-            let mut light = vec![0.0; scene.bands.len()];
+            let mut light = vec![0.0; scene.bands().len()];
             if let Some(hour) = slot.hour.map(|h| &hourly.hours[h]) {
                 let direct = hour.direct_horizontal();
                 let suns = hourly.suns.iter().map(|sun| (&sun.shares, direct));

@@ -84,14 +84,14 @@ impl<'a> Part<'a> {
     ) -> Result<Self> {
         let scene = &loaded.scene;
         let hourly = loaded.hourly.as_ref().ok_or_else(|| {
-            Error::input(&scene.name, "was not loaded by the hour").remedy("load it so")
+            Error::input(scene.name(), "was not loaded by the hour").remedy("load it so")
         })?;
         let mut weights = vec![Vec::new(); hourly.slots.len()];
         let mut slot_of_hour = vec![0; hourly.hours.len()];
         for (s, slot) in hourly.slots.iter().enumerate() {
             slot.hour.iter().for_each(|&h| slot_of_hour[h] = s);
         }
-        let mut is_daylight = vec![false; scene.lights.len()];
+        let mut is_daylight = vec![false; scene.lights().len()];
         for light in &hourly.lights {
             is_daylight[light.light] = true;
             for &(h, factor) in &light.factors {
@@ -104,20 +104,20 @@ impl<'a> Part<'a> {
             index,
             scene,
             hourly: &hourly.lights,
-            responses: LightRows::new(scene.lights.len(), places.widths(), folder),
+            responses: LightRows::new(scene.lights().len(), places.widths(), folder),
             weights,
             suns,
             lights,
             shares,
             areas: Places::new(scene).areas,
             seed,
-            lamps: (0..scene.lights.len()).filter(|&light| !is_daylight[light]).collect(),
-            photon: vec![0.0; scene.lights.len()],
+            lamps: (0..scene.lights().len()).filter(|&light| !is_daylight[light]).collect(),
+            photon: vec![0.0; scene.lights().len()],
             is_daylight,
             batches: None,
-            arrived: vec![[0; 2]; scene.captors.len()],
-            of_daylight: vec![[0; 2]; scene.captors.len()],
-            of_lamps: vec![Vec::new(); scene.lights.len()],
+            arrived: vec![[0; 2]; scene.captors().len()],
+            of_daylight: vec![[0; 2]; scene.captors().len()],
+            of_lamps: vec![Vec::new(); scene.lights().len()],
         })
     }
 
@@ -135,9 +135,9 @@ impl<'a> Part<'a> {
         let unit =
             |light: usize| Unit { part: index as u32, kind: UnitKind::Light, index: light as u64 };
         let (counts, values) =
-            (1 + 2 * self.scene.captors.len(), places.ids.len() * places.light());
+            (1 + 2 * self.scene.captors().len(), places.ids.len() * places.light());
         let mut missing = Vec::new();
-        for light in 0..self.scene.lights.len() {
+        for light in 0..self.scene.lights().len() {
             match kept.get(unit(light), counts, values)? {
                 Some(row) => self.take(light, &row)?,
                 None if shard.holds(light) => missing.push(light),
@@ -145,9 +145,9 @@ impl<'a> Part<'a> {
             }
         }
         let scene = self.scene;
-        let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+        let photons = settings.photons_or_default();
         let shares = photons_by_light(scene, photons);
-        for ((photon, light), photons) in self.photon.iter_mut().zip(&scene.lights).zip(shares) {
+        for ((photon, light), photons) in self.photon.iter_mut().zip(scene.lights()).zip(shares) {
             *photon = light.power.iter().copied().fold(0.0, f64::max) / photons.max(1) as f64;
         }
         let mut row = Row { counts: vec![0; counts], values: vec![[0.0; 2]; values] };
@@ -163,7 +163,7 @@ impl<'a> Part<'a> {
     fn fill(&self, totals: &Totals, places: &Places, row: &mut Row) {
         let few = |count: u64| u32::try_from(count).unwrap_or(u32::MAX);
         row.counts[0] = few(totals.batches);
-        for (captor, out) in self.scene.captors.iter().zip(row.counts[1..].chunks_exact_mut(2)) {
+        for (captor, out) in self.scene.captors().iter().zip(row.counts[1..].chunks_exact_mut(2)) {
             let back = captor.kind.has_back().then_some(captor.first_channel + 1);
             out[0] = few(totals.photons(captor.first_channel));
             out[1] = back.map_or(0, |channel| few(totals.photons(channel)));
@@ -239,10 +239,10 @@ impl<'a> Part<'a> {
     /// surfaces scatter or refract. Rays find the rest, but for what several mirrors send.
     pub fn has_light_by_photons(&self) -> bool {
         let scene = self.scene;
-        let mut materials = scene.materials.iter().map(|named| &named.material);
+        let mut materials = scene.materials().iter().map(|named| &named.material);
         let scatters = materials.any(|material| material.is_diffuse() || material.is_solid());
         let is_sun = |light: usize| {
-            scene.lights[light].entrance().is_some_and(|entrance| entrance.light.has_sun())
+            scene.lights()[light].entrance().is_some_and(|entrance| entrance.light.has_sun())
         };
         let found = |light: &HourlyLight| scatters || !is_sun(light.light);
         self.hourly.iter().any(|light| !light.factors.is_empty() && found(light))
@@ -267,7 +267,7 @@ pub(super) fn too_few_photons(parts: &[Part], of: &str, lamps: Option<&[usize]>)
             lamps.iter().map(of_lamp).fold([0; 2], added)
         }
     };
-    let captors = &parts[0].scene.captors;
+    let captors = parts[0].scene.captors();
     let is_few = |&captor: &usize| {
         let [front, back] = parts.iter().map(|part| in_part(part, captor)).fold([0; 2], added);
         front < FEW_HISTORIES || (0 < back && back < FEW_HISTORIES)

@@ -151,10 +151,10 @@ impl<'a> Product<'a> {
         let scene = self.parts[0].scene;
         let of = |(p, period): (usize, &Period)| {
             let weight: f64 = period.slots.iter().map(|(_, weight)| weight).sum();
-            let mut power = vec![0.0; scene.bands.len()];
+            let mut power = vec![0.0; scene.bands().len()];
             for (part, strengths) in self.parts.iter().zip(&self.strengths) {
                 for (light, strength) in strengths.periods.of(p) {
-                    add(&mut power, strength / weight, &part.scene.lights[light].power);
+                    add(&mut power, strength / weight, &part.scene.lights()[light].power);
                 }
             }
             scene.with_sums(&power)
@@ -245,7 +245,7 @@ impl<'a> Product<'a> {
         let places = self.places;
         for (captor, rows) in ids.zip(direct) {
             let own = part.areas[captor];
-            let of = part.scene.captors[captor].groups.iter();
+            let of = part.scene.captors()[captor].groups.iter();
             for id in of.filter_map(|&group| places.id_of_group[group]) {
                 let (sums, all) = (&mut groups[id - places.captors], part.areas[id]);
                 let share = |c: usize| if all[c] > 0.0 { own[c] / all[c] } else { 0.0 };
@@ -508,14 +508,14 @@ pub(super) fn daylight_at(
         };
         let rows: Vec<Vec<[f32; 2]>> = captors.par_iter().map(direct).collect::<Result<_>>()?;
         stopped(control.stop)?;
-        let area: f64 = captors.iter().map(|&c| part.scene.captors[c].area).sum();
+        let area: f64 = captors.iter().map(|&c| part.scene.captors()[c].area).sum();
         for (slot, sum) in sums.iter_mut().enumerate() {
             let lights = part.weights[slot].iter();
             *sum += lights.map(|&(light, weight)| weight * fronts[light]).sum::<f64>();
             let Some(sun) = part.suns[slot] else { continue };
             let place = sun * places.row() + Channel::Front as usize * places.columns + band;
             for (&captor, rows) in captors.iter().zip(&rows) {
-                let share = part.shares[slot] * part.scene.captors[captor].area / area;
+                let share = part.shares[slot] * part.scene.captors()[captor].area / area;
                 *sum += share * f64::from(rows[place][0]);
             }
         }
