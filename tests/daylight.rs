@@ -597,8 +597,8 @@ fn a_period_is_the_mean_of_its_rows() {
                 "{found:?}, {mean}"
             );
         };
-        near(dli, found.irradiance[0]);
-        near(dli_se, found.irradiance_se[0].expect("error"));
+        near(&dli[..], found.irradiance[0]);
+        near(&dli_se[..], found.irradiance_se[0].expect("error"));
     }
     assert_eq!(whole.unit.dli.as_deref(), Some("mol/m2/d"));
     assert!(hours.iter().all(|run| run.unit.dli.is_none() && front(run, "up").dli.is_none()));
