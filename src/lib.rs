@@ -11,7 +11,7 @@
 //!
 //! let loaded = load("scenes/box.json".as_ref())?;
 //! let simulation = simulate(&loaded.scene, &loaded.settings, &Control::default())?;
-//! let result = RunResult::new(&loaded.scene, &loaded.settings, &simulation);
+//! let result = RunResult::new(&simulation);
 //! let (sensor, front) = (&result.captors[0].id, &result.captors[0].front);
 //! println!("{sensor} {:?} +- {:?} W/m2", front.irradiance, front.irradiance_se);
 //! # Ok::<(), phylux::Error>(())
@@ -70,9 +70,10 @@ pub mod scene {
 pub mod transport {
     pub use phylux_core::transport::{
         Accuracy, Arrival, Choice, Control, Counted, Dark, End, Estimator, Event, FaceBand, Flight,
-        Guide, Guiding, Ledger, Neighbour, Onward, PackedDirection, PhotonMap, Progress, Settings,
-        Shard, Simulation, StoredPhoton, SurfaceLight, Target, Totals, Unseen, Way, Worst,
-        found_and_unseen, light_surfaces, simulate, trace,
+        Guide, Guiding, Ledger, MapLimit, NearestCount, Neighbour, Onward, PackedDirection,
+        PhotonCount, PhotonMap, Progress, Settings, Shard, Simulation, StoredPhoton, SurfaceLight,
+        Target, ThreadCount, TimeLimit, Tolerance, Totals, Unseen, Way, Worst, found_and_unseen,
+        light_surfaces, simulate, trace,
     };
 }
 

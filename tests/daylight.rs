@@ -3,7 +3,11 @@
 
 use std::{f64::consts::PI, path::Path};
 
-use phylux::{Estimator, Guiding, RunResult, results::FaceResult};
+use phylux::{
+    Estimator, Guiding, RunResult,
+    results::FaceResult,
+    transport::{NearestCount, PhotonCount, ThreadCount},
+};
 use serde_json::{Value, json};
 
 use crate::{
@@ -468,11 +472,13 @@ fn estimators_agree_in_a_room_by_day() {
     let scene = room_by_day().write();
     let run = |change: &dyn Fn(&mut phylux::Settings)| {
         run_file(&scene.path("scene.json"), |settings| {
-            (settings.photons, settings.k) = (Some(400_000), Some(0));
+            (settings.photons, settings.k) =
+                (PhotonCount::new(400_000).ok(), Some(NearestCount::NONE));
             change(settings);
         })
     };
-    let photons = run(&|settings| (settings.by_light, settings.threads) = (true, 1));
+    let photons =
+        run(&|settings| (settings.by_light, settings.threads) = (true, ThreadCount::nearest_to(1)));
     check_ledger(&photons);
     let paths = run(&|settings| settings.estimator = Estimator::Paths);
     let aimed = run(&|settings| (settings.guiding, settings.seed) = (Guiding::Aim, 5));
@@ -489,7 +495,8 @@ fn estimators_agree_in_a_room_by_day() {
     }
     assert!(paths.unseen.is_none());
     let text = |run: &RunResult| serde_json::to_string(run).expect("JSON");
-    let again = run(&|settings| (settings.by_light, settings.threads) = (true, 3));
+    let again =
+        run(&|settings| (settings.by_light, settings.threads) = (true, ThreadCount::nearest_to(3)));
     assert_eq!(text(&photons), text(&again));
 }
 
@@ -534,7 +541,7 @@ fn every_command_takes_daylight() {
 fn photons_meet_the_greenhouse() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/greenhouse-day.json");
     let run = run_file(&path, |settings| {
-        (settings.photons, settings.k) = (Some(20_000), Some(0));
+        (settings.photons, settings.k) = (PhotonCount::new(20_000).ok(), Some(NearestCount::NONE));
     });
     for (missed, emitted) in run.energy.missed.iter().zip(&run.energy.emitted) {
         assert!(*missed < 0.2 * emitted, "{missed} of {emitted}");
@@ -609,7 +616,8 @@ fn a_period_has_its_daily_light_integral() {
     let csv = "time,ghi,dni,dhi\n2025-06-21T09:00Z,0,0,80\n2025-06-21T10:00Z,0,0,100\n";
     std::fs::write(scene.path("w.csv"), csv).expect("weather");
     let run = run_file(&scene.path("scene.json"), |settings| {
-        (settings.photons, settings.k, settings.by_light) = (Some(20_000), Some(0), true);
+        (settings.photons, settings.k, settings.by_light) =
+            (PhotonCount::new(20_000).ok(), Some(NearestCount::NONE), true);
     });
     let mixed = run.mix(&[("light1".to_string(), 3.0)].into_iter().collect()).expect("a mix");
     for run in [&run, &mixed] {
@@ -894,7 +902,8 @@ fn errors_of_outer_walls_are_honest() {
     let (mut held, mut all) = (0, 0);
     for seed in 1..=60 {
         let run = run_file(&scene.path("scene.json"), |settings| {
-            (settings.photons, settings.seed, settings.k) = (Some(2000), seed, Some(0));
+            (settings.photons, settings.seed, settings.k) =
+                (PhotonCount::new(2000).ok(), seed, Some(NearestCount::NONE));
             settings.guiding = Guiding::Off;
         });
         for (name, _, exact) in &walls {

@@ -3,7 +3,11 @@
 
 use std::f64::consts::PI;
 
-use phylux::{Guiding, RunResult, results::FaceResult};
+use phylux::{
+    Estimator, Guiding, RunResult,
+    results::FaceResult,
+    transport::{NearestCount, PhotonCount, ThreadCount, TimeLimit},
+};
 use serde_json::json;
 
 use crate::{
@@ -395,6 +399,60 @@ fn a_trial_says_how_many_find_an_error() {
     }
 }
 
+/// Of 60,000 photons of sun and sky on 900 m of ground hardly any comes to 30 level leaves of 12 cm.
+/// The trial of the estimators counts the dark leaves against photons, whatever the seed, and the
+/// light on their fronts is that of the sun, 800 W/m2 at 30 degrees, and of the uniform sky, 200 W/m2.
+///
+/// Seeds 1 to 3; standard errors at most 5 % of the exact value. 9 comparisons, odds of a false alarm
+/// 1e-3.
+#[test]
+fn leaves_on_wide_ground_are_found() {
+    let mut world = World::new()
+        .lambert("soil", 0.2)
+        .material("leaf", json!({ "type": "leaf", "reflectance": 0.1, "transmittance": 0.05 }))
+        .surface("ground", "soil", &Mesh::square([0.0; 3], UP, 900.0))
+        .with("sun_at", json!({ "elevation_deg": 30, "azimuth_deg": 100 }))
+        .light(json!({ "type": "sun", "irradiance": 800 }))
+        .light(json!({ "type": "sky", "model": "uniform", "irradiance": 200 }))
+        .with("settings", json!({ "estimator": "auto" }));
+    for i in 0..30 {
+        let at = [f64::from(i % 6), f64::from(i / 6), 0.5];
+        world = world.counted(&format!("leaf{i}"), "leaf", &Mesh::square(at, UP, 0.12));
+    }
+    let mut check = Comparisons::new("leaves on wide ground", 0.05);
+    for seed in 1..=3 {
+        let run = world.run(60_000, seed);
+        assert_eq!(run.estimator, Estimator::Complete, "{:?}", run.chosen);
+        for leaf in ["leaf0", "leaf13", "leaf29"] {
+            check.irradiance(format!("{leaf}, seed {seed}"), front(&run, leaf), 0, 600.0);
+        }
+        let lit = |face: &FaceResult| face.flux[0] > 0.0 && !face.few_paths;
+        assert!(run.captors.iter().all(|captor| lit(&captor.front)));
+    }
+    check.finish(9);
+}
+
+/// Outside a grey box with a lamp in it shines a sun without extent. Its walls vary by neither photons
+/// nor paths on the outside, which says nothing about which are the cheaper: the ratio is that of the
+/// other faces. Seed 1; the odds that a trial of this length finds a ratio beyond these limits are
+/// below 1e-6.
+#[test]
+fn walls_in_the_sun_do_not_decide() {
+    let world = World::new()
+        .lambert("grey", 0.5)
+        .counted("room", "grey", &room([0.0; 3], [1.0; 3]))
+        .captor("sensor", &Mesh::disc([0.5, 0.5, 0.1], UP, 0.05))
+        .with("sun_at", json!({ "elevation_deg": 40, "azimuth_deg": 150 }))
+        .light(json!({ "type": "sun", "irradiance": 100, "half_angle_deg": 0 }))
+        .light(json!({ "type": "point", "position": [0.5, 0.5, 0.5], "power": 100 }))
+        .with("settings", json!({ "estimator": "auto" }));
+    let said = world.run(20_000, 1).chosen.expect("a reason");
+    let (before, _) = said.split_once(" times the work").expect("a ratio");
+    let (_, ratio) = before.rsplit_once(' ').expect("a number");
+    let ratio: f64 = ratio.parse().expect("a number");
+    assert!((1.0..1e4).contains(&ratio), "{said}");
+}
+
 /// Where all captors are surfaces, no flights are aimed, and the results are those of photons
 /// alone, byte for byte. The test does not depend on chance.
 #[test]
@@ -418,7 +476,8 @@ fn nearest_takes_own_flights() {
     let run = |guiding, seed| {
         run_file(&scene.path("scene.json"), |settings| {
             settings.guiding = guiding;
-            (settings.photons, settings.k, settings.seed) = (Some(100_000), Some(50), seed);
+            (settings.photons, settings.k, settings.seed) =
+                (PhotonCount::new(100_000).ok(), NearestCount::new(50).ok(), seed);
         })
     };
     let (plain, aimed) = (run(Guiding::Off, 1), run(Guiding::Aim, 2));
@@ -564,7 +623,11 @@ fn threads_do_not_matter_to_what_is_learned() {
     let text = |threads: usize| {
         let run = run_file(&scene.path("scene.json"), |settings| {
             settings.guiding = Guiding::Full;
-            (settings.photons, settings.k, settings.threads) = (Some(3001), Some(0), threads);
+            (settings.photons, settings.k, settings.threads) = (
+                PhotonCount::new(3001).ok(),
+                Some(NearestCount::NONE),
+                ThreadCount::nearest_to(threads),
+            );
         });
         assert_eq!(run.guiding, Some(Guiding::Full));
         serde_json::to_string(&run).expect("text")
@@ -686,8 +749,8 @@ fn planning_ends_with_its_time() {
     for (asked, done) in [(Guiding::Full, Some(Guiding::Aim)), (Guiding::Auto, None)] {
         let result = run_file(&scene.path("scene.json"), |settings| {
             settings.guiding = asked;
-            settings.max_time = Some(std::time::Duration::from_nanos(1));
-            settings.photons = Some(1_000_000);
+            settings.max_time = TimeLimit::new(1e-9).ok();
+            settings.photons = PhotonCount::new(1_000_000).ok();
         });
         assert_eq!(result.guiding, done, "{asked:?}");
     }

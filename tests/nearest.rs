@@ -2,7 +2,11 @@
 
 use std::f64::consts::PI;
 
-use phylux::{RunResult, Settings, results::NearestResult};
+use phylux::{
+    RunResult, Settings,
+    results::NearestResult,
+    transport::{MapLimit, NearestCount, PhotonCount},
+};
 use serde_json::json;
 
 use crate::{
@@ -28,10 +32,10 @@ fn uniform_tiles() -> (World, f64) {
 fn run(world: &World, photons: u64, k: usize, map_photons: usize) -> RunResult {
     let result = run_file(&world.write().path("scene.json"), |settings| {
         *settings = Settings {
-            photons: Some(photons),
+            photons: PhotonCount::new(photons).ok(),
             seed: 1,
-            k: Some(k),
-            map_photons,
+            k: NearestCount::new(k).ok(),
+            map_photons: MapLimit::nearest_to(map_photons),
             ..settings.clone()
         };
     });
@@ -108,7 +112,12 @@ const UP: Point = [0.0, 0.0, 1.0];
 /// Returns the estimates on all faces of a run.
 fn of_seed(scene: &TestScene, photons: u64, seed: u64, k: Option<usize>) -> Vec<NearestResult> {
     let result = run_file(&scene.path("scene.json"), |settings| {
-        *settings = Settings { photons: Some(photons), seed, k, ..settings.clone() };
+        *settings = Settings {
+            photons: PhotonCount::new(photons).ok(),
+            seed,
+            k: k.and_then(|k| NearestCount::new(k).ok()),
+            ..settings.clone()
+        };
     });
     let faces = result.captors.iter().flat_map(|captor| captor.faces());
     faces.filter_map(|face| face.knn.clone().flatten()).collect()

@@ -3,7 +3,10 @@
 
 use std::f64::consts::PI;
 
-use phylux::{Control, Estimator, RunResult, Settings};
+use phylux::{
+    Control, Estimator, RunResult, Settings,
+    transport::{NearestCount, PhotonCount},
+};
 use serde_json::json;
 
 use crate::{
@@ -457,13 +460,18 @@ fn unit_does_not_matter() {
 fn cost(world: &World, estimator: Estimator, photons: u64) -> f64 {
     let scene = world.write();
     let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
-    let settings = Settings { estimator, photons: Some(photons), k: Some(0), ..loaded.settings };
+    let settings = Settings {
+        estimator,
+        photons: PhotonCount::new(photons).ok(),
+        k: Some(NearestCount::NONE),
+        ..loaded.settings
+    };
     let control = Control::default();
     let simulation = phylux::simulate(&loaded.scene, &settings, &control).expect("a run");
-    let result = RunResult::new(&loaded.scene, &settings, &simulation);
+    let result = RunResult::new(&simulation);
     let face = front(&result, "captor");
     let relative = face.flux_se[0].expect("light") / face.flux[0];
-    simulation.totals.segments as f64 * relative * relative
+    simulation.totals().segments as f64 * relative * relative
 }
 
 /// A captor of 10 cm in a white room of 10 m: paths take less than a tenth of the work of photons,

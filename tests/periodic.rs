@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use phylux::{RunResult, results::FaceResult};
+use phylux::{RunResult, results::FaceResult, transport::PhotonCount};
 use serde_json::{Value, json};
 
 use crate::{
@@ -443,7 +443,7 @@ fn captors_across_a_border_count_alike() {
         .light(sky());
     let scene = world.write();
     let result = run_file(&scene.path("scene.json"), |settings| {
-        settings.photons = Some(400_000);
+        settings.photons = PhotonCount::new(400_000).ok();
         settings.seed = 1;
     });
     let of = |name: &str| -> &FaceResult { front(&result, name) };

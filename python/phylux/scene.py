@@ -308,7 +308,8 @@ class Scene:
         with _progress(progress) as tell:
             found = loaded.run(_texts(_options(given)), tell)
         result = Result(found, loaded)
-        say(*result.warnings)
+        # those about files were said when the scene was read
+        say(*(warning for warning in result.warnings if warning not in loaded.warnings))
         return result
 
     def year(

@@ -104,10 +104,13 @@ class Year:
             options: those of ``phylux plot`` (docs/plot.md): ``show``, ``band``, ``captors``, ``quantity``, ``day``,
                 ``month``, ``range=(low, high)``.
         """
-        given = {name: None if value is None else str(value) for name, value in options.items()}
-        if options.get("range") is not None and not isinstance(options["range"], str):
-            given["range"] = ":".join(str(finite(end, "range")) for end in options["range"])
-        command("plot", [self.folder], _options({"output": Path(path), **given}))
+        given: dict[str, Any] = {"output": Path(path)}
+        for name, value in options.items():
+            if name == "range" and value is not None and not isinstance(value, str):
+                value = ":".join(str(finite(end, "range")) for end in value)
+            # several captors have an option each
+            given[name] = value if value is None or isinstance(value, (list, tuple)) else str(value)
+        command("plot", [self.folder], _options(given))
 
     def xarray(self, table: str = "hours") -> Any:
         """Returns ``"hours"``, ``"days"`` or ``"months"`` as an ``xarray.Dataset``: ``front``, ``back``, ``absorbed`` and

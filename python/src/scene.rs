@@ -14,6 +14,7 @@ use phylux::{
     cli::embedded::{self, Rendering, Words},
     formats::{FilesRead, InMemory, Mesh, MeshGroup, OutputFile, Run, Sweep},
     show::{Colours, ExportFormat, RenderPlan, RenderedScene},
+    transport::ThreadCount,
 };
 use pyo3::prelude::*;
 
@@ -226,7 +227,7 @@ impl Loaded {
 
     fn __repr__(&self) -> String {
         let scene = &self.loaded.scene;
-        format!("<scene `{}` in {}>", scene.name, self.folder.display())
+        format!("<scene `{}` in {}>", scene.name(), self.folder.display())
     }
 }
 
@@ -246,7 +247,10 @@ impl Loaded {
             check(&loaded.scene)?;
             let file = OutputFile::create(&path)?;
             let own = &loaded.settings;
-            let mut settings = Settings { threads: threads.unwrap_or(own.threads), ..own.clone() };
+            let mut settings = Settings {
+                threads: threads.map_or(Ok(own.threads), ThreadCount::new)?,
+                ..own.clone()
+            };
             if matches!(plan, RenderPlan::Photons) {
                 // the number in the scene is meant for its captors, not for photons to show
                 settings.photons = None;

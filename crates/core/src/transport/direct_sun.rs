@@ -116,7 +116,7 @@ const SHARE_POINTS: u64 = 64;
 /// number of threads. `None` if no sun is there, or if there are several.
 pub fn sunlit_shares(scene: &Scene, seed: u64) -> Option<Vec<[f64; 2]>> {
     let light = only_sun(scene)?;
-    let captors = scene.captors.len() as u64;
+    let captors = scene.captors().len() as u64;
     let points = (SHARE_POINTS * SunRays::CAPTORS / captors.max(1)).min(SHARE_POINTS);
     let rays = SunRays { sets: SETS, points: (points / SETS).max(1) };
     let (channels, never) = (CHANNELS.len(), AtomicBool::new(false));
@@ -126,7 +126,7 @@ pub fn sunlit_shares(scene: &Scene, seed: u64) -> Option<Vec<[f64; 2]>> {
         let [mean, error] = row.last().map_or([0.0; 2], |pair| pair.map(f64::from));
         [mean, error_of_share(error, rays.count() as f64)]
     };
-    Some((0..scene.captors.len()).into_par_iter().map(share).collect())
+    Some((0..scene.captors().len()).into_par_iter().map(share).collect())
 }
 
 /// Returns the light that is the scene's one sun; `None` if no sun is there, or several are.
@@ -168,7 +168,7 @@ pub fn sunlit_layers(scene: &Scene, seed: u64) -> Option<Vec<Option<[f64; 2]>>> 
     };
     let mut end = 0.0;
     let areas: Vec<_> = scene
-        .captors
+        .captors()
         .iter()
         .map(|captor| {
             let start = end;
@@ -239,16 +239,16 @@ fn of_captor<L: Lanes>(
     rays: SunRays,
     stop: &AtomicBool,
 ) -> Vec<[f32; 2]> {
-    let kind = scene.captors[captor].kind;
+    let kind = scene.captors()[captor].kind;
     let faces: Vec<Face> = kind.faces().iter().map(|&c| Face::new(scene, captor, c)).collect();
     let streams = Streams::new(seed, Purpose::DirectSun, captor as u64);
-    let (bands, columns) = (scene.bands.len(), scene.bands.len() + scene.sums.len());
+    let (bands, columns) = (scene.bands().len(), scene.bands().len() + scene.sums().len());
     // a captor with a back, and one before a mirror, may get the light of any sun
     let from_anywhere = faces.len() > 1 || scene.flat_mirrors().is_some();
     let normals: Vec<_> = match from_anywhere {
         true => Vec::new(),
         false => {
-            let triangles = scene.triangles_of(&scene.captors[captor]);
+            let triangles = scene.triangles_of(&scene.captors()[captor]);
             triangles.iter().map(|t| t.normal()).collect()
         }
     };
@@ -287,7 +287,7 @@ fn of_captor<L: Lanes>(
             }
             for sums in sums.chunks_exact_mut(columns) {
                 let (of_bands, of_sums) = sums.split_at_mut(bands);
-                for (value, sum) in of_sums.iter_mut().zip(&scene.sums) {
+                for (value, sum) in of_sums.iter_mut().zip(scene.sums()) {
                     *value = sum.of(of_bands);
                 }
             }

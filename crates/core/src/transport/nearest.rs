@@ -150,8 +150,8 @@ fn sum(
 ) -> Vec<Estimate> {
     let history = |(photon, _): &(usize, f64)| map.photons[*photon].history;
     photons.sort_by_key(history);
-    let mut one = vec![0.0; scene.bands.len()];
-    let mut sums = vec![0.0; one.len() + scene.sums.len()];
+    let mut one = vec![0.0; scene.bands().len()];
+    let mut sums = vec![0.0; one.len() + scene.sums().len()];
     let mut squares = sums.clone();
     for photons in photons.chunk_by(|a, b| history(a) == history(b)) {
         one.fill(0.0);
@@ -170,7 +170,7 @@ fn sum(
 
 /// Returns the point of the captor nearest to its area centroid.
 fn middle(scene: &Scene, captor: &Captor) -> Vec3 {
-    let center = (captor.center - scene.center).as_vec3();
+    let center = (captor.center - scene.center()).as_vec3();
     let distance = |p: &Vec3| p.distance_squared(center);
     scene
         .triangles_of(captor)

@@ -25,7 +25,7 @@ impl RatioResult {
     /// Returns the ratios of a scene.
     pub fn all(scene: &Scene) -> Vec<Self> {
         let weights = |sum: &BandSum| {
-            let mut weights = vec![0.0; scene.bands.len()];
+            let mut weights = vec![0.0; scene.bands().len()];
             sum.weighted().for_each(|(band, weight)| weights[band] = weight);
             weights
         };
@@ -34,7 +34,7 @@ impl RatioResult {
             numerator: weights(numerator),
             denominator: weights(denominator),
         };
-        scene.ratios.iter().map(of).collect()
+        scene.ratios().iter().map(of).collect()
     }
 
     /// Returns whether there is a possible weight for each of so many bands.

@@ -325,9 +325,10 @@ impl InfiniteLight {
         (pdf > 0.0).then_some(DirectionSample { toward, radiance_over_pdf, pdf: Some(pdf as f32) })
     }
 
-    /// Samples a direction towards the suns of the light in proportion to their radiance (over all
-    /// bands). Returns with it the irradiance of the suns on a plane across the direction, over the
-    /// probability of the choice, per band, W/m2. Returns `None` where the light has no suns.
+    /// Samples a direction towards the suns of the light: a part of it in proportion to its strength
+    /// (over all bands), and then one of its suns, each as likely as the others. Returns with it the
+    /// irradiance of that sun on a plane across the direction, over the probability of the choice,
+    /// per band, W/m2. Returns `None` where the light has no suns.
     pub fn sample_suns<L: Lanes>(&self, rng: &mut Stream) -> Option<(Vec3, Spectrum<L>)> {
         let suns = self.parts.iter().filter_map(|part| match &part.shape {
             InfiniteShape::Suns(suns) => Some((part, suns)),
@@ -342,8 +343,9 @@ impl InfiniteLight {
             rest -= part.strength();
             rest < 0.0
         })?;
-        let irradiance = suns.total() * all / part.strength();
-        Some((suns.direction(rng).as_vec3(), part.spectrum(|_| irradiance)))
+        let (toward, own) = suns.each_alike(rng);
+        let irradiance = own * suns.total() * all / part.strength();
+        Some((toward.as_vec3(), part.spectrum(|_| irradiance)))
     }
 
     /// Returns the irradiance on a plane that faces `normal`, per band, W/m2.

@@ -14,7 +14,7 @@ use super::{
     validate::check_images,
 };
 use crate::{
-    error::{Checked, Error, Result, number},
+    error::{Checked, Error, NO_THREADS, Result, number},
     math::{
         geometry::{Extent, ROUNDING, Triangle, area, closeness},
         spectrum::lanes,
@@ -43,7 +43,8 @@ impl Scene {
     /// triangles are the same.
     pub fn with_kept(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
         let pool = rayon::ThreadPoolBuilder::new().build();
-        pool.map_err(|e| Error::run("threads", e))?.install(|| Self::build(parts, kept))
+        pool.map_err(|e| Error::run("threads", e).remedy(NO_THREADS))?
+            .install(|| Self::build(parts, kept))
     }
 
     fn build(mut parts: SceneParts, kept: &KeptShapes) -> Result<Self> {

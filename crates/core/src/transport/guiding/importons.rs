@@ -56,7 +56,7 @@ impl<'a> Sources<'a> {
     pub fn new(scene: &'a Scene, expected: &[Vec<f64>]) -> Self {
         let mut expected = expected.iter();
         let mut faces: Vec<Source> = Vec::new();
-        for (c, captor) in scene.captors.iter().enumerate() {
+        for (c, captor) in scene.captors().iter().enumerate() {
             for &face in captor.kind.faces() {
                 let triangles = scene.outline(captor);
                 let light = expected.next().into_iter().flatten();

@@ -73,10 +73,10 @@ struct StartTriangle {
 impl<'a> Face<'a> {
     /// Returns the front or the back of a captor of `scene`.
     pub fn new(scene: &'a Scene, captor: usize, channel: Channel) -> Self {
-        let of: &Captor = &scene.captors[captor];
+        let of: &Captor = &scene.captors()[captor];
         let triangles = scene.outline(of);
         let area = of.area_of_face() as f32;
-        let middle = (of.center - scene.center).as_vec3();
+        let middle = (of.center - scene.center()).as_vec3();
         let places = Vec::new();
         let mut face = Self { captor, channel, scene, area, middle, triangles, places };
         face.places = (0..face.triangles.own().len()).map(|index| face.make_place(index)).collect();
@@ -90,7 +90,7 @@ impl<'a> Face<'a> {
     }
 
     fn make_place(&self, index: usize) -> StartTriangle {
-        let (scene, captor) = (self.scene, &self.scene.captors[self.captor]);
+        let (scene, captor) = (self.scene, &self.scene.captors()[self.captor]);
         let triangle = self.triangles.triangle(index);
         let front = triangle.normal();
         let normal = if self.channel == Channel::Back { -front } else { front };
@@ -157,14 +157,14 @@ impl<'a> Face<'a> {
 
     /// Returns the layer in which a point of a triangle of the captor counts.
     fn layer(&self, triangle: usize, point: Vec3) -> Option<usize> {
-        let captor = &self.scene.captors[self.captor];
+        let captor = &self.scene.captors()[self.captor];
         let of = |first: usize| self.scene.layer_of(first + triangle, point);
         (captor.kind == CaptorKind::Surface).then_some(captor.triangles.start).and_then(of)
     }
 
     /// Returns what the sensor reads of flux that comes at this cosine to the normal of the face.
     fn read<L: Lanes>(&self, flux: Spectrum<L>, cos: f32) -> Spectrum<L> {
-        match &self.scene.captors[self.captor].sensor.response {
+        match &self.scene.captors()[self.captor].sensor.response {
             None => flux,
             Some(response) => flux.scaled(response.factor(cos)),
         }
@@ -181,11 +181,11 @@ impl<'a> Face<'a> {
     /// Sends a photon from a lamp, and adds to `score` what it brings to the face, weighted by the
     /// balance heuristic against the paths that start there.
     fn sent<L: Lanes>(&self, spots: &Spots, free: f32, score: &mut PathScore<L>, rng: &mut Stream) {
-        let (scene, captor) = (self.scene, &self.scene.captors[self.captor]);
+        let (scene, captor) = (self.scene, &self.scene.captors()[self.captor]);
         let (light, chance) = spots.choose(scene, self.middle, rng);
-        let ray = scene.lights[light].emit(rng);
+        let ray = scene.lights()[light].emit(rng);
         score.rays += 1;
-        let power = scene.lights[light].spectrum::<L>();
+        let power = scene.lights()[light].spectrum::<L>();
         spots::straight::<L>(scene, ray, |crossing, through| {
             let channel = if crossing.front { Channel::Front } else { Channel::Back };
             if (crossing.captor, channel) != (self.captor, self.channel) {
@@ -233,7 +233,7 @@ impl<'a> Face<'a> {
         let straight = self.straight(&at, sun);
         let Start { triangle, point: origin, normal } = at;
         // the face of a spherical sensor is four times its cross-section, which is its area
-        let start = self.area / scene.captors[self.captor].area as f32;
+        let start = self.area / scene.captors()[self.captor].area as f32;
         let shines = |ray: &Ray| scene.visibility_along::<L>(ray, f32::INFINITY);
         let mut found: Option<Sunlight<L>> = None;
         // takes in the fraction of the suns' light that arrives along a direction
@@ -315,7 +315,7 @@ impl<'a> Face<'a> {
 
     /// Returns the surface of a triangle of a surface captor; `None` for a virtual captor.
     fn surface(&self, triangle: usize) -> Option<Surface> {
-        let captor = &self.scene.captors[self.captor];
+        let captor = &self.scene.captors()[self.captor];
         let surface = || self.scene.surface(captor.triangles.start + triangle);
         (captor.kind == CaptorKind::Surface).then(surface)
     }
@@ -331,7 +331,7 @@ impl<'a> Face<'a> {
         let Some(surface) = self.surface(triangle) else { return flux.zero() };
         let interaction =
             Interaction::new(-direction, surface.normal)
-                .on(self.scene.captors[self.captor].triangles.start + triangle);
+                .on(self.scene.captors()[self.captor].triangles.start + triangle);
         let material = self.scene.material(&surface);
         match material.absorptance(&interaction) {
             Some(absorptance) => absorptance * flux,

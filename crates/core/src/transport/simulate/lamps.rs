@@ -73,10 +73,10 @@ pub(super) fn learn<L: Lanes>(
     if importance.is_zero() {
         return Ok(None);
     }
-    let none = Lamps { shares: None, trees: vec![None; sources(&scene.lights)] };
+    let none = Lamps { shares: None, trees: vec![None; sources(scene.lights())] };
     let streams = |round: u64| Streams::new(seed, Purpose::Lamps, round);
-    let guided_photons = GUIDED.min(most / GUIDED_SHARE).max(2 * sources(&scene.lights) as u64);
-    let mut photons = FIRST_PHOTONS.max(2 * sources(&scene.lights) as u64);
+    let guided_photons = GUIDED.min(most / GUIDED_SHARE).max(2 * sources(scene.lights()) as u64);
+    let mut photons = FIRST_PHOTONS.max(2 * sources(scene.lights()) as u64);
     let send = |lamps: &Lamps, round: u64, photons: u64| {
         send::<L>(scene, importance, lamps, streams(round), photons, stop)
     };
@@ -111,7 +111,7 @@ fn send<L: Lanes>(
     photons: u64,
     stop: &AtomicBool,
 ) -> Vec<Weighed> {
-    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let strata = Strata::new(scene.lights(), photons, scene.lanes());
     let one = |index: u64| {
         let mut rng = streams.history(index);
         let source = strata.source(index);

@@ -1,8 +1,8 @@
 //! Plans a run: decides by short trials whether its photons are guided, and whether paths do
 //! better.
 //!
-//! Cost is work, never time: the number of rays times the relative variance, averaged over the
-//! faces of all captors. The decisions depend on the scene and the seed alone, so that two runs
+//! Cost is work, counted and never timed, times the relative variance, averaged over the faces of all
+//! captors. The decisions depend on the scene and the seed alone, so that two runs
 //! with the same number of photons find the same bytes.
 
 use std::{sync::Arc, time::Instant};
@@ -12,7 +12,7 @@ use super::{
     division::{Division, TriedComplete},
     pilot::ImportancePilot,
     trial::OfPaths,
-    tried::{Found, RAYS, affordable, of_a_trial},
+    tried::{Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons, unknown},
     within::within,
 };
 use crate::{
@@ -74,13 +74,14 @@ impl<'a> Plan<'a> {
         let control = &Control { progress: &|_| {}, ..*control };
         let mut settings = settings.clone();
         let of_paths = matches!(settings.estimator, Estimator::Paths | Estimator::Complete);
-        if of_paths || scene.captors.is_empty() {
+        if of_paths || scene.captors().is_empty() {
             settings.guiding = Guiding::Off;
         }
         if scene.lattice().is_some() {
             settings.guiding = unguided(settings.guiding)?;
         }
-        let until = |share: f64| settings.max_time.map(|limit| started + limit.mul_f64(share));
+        let until =
+            |share: f64| settings.max_time.map(|limit| started + limit.get().mul_f64(share));
         let for_guiding = until(FOR_GUIDING);
         let guidance = match settings.guiding {
             Guiding::Off => None,
@@ -103,9 +104,9 @@ impl<'a> Plan<'a> {
                     .unwrap_or_else(|| (Choice::without_trial(), None));
                 (Some(choice), tried)
             }
-            Estimator::Complete if !scene.captors.is_empty() => {
+            Estimator::Complete if !scene.captors().is_empty() => {
                 let TriedComplete { pilot, division, .. } =
-                    TriedComplete::new(scene, &settings, control)?;
+                    TriedComplete::new(scene, &settings, TRIAL_RAYS, control)?;
                 (None, Some(OfPaths { pilot, division: Some(division) }))
             }
             _ => (None, None),
@@ -126,7 +127,8 @@ fn unguided(asked: Guiding) -> Result<Guiding> {
         Guiding::Off | Guiding::Auto => Ok(Guiding::Off),
         Guiding::Aim | Guiding::Full => {
             let problem = "photons of a scene that repeats (`periodic`) are not guided";
-            Err(Error::input("guiding", problem).remedy("use --guiding off, or --estimator paths"))
+            Err(Error::input("guiding", problem)
+                .remedy("leave guiding out, or take paths as the estimator"))
         }
     }
 }
@@ -149,13 +151,13 @@ fn decide<'a>(
     let Some(Aiming { plain, aimed, photons }) = within(until, control, first)? else {
         return Ok(None);
     };
-    let pays = gains(&aimed.found, &plain.found);
+    let pays = gains(&aimed, &plain);
     let guidance = aim.filter(|_| pays);
     if aimed.seen {
         return Ok(guidance);
     }
-    let best = if pays { &aimed.found } else { &plain.found };
-    let is_dark = plain.found.is_dark();
+    let best = if pays { &aimed } else { &plain };
+    let is_dark = plain.is_dark();
     let learn =
         |control: &Control| try_importance(scene, settings, (photons, best, is_dark), control);
     Ok(within(until, control, learn)?.flatten().or(guidance))
@@ -163,9 +165,8 @@ fn decide<'a>(
 
 /// Returns whether one way to guide costs clearly less than another. One that has found no light does
 /// not: it may be cheap because its photons end early.
-fn gains(one: &Found, other: &Found) -> bool {
-    let work = |one: &Found, other| one.rays as f64 * one.mean(other);
-    one.finds_light() && work(one, other) < GAIN * work(other, one)
+fn gains(one: &TriedGuiding, other: &TriedGuiding) -> bool {
+    one.finds_light() && one.cost(other) < GAIN * other.cost(one)
 }
 
 /// Trials of photons without a guide and with aimed flights.
@@ -192,8 +193,8 @@ fn try_aiming<'a>(
             Some(aim) => try_guiding(scene, settings, Some(aim.clone()), photons, control)?,
             None => plain.clone(),
         };
-        rays += plain.found.rays + aimed.found.rays;
-        let most = if plain.found.is_dark() { MOST_IN_THE_DARK } else { MOST };
+        rays += plain.rays + aimed.rays;
+        let most = if plain.is_dark() { MOST_IN_THE_DARK } else { MOST };
         if aimed.seen || 4 * photons > most || rays > RAYS {
             return Ok(Aiming { plain, aimed, photons });
         }
@@ -206,12 +207,12 @@ fn try_aiming<'a>(
 fn try_importance<'a>(
     scene: &'a Scene,
     settings: &Settings,
-    (photons, best, is_dark): (u64, &Found, bool),
+    (photons, best, is_dark): (u64, &TriedGuiding, bool),
     control: &Control,
 ) -> Result<Option<Guidance<'a>>> {
     let full_gains = |full: &Guidance<'a>| -> Result<bool> {
         let full = try_guiding(scene, settings, Some(full.clone()), photons, control)?;
-        Ok(gains(&full.found, best))
+        Ok(gains(&full, best))
     };
     let mut pilot = ImportancePilot::new(scene, settings, control)?;
     // one round shows whether the rest of the pilot may pay, except where light hardly gets
@@ -230,9 +231,35 @@ fn try_importance<'a>(
 /// The result of a trial of photons.
 #[derive(Clone)]
 struct TriedGuiding {
-    found: Found,
+    /// What was found at virtual captors, and at surfaces, where there are such captors.
+    found: Vec<Found>,
+    /// Number of rays, and the work.
+    rays: u64,
+    work: f64,
     /// Whether enough histories have reached enough faces.
     seen: bool,
+}
+
+impl TriedGuiding {
+    /// Returns whether no light arrived at most of the faces: those of virtual captors, if there are
+    /// any.
+    fn is_dark(&self) -> bool {
+        self.found.first().is_some_and(Found::is_dark)
+    }
+
+    /// Returns whether light arrived at any of the faces.
+    fn finds_light(&self) -> bool {
+        self.found.iter().any(Found::finds_light)
+    }
+
+    /// Returns the work for a relative error of 1. Virtual captors count as much as all surfaces,
+    /// however many there are of these: flights that are aimed bring nothing to plants, and may be
+    /// all that comes to the sensors among them.
+    fn cost(&self, other: &Self) -> f64 {
+        let kinds = self.found.iter().zip(&other.found);
+        let logs: f64 = kinds.map(|(own, other)| own.mean(other).ln()).sum();
+        self.work * (logs / self.found.len() as f64).exp()
+    }
 }
 
 /// Runs a trial of so many photons, with this guidance.
@@ -245,10 +272,16 @@ fn try_guiding<'a>(
 ) -> Result<TriedGuiding> {
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
+    let brings = if guidance.is_some() { unknown(scene) } else { of_photons(scene) };
     let run = Run { purpose: Purpose::Guiding, ..run.guided_by(guidance) };
     let totals = run.round(0, &run.schedule(photons)?)?;
-    let found = Found::new(scene, &totals, totals.histories, channels(scene));
-    Ok(TriedGuiding { seen: sees_enough(scene, &totals), found })
+    let kinds = [false, true].map(|surfaces| channels_of(scene, surfaces).collect::<Vec<usize>>());
+    let of = |channels: Vec<usize>| {
+        Found::new(scene, &totals, totals.histories, channels.into_iter(), brings.clone())
+    };
+    let found = kinds.into_iter().filter(|channels| !channels.is_empty()).map(of).collect();
+    let (rays, work) = (totals.segments, totals.work() as f64);
+    Ok(TriedGuiding { found, rays, work, seen: sees_enough(scene, &totals) })
 }
 
 /// Returns whether at least [`SEEN`] histories have reached at least half of the faces. If there
@@ -257,7 +290,7 @@ fn sees_enough(scene: &Scene, totals: &Totals) -> bool {
     let any_virtual = scene.has_virtual_captors();
     let counts = |captor: &&Captor| !any_virtual || captor.kind != CaptorKind::Surface;
     let (mut all, mut lit) = (0, 0);
-    for captor in scene.captors.iter().filter(counts) {
+    for captor in scene.captors().iter().filter(counts) {
         for &face in captor.kind.faces() {
             let channel = captor.first_channel + face as usize;
             let histories = totals.histories_in(channel).unwrap_or(totals.photons(channel));
@@ -270,9 +303,15 @@ fn sees_enough(scene: &Scene, totals: &Totals) -> bool {
 
 /// Returns the channels of all faces.
 fn channels(scene: &Scene) -> impl Iterator<Item = usize> {
+    [false, true].into_iter().flat_map(|surfaces| channels_of(scene, surfaces))
+}
+
+/// Returns the channels of the faces of all captors that are `surfaces`, or that are virtual.
+fn channels_of(scene: &Scene, surfaces: bool) -> impl Iterator<Item = usize> {
+    let counts = move |captor: &&Captor| (captor.kind == CaptorKind::Surface) == surfaces;
     let of = |captor: &Captor| {
         let first = captor.first_channel;
         captor.kind.faces().iter().map(move |&face| first + face as usize)
     };
-    scene.captors.iter().flat_map(of)
+    scene.captors().iter().filter(counts).flat_map(of)
 }
