@@ -212,7 +212,8 @@ fn mixes_have_ratios() {
             (value, error.expect("an error"))
         });
         assert!((a / b - 1.0).abs() < 1e-12 && (a / d - 1.0).abs() < 1e-12, "{a} {b} {d}");
-        assert!((a_se / b_se - 1.0).abs() < 0.3, "lights are strata");
+        // lights are strata; and the run knows how few histories there are
+        assert!(b_se < 1.3 * a_se, "{b_se} {a_se}");
         assert!(d_se > b_se * (1.0 - 1e-9) && c_se > 0.0, "{b_se} {d_se}");
         let name = result.ratios[r].name.as_str();
         assert!(c != a || !["B:R", "R:FR"].contains(&name));

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{BandResult, validate::are_errors};
 use phylux_core::{
-    math::stats::{is_possible, ratio},
+    math::stats::{error_of_ratio, is_possible, ratio},
     scene::world::{BandRatio, BandSum, Scene},
     transport::tally::Totals,
 };
@@ -214,11 +214,13 @@ impl Ratios {
     /// Finds the ratios of what was counted in a channel; `None` if there are none.
     pub(super) fn of(totals: &Totals, channel: usize, split: bool) -> Option<Self> {
         let found = totals.ratios(channel);
-        let any = found.len() > 0;
+        let (any, histories) = (found.len() > 0, totals.misses_of(channel));
         let of = |(means, covariance): ([f64; 2], Option<[f64; 3]>)| {
             let ratio = ratio(means, covariance);
             // of a numerator of which nothing arrived no error is known
-            let error = ratio.and_then(|(_, error)| error).filter(|_| means[0] != 0.0);
+            let error =
+                ratio.and_then(|(ratio, error)| Some(error_of_ratio(ratio, error?, histories)));
+            let error = error.filter(|_| means[0] != 0.0);
             (ratio.map(|(ratio, _)| ratio), (error, covariance))
         };
         let (ratio, (ratio_se, covariance)): (Vec<_>, (Vec<_>, Vec<_>)) = found.map(of).unzip();

@@ -330,7 +330,7 @@ impl Totals {
     /// Returns the number of histories of photons that were counted in a channel, of which
     /// [one more may miss](Estimate::with_misses); 0 where paths find the light: they emit nothing,
     /// and their batches are alike because they find what they look for.
-    fn misses_of(&self, channel: usize) -> u64 {
+    pub fn misses_of(&self, channel: usize) -> u64 {
         let emits = || self.ledger.emitted.iter().any(|power| *power > 0.0);
         let alone = || self.by_photons.get(channel).is_some_and(|&alone| alone);
         let of_photons = (!self.beside_paths || alone()) && emits();
@@ -353,8 +353,7 @@ impl Totals {
     ) -> impl ExactSizeIterator<Item = ([f64; 2], Option<[f64; 3]>)> {
         let ratios = self.pairs.len().checked_div(self.photons.len()).unwrap_or(0);
         let pairs = self.pairs[channel * ratios..][..ratios].iter();
-        let histories = self.misses_of(channel);
-        pairs.map(move |pair| pair.estimate_with_misses(self.batches, histories))
+        pairs.map(move |pair| pair.estimate(self.batches))
     }
 
     /// Returns the power balance, averaged over the batches, in W or umol/s.
