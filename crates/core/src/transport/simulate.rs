@@ -21,11 +21,11 @@ mod found_and_unseen;
 mod lamps;
 mod light_by_light;
 mod memory;
-mod outcome;
 mod pilot;
 mod plan;
 mod schedule;
 mod shard;
+mod simulation;
 mod surfaces;
 mod task;
 mod trial;
@@ -48,8 +48,8 @@ use crate::{
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
         guiding::Guidance,
-        paths::{Face, Pilot, Told, reached, unaimed},
-        photon_map::MapBuilder,
+        paths::{Face, Pilot, Told, Unseen, reached, unaimed},
+        photon_map::{MapBuilder, PhotonMap},
         settings::{Estimator, Guiding, PhotonCount, Settings},
         tally::{Tally, Totals},
     },
@@ -60,12 +60,11 @@ pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
 pub use found_and_unseen::found_and_unseen;
 pub use light_by_light::{photons_by_light, simulate_light_by_light};
 pub use memory::map_bytes;
-use outcome::Outcome;
-pub use outcome::Simulation;
 pub use plan::Plan;
 pub use schedule::BATCHES;
 use schedule::{Beside, Schedule};
 pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
+pub use simulation::Simulation;
 pub use surfaces::{focused_light, light_surfaces};
 pub use trial::{Choice, OtherEstimator, other_estimator};
 
@@ -110,6 +109,23 @@ pub enum End {
     Tolerance,
     /// The time is up.
     Time,
+}
+
+/// What a run has found.
+struct Outcome {
+    estimator: Estimator,
+    beside: Option<u64>,
+    by_photons: Arc<[bool]>,
+    choice: Option<Choice>,
+    guiding: Guiding,
+    starved: bool,
+    totals: Totals,
+    map: Option<PhotonMap>,
+    unseen: Option<Unseen>,
+    too_small: Vec<bool>,
+    end: End,
+    accuracy: Option<Accuracy>,
+    threads: usize,
 }
 
 /// Runs `scene`. Errors: there are fewer photons than lights; there is no captor for paths to start

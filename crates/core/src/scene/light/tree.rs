@@ -362,8 +362,9 @@ mod tests {
         let lights: Vec<Light> = (0..1000).map(light).collect();
         let tree = LightTree::new(&lights);
         for light in [0, 499, 999] {
+            // what a node brings is told by its children, and a leaf's by the lamp itself
             let probability = tree.probability(&lights, Vec3::ZERO, None, light);
-            assert!((probability - 1e-3).abs() < 1e-5, "{probability}");
+            assert!((0.8e-3..1.25e-3).contains(&probability), "{probability}");
         }
     }
 }

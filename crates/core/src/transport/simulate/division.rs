@@ -174,15 +174,28 @@ fn divide(variances: &[Option<Variance>], work: Work, goal: Goal) -> Divided {
         let photons = f64::from(exponent).exp2();
         let [by_paths, alone] =
             [false, true].map(|alone| move |of: &Variance| log(of.with(photons, alone)));
-        // the less photons gain at a face, the earlier it gets paths
-        let mut order: Vec<(f64, usize, Variance)> = lit
+        // the more paths gain at a face, the earlier it gets them; for the worst face those that paths
+        // make better in the order of their variance, then the others by how little they lose
+        let mut order: Vec<((bool, f64), usize, Variance)> = lit
             .iter()
-            .map(|&(face, of)| match goal {
-                Goal::Typical => (by_paths(&of) - alone(&of), face, of),
-                Goal::Worst => (-alone(&of), face, of),
+            .map(|&(face, of)| {
+                let (path, photon) = (by_paths(&of), alone(&of));
+                let key = match goal {
+                    Goal::Typical => (false, path - photon),
+                    Goal::Worst if path < photon => (false, -photon),
+                    Goal::Worst => (true, path),
+                };
+                (key, face, of)
             })
             .collect();
-        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        order.sort_unstable_by(|(a, face, _), (b, other, _)| {
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(face.cmp(other))
+        });
+        // the worst of those from some place in that order on, all left to photons
+        let mut left = vec![f64::NEG_INFINITY; order.len() + 1];
+        for (i, (_, _, of)) in order.iter().enumerate().rev() {
+            left[i] = left[i + 1].max(alone(of));
+        }
         let mut logs: f64 = lit.iter().map(|(_, of)| alone(of)).sum();
         let mut worst = f64::NEG_INFINITY;
         let mut most = None;
@@ -199,10 +212,7 @@ fn divide(variances: &[Option<Variance>], work: Work, goal: Goal) -> Divided {
             let all = (paths * work.path + photons * work.photon).ln();
             let cost = match goal {
                 Goal::Typical => logs + lit.len() as f64 * all,
-                Goal::Worst => {
-                    let left = order.get(starts).map_or(f64::NEG_INFINITY, |next| alone(&next.2));
-                    all + worst.max(left)
-                }
+                Goal::Worst => all + worst.max(left[starts]),
             };
             if cost < best.0 {
                 best.0 = cost;

@@ -1,8 +1,6 @@
 //! What a run has found, together with the scene and the settings that it is of.
 
-use std::sync::Arc;
-
-use super::{Accuracy, Choice, End};
+use super::{Accuracy, Choice, End, Outcome};
 use crate::{
     scene::world::Scene,
     transport::{
@@ -12,23 +10,6 @@ use crate::{
         tally::Totals,
     },
 };
-
-/// What a run has found.
-pub(super) struct Outcome {
-    pub(super) estimator: Estimator,
-    pub(super) beside: Option<u64>,
-    pub(super) by_photons: Arc<[bool]>,
-    pub(super) choice: Option<Choice>,
-    pub(super) guiding: Guiding,
-    pub(super) starved: bool,
-    pub(super) totals: Totals,
-    pub(super) map: Option<PhotonMap>,
-    pub(super) unseen: Option<Unseen>,
-    pub(super) too_small: Vec<bool>,
-    pub(super) end: End,
-    pub(super) accuracy: Option<Accuracy>,
-    pub(super) threads: usize,
-}
 
 /// The result of a run. It holds on to its scene and to its settings, so that what it found cannot
 /// pass for the result of another run.
