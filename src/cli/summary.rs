@@ -321,8 +321,11 @@ fn groups(text: &mut String, result: &RunResult) {
             let (name, captors) = match (k, count) {
                 (0, 1) => (format!("  {name}"), groups[0].captors.to_string()),
                 (0, _) => {
-                    let captors = Spread::of(groups.iter().map(|g| g.captors as f64).collect());
-                    (format!("  {name} ({count})"), captors.range())
+                    let all = || groups.iter().map(|group| group.captors);
+                    let [least, most] = [all().min(), all().max()].map(Option::unwrap_or_default);
+                    let captors =
+                        if least == most { format!("{least}") } else { format!("{least}-{most}") };
+                    (format!("  {name} ({count})"), captors)
                 }
                 _ => (kind.clone(), String::new()),
             };
