@@ -113,9 +113,14 @@ impl Suns {
         (toward, self.radiance(toward).max(own))
     }
 
+    /// Draws a direction like [`sample`](Self::sample), without the radiance there.
+    pub fn direction(&self, rng: &mut Stream) -> DVec3 {
+        self.choose(rng).0
+    }
+
     /// Draws a direction towards one of the suns, each as likely as the others, and uniform on its
-    /// disc. Returns with it the irradiance of that sun, on a plane across its direction, over the
-    /// chance of the choice.
+    /// disc. Returns with it the chance of that sun in [`direction`](Self::direction) over its chance
+    /// here.
     pub fn each_alike(&self, rng: &mut Stream) -> (DVec3, f64) {
         let count = self.suns.len();
         let sun = &self.suns[((rng.uniform_fine() * count as f64) as usize).min(count - 1)];

@@ -209,11 +209,12 @@ impl<'a> Face<'a> {
         });
     }
 
-    /// Draws a point of the captor, and a direction of the suns of `light`, which is at infinity.
+    /// Draws a point of the captor, and a direction of the suns of `light`, which is at infinity, each as
+    /// likely as the others.
     /// `None` where the light has no suns.
     pub fn sunbeam<L: Lanes>(&self, light: &InfiniteLight, rng: &mut Stream) -> Option<Sunbeam<L>> {
         let (triangle, weights) = self.choose(rng);
-        let (sun, irradiance) = light.sample_suns::<L>(rng)?;
+        let (sun, irradiance) = light.sample_suns_alike::<L>(rng)?;
         Some(Sunbeam { triangle, weights, sun, irradiance })
     }
 
