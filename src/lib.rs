@@ -1,10 +1,11 @@
 //! Photon mapping for plant science: how much light every sensor and every leaf of a greenhouse or
 //! growth chamber receives.
 //!
-//! A scene comes from a file ([`load`]) or is made in memory ([`SceneBuilder`](formats::SceneBuilder)). Photons travel
-//! from its lights, and those that meet a captor are counted and stored ([`simulate`]); or paths go
-//! back from the captors to the lights ([`Estimator`]). [`RunResult`] tells what each captor
-//! received, [`FlatResult`] the same as arrays.
+//! A scene comes from a file ([`load`]) or is made in memory
+//! ([`SceneBuilder`](formats::SceneBuilder)). Photons travel from its lights, and those that meet a
+//! captor are counted and stored ([`simulate`](fn@simulate)); or paths go back from the captors to
+//! the lights ([`Estimator`]). [`RunResult`] tells what each captor received, [`FlatResult`] the same
+//! as arrays.
 //!
 //! ```
 //! use phylux::{Control, RunResult, load, simulate};
@@ -18,7 +19,7 @@
 //! ```
 //!
 //! Each module shows what a program needs of it. In the order in which light meets them: [`scene`]
-//! (surfaces, lights, captors), [`transport`] (the [photon loop](transport::trace), which reports
+//! (surfaces, lights, captors), [`transport`] (the [photon loop](fn@transport::trace), which reports
 //! [events](transport::Event) to a tally of your own; runs, estimators, photon maps), [`results`],
 //! [`formats`] (files, and [descriptions](formats::spec) of scenes), [`show`] (pictures, plots,
 //! pages), [`studies`] (sweeps, years, convergence), over [`math`].
