@@ -1,10 +1,11 @@
 //! Photon mapping for plant science: how much light every sensor and every leaf of a greenhouse or
 //! growth chamber receives.
 //!
-//! A scene comes from a file ([`load`]) or is made in memory ([`SceneBuilder`](formats::SceneBuilder)). Photons travel
-//! from its lights, and those that meet a captor are counted and stored ([`simulate`]); or paths go
-//! back from the captors to the lights ([`Estimator`]). [`RunResult`] tells what each captor
-//! received, [`FlatResult`] the same as arrays.
+//! A scene comes from a file ([`load`]) or is made in memory
+//! ([`SceneBuilder`](formats::SceneBuilder)). Photons travel from its lights, and those that meet a
+//! captor are counted and stored ([`simulate`](fn@simulate)); or paths go back from the captors to
+//! the lights ([`Estimator`]). [`RunResult`] tells what each captor received, [`FlatResult`] the same
+//! as arrays.
 //!
 //! ```
 //! use phylux::{Control, RunResult, load, simulate};
@@ -18,7 +19,7 @@
 //! ```
 //!
 //! Each module shows what a program needs of it. In the order in which light meets them: [`scene`]
-//! (surfaces, lights, captors), [`transport`] (the [photon loop](transport::trace), which reports
+//! (surfaces, lights, captors), [`transport`] (the [photon loop](fn@transport::trace), which reports
 //! [events](transport::Event) to a tally of your own; runs, estimators, photon maps), [`results`],
 //! [`formats`] (files, and [descriptions](formats::spec) of scenes), [`show`] (pictures, plots,
 //! pages), [`studies`] (sweeps, years, convergence), over [`math`].
@@ -90,6 +91,25 @@ pub mod results {
 }
 
 /// Files, and descriptions of scenes.
+///
+/// A scene that is made in memory:
+/// ```
+/// use phylux::{Control, FlatResult, Settings, formats::{SceneBuilder, spec::*}, math::Quantity, simulate, transport::PhotonCount};
+///
+/// let loaded = SceneBuilder::new()
+///     .quantity(Quantity::Micromole)
+///     .band("PAR", 400.0, 700.0)
+///     .light(PointSpec::new([0.0, 0.0, 2.0], 100.0))
+///     .captor(CaptorSpec::disc("sensor", [0.0; 3], [0.0, 0.0, 1.0], 0.02))
+///     .build()?;
+/// let settings = Settings { photons: Some(PhotonCount::new(100_000)?), ..Settings::default() };
+/// let run = simulate(&loaded.scene, &settings, &Control::default())?;
+/// let (flux, error) = FlatResult::new(&run).get(0, phylux::scene::Channel::Front, 0);
+/// // a disc far below a point: 100 umol/s / (4 pi (2 m)^2)
+/// let expected = 100.0 / (16.0 * std::f64::consts::PI) * loaded.scene.captors()[0].area;
+/// assert!((flux - expected).abs() < 4.0 * error + 1e-3 * expected);
+/// # Ok::<(), phylux::Error>(())
+/// ```
 pub mod formats {
     pub use phylux_files::{
         ControlFile, DimFile, Face, FilesRead, HourlyLight, HourlyLights, HourlySun, InMemory,

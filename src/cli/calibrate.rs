@@ -370,7 +370,7 @@ fn search(
         true => Ok(middle.deviance),
         false => fitted(&grid.values(run), &plan).map(|(_, _, found)| found.deviance),
     };
-    let deviances = (0..grid.len()).map(deviance).collect::<Result<Vec<f64>>>()?;
+    let deviances = (0..grid.runs()).map(deviance).collect::<Result<Vec<f64>>>()?;
     let varied = grid.least(&deviances);
     let values: Vec<f64> = varied.iter().map(|varied| varied.value).collect();
     let (document, loaded, mut found) = fitted(&values, &plan)?;

@@ -128,7 +128,7 @@ impl RunRecord {
     /// Reads the next record of a run; `None` at the end, if the whole file is as it was written.
     /// Error: the file was damaged, or a record takes more memory than is left.
     pub fn next(reader: &mut WorkReader) -> Result<Option<Self>> {
-        let content = reader.next()?.ok_or_else(|| reader.spoiled())?;
+        let content = reader.next_record()?.ok_or_else(|| reader.spoiled())?;
         if content.is_empty() { Ok(None) } else { Self::parse(reader, &content).map(Some) }
     }
 
@@ -218,7 +218,7 @@ impl Checkpoint {
     fn read(&self, file: &File) -> Result<Option<Resumed>> {
         let file = file.try_clone().map_err(|e| Error::run(self.path.display(), e))?;
         let mut reader = WorkReader::checkpoint(&self.path, Work::Run, file)?;
-        let first = reader.next()?.ok_or_else(|| reader.spoiled())?;
+        let first = reader.next_record()?.ok_or_else(|| reader.spoiled())?;
         if first.is_empty() {
             // of whatever run it is: nothing is lost with it
             return Ok(None);

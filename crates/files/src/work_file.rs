@@ -286,7 +286,7 @@ impl WorkReader {
     /// Reads the content of the next record; it is empty at the end of a complete file. `None` if
     /// the file was cut short or changed from there on. Error: the content takes more memory than is
     /// left.
-    pub fn next(&mut self) -> Result<Option<Vec<u8>>> {
+    pub fn next_record(&mut self) -> Result<Option<Vec<u8>>> {
         let mut before = [0; LINE];
         if self.reader.read_exact(&mut before).is_err() {
             return Ok(None);

@@ -186,7 +186,7 @@ impl Open {
     fn read(mut reader: WorkReader, mut held: Option<HeldFile>) -> Result<(Self, bool)> {
         let mut known = BTreeMap::new();
         let complete = loop {
-            let Some(content) = reader.next()? else { break false };
+            let Some(content) = reader.next_record()? else { break false };
             let Some((unit, found)) = Unit::of(&content) else { break content.is_empty() };
             known.insert(unit, reader.length - found.len() as u64..reader.length);
         };

@@ -9,7 +9,7 @@
 //! towards the sun's position in each hour.
 //!
 //! Read [`Year::find`], then [`part`] for what the lights bring, [`control`] for the lamps,
-//! [`product`] for the light of the hours, [`interpolated`] for what the grid costs and [`tables`]
+//! [`product`] for the light of the hours, `interpolated` for what the grid costs and [`tables`]
 //! for what is written.
 
 mod conditions;

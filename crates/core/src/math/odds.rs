@@ -126,7 +126,7 @@ impl SphereBins {
         Self::new(axis, versines)
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         (self.versines.len() - 1) * self.turns
     }
 

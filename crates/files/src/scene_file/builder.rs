@@ -21,25 +21,7 @@ use phylux_core::{
 /// A scene file is read into the same [description](crate::spec), and both go the same
 /// way from there: ids, checks and the sentences of errors are those of a file that says the same.
 /// docs/scene-format.md describes each part.
-///
-/// # Example
-/// ```
-/// use phylux::{Control, FlatResult, Settings, formats::{SceneBuilder, spec::*}, math::Quantity, simulate, transport::PhotonCount};
-///
-/// let loaded = SceneBuilder::new()
-///     .quantity(Quantity::Micromole)
-///     .band("PAR", 400.0, 700.0)
-///     .light(PointSpec::new([0.0, 0.0, 2.0], 100.0))
-///     .captor(CaptorSpec::disc("sensor", [0.0; 3], [0.0, 0.0, 1.0], 0.02))
-///     .build()?;
-/// let settings = Settings { photons: Some(PhotonCount::new(100_000)?), ..Settings::default() };
-/// let run = simulate(&loaded.scene, &settings, &Control::default())?;
-/// let (flux, error) = FlatResult::new(&run).get(0, phylux::scene::Channel::Front, 0);
-/// // a disc far below a point: 100 umol/s / (4 pi (2 m)^2)
-/// let expected = 100.0 / (16.0 * std::f64::consts::PI) * loaded.scene.captors()[0].area;
-/// assert!((flux - expected).abs() < 4.0 * error + 1e-3 * expected);
-/// # Ok::<(), phylux::Error>(())
-/// ```
+/// The documentation of `phylux::formats` has an example.
 #[derive(Debug, Default)]
 pub struct SceneBuilder {
     spec: SceneSpec,

@@ -104,13 +104,13 @@ impl<'a> Grid<'a> {
     }
 
     /// Returns the number of runs.
-    pub fn len(&self) -> usize {
+    pub fn runs(&self) -> usize {
         NODES.pow(self.varies.len() as u32)
     }
 
     /// Returns the index of the run in the middle.
     pub fn middle(&self) -> usize {
-        self.len() / 2
+        self.runs() / 2
     }
 
     /// Returns the values of a run, by its index.
@@ -141,7 +141,7 @@ impl<'a> Grid<'a> {
     /// Returns the values with the least deviance. `deviances` holds that of each run, in order.
     pub fn least(&self, deviances: &[f64]) -> Vec<Varied> {
         let total = |run: usize| deviances[run] + self.distance(&self.values(run));
-        let totals: Vec<f64> = (0..self.len()).map(total).collect();
+        let totals: Vec<f64> = (0..self.runs()).map(total).collect();
         let best = (0..totals.len()).min_by(|&a, &b| totals[a].total_cmp(&totals[b])).unwrap_or(0);
         let n = self.varies.len();
         let digit = |i: usize| best / NODES.pow(i as u32) % NODES;
@@ -264,7 +264,7 @@ mod tests {
         let one = [vary("/a=0.4:0.8")];
         let grid = Grid::new("s", &document, &one, false).unwrap();
         let of = |x: f64| 7.0 + ((x - 0.63) / 0.05).powi(2);
-        let deviances: Vec<f64> = (0..grid.len()).map(|run| of(grid.values(run)[0])).collect();
+        let deviances: Vec<f64> = (0..grid.runs()).map(|run| of(grid.values(run)[0])).collect();
         let found = &grid.least(&deviances)[0];
         assert!((found.value - 0.63).abs() < 1e-9 && found.given == 0.5);
         assert!((found.standard_error.unwrap() - 0.05).abs() < 1e-9);
@@ -276,7 +276,7 @@ mod tests {
         let grid = Grid::new("s", &document, &two, false).unwrap();
         let middle = grid.values(grid.middle());
         assert!(
-            grid.len() == 25 && (middle[0] - 0.6).abs() < 1e-12 && (middle[1] - 0.3).abs() < 1e-12
+            grid.runs() == 25 && (middle[0] - 0.6).abs() < 1e-12 && (middle[1] - 0.3).abs() < 1e-12
         );
         // precision [[4, 1.5], [1.5, 1]] over 0.1²: the diagonal of its inverse is 1/1.75 and
         // 4/1.75
@@ -284,7 +284,7 @@ mod tests {
             let (u, v) = ((x[0] - 0.52) / 0.1, (x[1] - 0.36) / 0.1);
             4.0 * u * u + 3.0 * u * v + v * v
         };
-        let deviances: Vec<f64> = (0..grid.len()).map(|run| of(&grid.values(run))).collect();
+        let deviances: Vec<f64> = (0..grid.runs()).map(|run| of(&grid.values(run))).collect();
         let found = grid.least(&deviances);
         for (found, [value, error]) in found.iter().zip([[0.52, 1.0 / 1.75], [0.36, 4.0 / 1.75]]) {
             assert!((found.value - value).abs() < 1e-9, "{found:?}");
