@@ -22,6 +22,7 @@ mod contract;
 mod copies;
 mod coverage;
 mod daylight;
+mod edges;
 mod electricity;
 mod exact;
 mod examples;

@@ -169,3 +169,45 @@ fn wrong_trackers_have_their_sentence() {
         refused(&scene.path(""), &arguments, &[words]);
     }
 }
+
+/// On a slope that rises to the east a level sensor has no direct light while the sun stands below the
+/// slope, and all of it afterwards, with one axis and with two; no hour is sunlit before.
+///
+/// Each hour to 1 W and 0.1 %, but for those in which the sun comes over the hill.
+#[test]
+fn the_sun_comes_over_the_hill() {
+    for axes in [
+        json!({ "x": [0, 2], "slope": [1, 0] }),
+        json!({ "x": [0, 2], "y": [0, 3], "slope": [1, 0] }),
+    ] {
+        let scene = sunny(21..22)
+            .with("periodic", axes.clone())
+            .captor("up", &Mesh::square([1.0, 1.0, 2.0], [0.0, 0.0, 1.0], 0.2))
+            .write();
+        let year = super::year(&scene, None, 20_000, SkyDivision::Tregenza);
+        let loaded =
+            phylux::formats::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
+        let hourly = loaded.expect("a scene").hourly.expect("hours");
+        let (mut hidden, mut lit) = (0, 0);
+        for (s, slot) in year.slots.iter().enumerate() {
+            let Some(sun) = slot.hour.map(|h| hourly.hours[h].sun.direction(hourly.north)) else {
+                continue;
+            };
+            let above = sun.z - 0.5 * sun.x;
+            if above.abs() < 0.05 {
+                continue;
+            }
+            let values = year.hour(s).expect("an hour");
+            let found = values.light(0, Channel::Front, 0).expect("a front").mean;
+            let sunlit = values.sunlit(0).expect("a share").mean;
+            let [exact, share] = if above > 0.0 { [600.0 * sun.z, 1.0] } else { [0.0; 2] };
+            assert!(
+                (found - exact).abs() < 1e-3 * exact + 1e-6,
+                "{axes}, {s}: {found}, not {exact}"
+            );
+            assert_eq!(sunlit, share, "{axes}, {s}");
+            (hidden, lit) = (hidden + usize::from(above < 0.0), lit + usize::from(above > 0.0));
+        }
+        assert!(hidden >= 2 && lit >= 8, "{hidden} {lit}");
+    }
+}

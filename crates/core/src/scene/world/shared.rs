@@ -155,7 +155,7 @@ impl Scene {
         let normal = instance.turn(own.normal);
         Surface {
             normal,
-            offset: placed.offset(instance, normal),
+            extra_offset: placed.extra_offset(instance, normal, self.shapes.repeats.is_some()),
             steepest: own.steepest / instance.scale(),
             reach: 1.1 * (reach.length() + radius),
             ..*own
@@ -199,23 +199,27 @@ impl Scene {
             |hit: &Hit| prototype.triangles[triangle(hit)].slopes() * (ROUNDING / instance.scale());
         let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
         let steepest = common.surfaces[triangle(&hit)].steepest / instance.scale();
-        let mut point = hit.point;
+        let mut is_near_edge = false;
         if weights.min_element() < steepest * (MARGINS * (reach + hit.t)) {
             let own = instance.enter(ray);
             let tree = self.shapes.forest.as_ref().map(|forest| forest.tree(instance.prototype));
-            if weights.cmplt(change(&hit) * (MARGINS * (reach + hit.t))).any()
-                && let Some(tree) = tree
-            {
+            is_near_edge = weights.cmplt(change(&hit) * (MARGINS * (reach + hit.t))).any();
+            if let Some(tree) = tree.filter(|_| is_near_edge) {
                 let shape = |t: u32| &prototype.triangles[t as usize];
                 hit = super::front_at_edge(tree, shape, &own, &hit, reach);
             }
-            let margins = Triangle::margins(change(&hit), MARGINS * reach);
-            let own = &prototype.triangles[triangle(&hit)];
-            point = own.draw_in(hit.point, hit.u, hit.v, margins);
         }
-        let first = placed.first_of(*index);
-        let point = placed.instances[*index].place(point);
-        SurfaceHit { t: hit.t, triangle: first + triangle(&hit), point }
+        let instance = &placed.instances[*index];
+        let point = instance.place_exactly(hit.point.as_dvec3());
+        let point = match is_near_edge {
+            true => {
+                let shape = instance.triangle(&prototype.triangles[triangle(&hit)]);
+                let surface = self.placed_surface(instance, triangle(&hit), common);
+                surface.off_edges(&shape, point)
+            }
+            false => point.as_vec3(),
+        };
+        SurfaceHit { t: hit.t, triangle: placed.first_of(*index) + triangle(&hit), point }
     }
 }
 
