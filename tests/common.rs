@@ -1,6 +1,9 @@
 //! What the tests share: how a scene file is run, where the program is, and folders for scenes.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    process::Output,
+};
 
 use phylux::{Control, Estimator, RunResult, Settings, results::FaceResult};
 
@@ -29,6 +32,19 @@ pub fn run_file(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
 pub fn binary() -> PathBuf {
     let other = std::env::var_os("PHYLUX_BINARY");
     other.unwrap_or_else(|| env!("CARGO_BIN_EXE_phylux").into()).into()
+}
+
+/// Returns what a command has said to the standard error, without lines of progress, which come only
+/// if it takes longer than two seconds.
+pub fn stderr(output: &Output) -> String {
+    // such a line begins with a percentage or a time, as in `12% ` and `3s `
+    let is_progress = |line: &str| {
+        let rest = line.trim_start_matches(|c: char| c.is_ascii_digit());
+        rest.len() < line.len() && rest.starts_with(['%', 's', 'm', 'h'])
+            || line.contains(" so far, ")
+    };
+    let text = String::from_utf8_lossy(&output.stderr);
+    text.split_inclusive('\n').filter(|line| !is_progress(line)).collect()
 }
 
 /// A temporary folder with a scene and its files, which is deleted when this is dropped.

@@ -308,7 +308,8 @@ fn emitters_that_could_not_shine_are_refused() {
 }
 
 /// Asserts that `work` ends with an error if the progress callback panics when it is called for the
-/// `nth` time. Fails if `work` does not end within 300 s.
+/// `nth` time. Fails if `work` does not end within a time that
+/// only a hang takes.
 fn broken_off(threads: usize, nth: usize, work: fn(&Scene, &Settings, &Control) -> Option<Error>) {
     let scene = Arc::new(Scene::new(parts()).unwrap_or_else(|e| panic!("{e}")));
     let (tell, told) = mpsc::channel();
@@ -322,7 +323,7 @@ fn broken_off(threads: usize, nth: usize, work: fn(&Scene, &Settings, &Control) 
         // the receiver exists unless the test has failed already
         let _ = tell.send(work(&scene, &settings, &control));
     });
-    let error = told.recv_timeout(Duration::from_secs(300)).expect("it panics, or never ends");
+    let error = told.recv_timeout(Duration::from_secs(900)).expect("it panics, or never ends");
     let error = error.expect("the run went on");
     assert_eq!(error.kind(), ErrorKind::Run);
     assert!(error.to_string().contains("(the callback is at fault)"), "{error}");

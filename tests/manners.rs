@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use crate::{
     bad_input::{listing, phylux},
-    common::{TestScene, binary},
+    common::{TestScene, binary, stderr},
 };
 
 fn scene() -> TestScene {
@@ -34,7 +34,7 @@ fn text(bytes: &[u8]) -> String {
 /// Asserts that a command ends with this exit code, and returns its output.
 fn ends(folder: &Path, code: i32, arguments: &[&str]) -> Output {
     let output = phylux(folder, arguments);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", text(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", stderr(&output));
     output
 }
 
@@ -46,8 +46,8 @@ fn results_go_to_the_standard_output_and_words_beside_it() {
     let output = ends(&folder, 0, &["run", "scene.json", "-o", "-"]);
     let result: Value = serde_json::from_slice(&output.stdout).expect("results alone");
     assert_eq!(result["photons"], 2000);
-    assert!(text(&output.stderr).starts_with("wall: 2000 photons"), "{}", text(&output.stderr));
-    assert!(text(&output.stderr).ends_with("; wrote to the standard output\n"));
+    assert!(stderr(&output).starts_with("wall: 2000 photons"), "{}", stderr(&output));
+    assert!(stderr(&output).ends_with("; wrote to the standard output\n"));
     assert_eq!(listing(&folder), before);
     ends(&folder, 0, &["run", "scene.json", "-o", "a.json"]);
     assert!(fs::read(scene.path("a.json")).expect("results") == output.stdout);
@@ -107,7 +107,7 @@ fn a_pipe_that_is_closed_is_no_error() {
             command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("a start");
         drop(child.stdout.take());
         let output = child.wait_with_output().expect("an end");
-        assert_eq!(text(&output.stderr), "", "{arguments:?}");
+        assert_eq!(stderr(&output), "", "{arguments:?}");
         assert_eq!(output.status.code(), Some(0), "{arguments:?}");
     }
 }
@@ -123,12 +123,12 @@ fn quiet_commands_say_only_results_warnings_and_errors() {
         &["compare", "a.json", "b.json", "-q"],
     ] {
         let output = ends(&folder, 0, arguments);
-        assert_eq!((text(&output.stdout), text(&output.stderr)), Default::default());
+        assert_eq!((text(&output.stdout), stderr(&output)), Default::default());
     }
     assert!(!ends(&folder, 0, &["schema", "-q"]).stdout.is_empty());
     let few = ends(&folder, 0, &["run", "scene.json", "-q", "--photons", "5", "-o", "c.json"]);
-    assert!(text(&few.stderr).starts_with("warning: "), "{}", text(&few.stderr));
-    assert!(text(&ends(&folder, 2, &["run", "none.json", "-q"]).stderr).starts_with("error: "));
+    assert!(stderr(&few).starts_with("warning: "), "{}", stderr(&few));
+    assert!(stderr(&ends(&folder, 2, &["run", "none.json", "-q"])).starts_with("error: "));
 }
 
 /// `phylux compare --exit-code` ends with 0 if two results agree and with 1 if they do not.
@@ -165,12 +165,12 @@ fn checks_can_be_strict_and_read_by_programs() {
     ends(&folder, 0, &["check", "spare.json"]);
     let output = ends(&folder, 1, &["check", "spare.json", "--strict"]);
     assert!(
-        text(&output.stderr).ends_with(
+        stderr(&output).ends_with(
             "error: spare.json: 1 warning; change what they name, or leave out --strict\n"
         )
     );
     let output = ends(&folder, 0, &["check", "spare.json", "--json"]);
-    assert_eq!(text(&output.stderr), "");
+    assert_eq!(stderr(&output), "");
     let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(found["scene"], "wall");
     assert_eq!(found["surfaces"][0]["material"], "wall");
@@ -200,7 +200,7 @@ fn usage_that_is_wrong_ends_with_2_and_help_with_0() {
         assert_eq!(text(&ends(&folder, 2, arguments).stdout), "", "{arguments:?}");
     }
     for arguments in [&["--help"][..], &["--version"], &["help", "run"]] {
-        assert_eq!(text(&ends(&folder, 0, arguments).stderr), "", "{arguments:?}");
+        assert_eq!(stderr(&ends(&folder, 0, arguments)), "", "{arguments:?}");
     }
 }
 

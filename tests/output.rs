@@ -6,16 +6,15 @@ use std::{
     fs,
     os::unix::fs::{FileTypeExt, PermissionsExt, symlink},
     path::Path,
-    process::{Child, Command, Output, Stdio},
-    thread::sleep,
-    time::{Duration, Instant},
+    process::{Child, Command, Stdio},
 };
 
 use serde_json::Value;
 
 use crate::{
     bad_input::{listing, phylux},
-    common::{TestScene, binary},
+    common::{TestScene, binary, stderr},
+    processes::{happens, kill, signal, start, start_until},
 };
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -30,50 +29,23 @@ fn scene() -> TestScene {
     TestScene::new(scene, &[("a.obj", OBJ)])
 }
 
-fn start(folder: &Path, arguments: &[&str]) -> Child {
-    Command::new(binary())
-        .args(arguments)
-        .current_dir(folder)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("phylux starts")
+/// Starts a command of endless work, and waits until it has a temporary output.
+fn begun(folder: &Path, line: &str) -> Child {
+    let unfinished = || listing(folder).iter().any(|name| name.starts_with(".phylux-"));
+    start_until(folder, line, unfinished)
 }
 
-/// Waits until the temporary output exists, and 100 ms more.
-fn wait_for_start(folder: &Path) {
-    let started = Instant::now();
-    while !listing(folder).iter().any(|name| name.starts_with(".phylux-")) {
-        assert!(started.elapsed() < Duration::from_secs(120), "no temporary file");
-        sleep(Duration::from_millis(5));
-    }
-    sleep(Duration::from_millis(100));
-}
-
-fn signal(child: &Child, name: &str) {
-    let id = child.id().to_string();
-    let status = Command::new("kill").args([name, &id]).status().expect("kill");
-    assert!(status.success());
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-const LONG: [&str; 6] = ["run", "scene.json", "--photons", "1e14", "--per-captor", "each"];
+const LONG: &str = "run scene.json --photons 1e14 --per-captor each";
 
 #[test]
 fn an_interrupted_run_leaves_nothing_behind() {
     let scene = scene();
     let folder = scene.path("");
     let before = listing(&folder);
-    for (name, more) in [
-        ("-INT", &["--csv", "t.csv"][..]),
-        ("-INT", &["--max-time", "1e6"]),
-        ("-TERM", &["--tolerance", "1e-9"]),
-    ] {
-        let child = start(&folder, &[&LONG[..], more].concat());
-        wait_for_start(&folder);
+    for (name, more) in
+        [("-INT", "--csv t.csv"), ("-INT", "--max-time 1e12"), ("-TERM", "--tolerance 1e-9")]
+    {
+        let child = begun(&folder, &format!("{LONG} {more}"));
         signal(&child, name);
         let output = child.wait_with_output().expect("an end");
         assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
@@ -90,9 +62,8 @@ fn an_interrupted_view_or_export_leaves_nothing_behind() {
     fs::write(scene.path("scene.json"), long).expect("written");
     let folder = scene.path("");
     let before = listing(&folder);
-    for arguments in [&["view", "scene.json"][..], &["export", "scene.json", "-o", "a.vtu"]] {
-        let child = start(&folder, arguments);
-        wait_for_start(&folder);
+    for line in ["view scene.json", "export scene.json -o a.vtu"] {
+        let child = begun(&folder, line);
         signal(&child, "-INT");
         let output = child.wait_with_output().expect("an end");
         assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
@@ -106,10 +77,7 @@ fn a_killed_run_leaves_the_old_results() {
     let scene = scene();
     let folder = scene.path("");
     fs::write(scene.path("results.json"), "old").expect("a file");
-    let mut child = start(&folder, &["run", "scene.json", "--photons", "1e14"]);
-    wait_for_start(&folder);
-    signal(&child, "-KILL");
-    assert!(!child.wait().expect("an end").success());
+    assert!(kill(begun(&folder, "run scene.json --photons 1e14")));
     assert_eq!(fs::read_to_string(scene.path("results.json")).expect("a file"), "old");
     let output = phylux(&folder, &["run", "scene.json", "--photons", "1000"]);
     assert!(output.status.success(), "{}", stderr(&output));
@@ -120,14 +88,15 @@ fn a_killed_run_leaves_the_old_results() {
 fn whoever_stops_reading_has_read_enough() {
     let scene = scene();
     let folder = scene.path("");
-    for arguments in
-        [&["run", "scene.json", "--photons", "1000"][..], &["schema"], &["check", "scene.json"]]
-    {
-        let mut child = start(&folder, arguments);
+    for line in ["run scene.json --photons 1000", "schema", "check scene.json"] {
+        let mut command = Command::new(binary());
+        command.args(line.split(' ')).current_dir(&folder);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("phylux starts");
         drop(child.stdout.take());
         let output = child.wait_with_output().expect("an end");
-        assert_eq!(stderr(&output), "", "{arguments:?}");
-        assert!(output.status.success(), "{arguments:?}: {}", output.status);
+        assert_eq!(stderr(&output), "", "{line}");
+        assert!(output.status.success(), "{line}: {}", output.status);
     }
     assert_eq!(read_json(&scene.path("results.json"))["photons"], 1000);
 }
@@ -251,7 +220,8 @@ fn files_of_captors_replace_nothing_else() {
     refused(&folder, &table, "is named for two outputs");
 }
 
-/// While a scene is read no flag is checked, so an interrupt ends the program immediately.
+/// While a scene is read no flag is checked, so an interrupt ends the program immediately. The scene
+/// is so large that it is still being read when the temporary output is there.
 #[test]
 fn an_interrupt_while_reading_leaves_nothing_behind() {
     let scene = scene();
@@ -259,8 +229,7 @@ fn an_interrupt_while_reading_leaves_nothing_behind() {
     fs::write(scene.path("a.obj"), OBJ.to_owned() + &"f 1 2 3\n".repeat(1_000_000))
         .expect("a file");
     let before = listing(&folder);
-    let child = start(&folder, &[&LONG[..], &["--csv", "t.csv"]].concat());
-    wait_for_start(&folder);
+    let child = begun(&folder, &format!("{LONG} --csv t.csv"));
     signal(&child, "-INT");
     let output = child.wait_with_output().expect("an end");
     assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
@@ -553,19 +522,8 @@ fn an_interrupt_while_writing_leaves_no_folder() {
     };
     for round in 0..10 {
         let line = "run scene.json --photons 1000 --guiding off --k 0 --per-captor each";
-        let mut child = start(&folder, &line.split(' ').collect::<Vec<_>>());
-        let started = Instant::now();
-        let wait = || std::thread::sleep(Duration::from_micros(200));
-        while staged() <= 100 * round && !scene.path("results.json").exists() {
-            assert!(started.elapsed() < Duration::from_secs(60), "nothing is written");
-            wait();
-        }
-        let mut ended = || child.try_wait().expect("a state").is_some();
-        while staged() <= 100 * round && !ended() {
-            assert!(started.elapsed() < Duration::from_secs(60), "no end");
-            wait();
-        }
-        if !ended() {
+        let mut child = start(&folder, line);
+        if happens(&mut child, || staged() > 100 * round) {
             signal(&child, "-INT");
         }
         let output = child.wait_with_output().expect("an end");
@@ -575,7 +533,6 @@ fn an_interrupt_while_writing_leaves_no_folder() {
             assert_eq!(listing(&scene.path("each")).len(), 5000, "{}", stderr(&output));
             fs::remove_dir_all(scene.path("each")).expect("removed");
         } else {
-            // on a slow machine a line of progress may stand before it
             let said = stderr(&output);
             let errors = said.lines().filter(|line| line.starts_with("error: "));
             assert_eq!(errors.count(), 1, "{said}");

@@ -7,14 +7,13 @@ use std::{
     fs,
     os::unix::fs::symlink,
     path::Path,
-    process::{Child, Command, Stdio},
-    thread::sleep,
-    time::{Duration, Instant},
+    process::{Child, Command},
 };
 
 use crate::{
     bad_input::{listing, phylux, refused},
-    common::{TestScene, binary},
+    common::{TestScene, binary, stderr},
+    processes::{kill, start, start_until},
     year::two_days,
 };
 
@@ -30,26 +29,11 @@ fn scene() -> TestScene {
 
 fn done(folder: &Path, line: &str) {
     let output = phylux(folder, &line.split(' ').collect::<Vec<_>>());
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{line}: {said}");
+    assert_eq!(output.status.code(), Some(0), "{line}: {}", stderr(&output));
 }
 
 fn refuses(folder: &Path, line: &str, words: &[&str]) {
     refused(folder, &line.split(' ').collect::<Vec<_>>(), words);
-}
-
-fn start(folder: &Path, line: &str) -> Child {
-    let mut command = Command::new(binary());
-    command.args(line.split(' ')).current_dir(folder);
-    command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("phylux starts")
-}
-
-fn wait_for(what: &str, is_so: impl Fn() -> bool) {
-    let started = Instant::now();
-    while !is_so() {
-        assert!(started.elapsed() < Duration::from_secs(120), "{what}");
-        sleep(Duration::from_millis(2));
-    }
 }
 
 /// Names that a checkpoint, a table or a results file might have been written to on the way.
@@ -91,11 +75,8 @@ fn links_stay_links() {
     symlink("away/r.json", scene.path("r.json")).expect("a link");
     symlink("nowhere/r.json", scene.path("n.json")).expect("a link");
     symlink("loop.json", scene.path("loop.json")).expect("a link");
-    let mut child =
-        start(&folder, "run scene.json --photons 1e9 --checkpoint kept --checkpoint-every 0.001");
-    wait_for("no checkpoint", || scene.path("away/kept").exists());
-    child.kill().expect("a kill");
-    child.wait().expect("an end");
+    let line = "run scene.json --photons 1e14 --checkpoint kept --checkpoint-every 0.001";
+    kill(start_until(&folder, line, || scene.path("away/kept").exists()));
     assert!(scene.path("kept").is_symlink());
     done(&folder, "run scene.json -o r.json");
     assert!(scene.path("r.json").is_symlink() && scene.path("away/r.json").is_file());
@@ -111,23 +92,20 @@ fn links_stay_links() {
 fn a_checkpoint_has_one_run() {
     let scene = scene();
     let folder = scene.path("");
-    let line = "run scene.json --photons 1e9 --checkpoint kept --checkpoint-every 0.001";
+    let line = "run scene.json --photons 1e14 --checkpoint kept --checkpoint-every 0.001";
     // the first has the checkpoint when it has written a new one
     let written = || fs::metadata(scene.path("kept")).and_then(|file| file.modified()).ok();
     for round in 0..3 {
         let before = written();
-        let mut first = start(&folder, line);
-        wait_for("no checkpoint", || written() != before);
+        let first = start_until(&folder, line, || written() != before);
         let second = start(&folder, line).wait_with_output().expect("an end");
-        let said = String::from_utf8_lossy(&second.stderr).into_owned();
+        let said = stderr(&second);
         assert_eq!(second.status.code(), Some(1), "{round}: {said}");
         assert_eq!(
             said,
             "error: kept: another phylux is at work on this checkpoint; wait for its end, or name another file\n"
         );
-        assert!(first.try_wait().expect("a state").is_none(), "the first run ended");
-        first.kill().expect("a kill");
-        first.wait().expect("an end");
+        assert!(kill(first), "the first run ended");
     }
     // several that begin together: all but one are refused, and that one finds the usual results
     fs::remove_file(scene.path("kept")).expect("a checkpoint");
@@ -150,10 +128,8 @@ fn a_checkpoint_has_one_run() {
 fn a_checkpoint_that_holds_nothing_is_none() {
     let scene = scene();
     let folder = scene.path("");
-    let mut child = start(&folder, "run scene.json --photons 1e9 --checkpoint kept");
-    wait_for("no checkpoint", || scene.path("kept").exists());
-    child.kill().expect("a kill");
-    child.wait().expect("an end");
+    let line = "run scene.json --photons 1e14 --checkpoint kept --checkpoint-every 1e9";
+    kill(start_until(&folder, line, || scene.path("kept").exists()));
     assert!(scene.path("kept").exists());
     done(&folder, "run scene.json --seed 7 --checkpoint kept");
     assert!(!scene.path("kept").exists());
@@ -173,21 +149,19 @@ fn leftovers_of_killed_commands_go() {
         let names = listing(&folder).into_iter();
         names.filter(|name| name.ends_with(".unfinished")).collect::<Vec<_>>()
     };
-    let line = "run scene.json --photons 1e12 --csv t.csv --per-captor each";
-    let mut killed = start(&folder, line);
-    wait_for("no output", || unfinished().len() == 3);
-    killed.kill().expect("a kill");
-    killed.wait().expect("an end");
+    let line = "run scene.json --photons 1e14 --csv t.csv --per-captor each";
+    kill(start_until(&folder, line, || unfinished().len() == 3));
     let left = unfinished();
     assert_eq!(left.len(), 3, "{left:?}");
-    let mut working = start(&folder, line);
-    wait_for("leftovers stay", || left.iter().all(|name| !scene.path(name).exists()));
-    wait_for("no output", || unfinished().len() == 3);
+    let is_left = |name: &String| left.contains(name);
+    let working = start_until(&folder, line, || {
+        let now = unfinished();
+        now.len() == 3 && !now.iter().any(is_left)
+    });
     let of_working = unfinished();
     done(&folder, "run scene.json -o r.json");
     assert_eq!(unfinished(), of_working);
-    working.kill().expect("a kill");
-    working.wait().expect("an end");
+    kill(working);
     done(&folder, "plot r.json --show profile -o p.svg");
     assert_eq!(unfinished(), [""; 0]);
 }

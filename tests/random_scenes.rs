@@ -167,7 +167,7 @@ fn photons_and_paths_agree_in_random_cells_of_copies() {
 /// The rooms that the environment variable `PHYLUX_RANDOM_ROOMS` names, 40..2040 if it is not set.
 /// The odds of a false alarm grow with their number.
 #[test]
-#[ignore = "half an hour: nightly"]
+#[ignore = "takes half an hour: .ci/nightly runs it"]
 fn nightly_photons_and_paths_agree_in_many_random_rooms() {
     let rooms = std::env::var("PHYLUX_RANDOM_ROOMS").unwrap_or("40..2040".into());
     let (first, end) = rooms.split_once("..").expect("a range");

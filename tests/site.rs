@@ -150,7 +150,9 @@ fn the_readme_leads_to_files_of_the_package() {
             Some(file) => file,
         };
         assert!(root.join(file).is_file(), "README.md: {target} leads nowhere");
-        let included = patterns.iter().any(|pattern| includes(pattern, file));
+        // the files of the other crates are in their own packages
+        let included =
+            file.starts_with("crates/") || patterns.iter().any(|pattern| includes(pattern, file));
         assert!(included, "README.md: {target} is not in the package (`include` in Cargo.toml)");
         followed += 1;
     }

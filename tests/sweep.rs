@@ -8,7 +8,10 @@ mod tables;
 
 use std::{collections::BTreeMap, fs, path::Path, process::Output};
 
-use crate::{bad_input::phylux, common::TestScene};
+use crate::{
+    bad_input::phylux,
+    common::{TestScene, stderr},
+};
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
@@ -37,10 +40,6 @@ fn ok(folder: &TestScene, arguments: &str) -> String {
 
 fn any(folder: &TestScene, arguments: &str) -> Output {
     phylux(&folder.path(""), &arguments.split(' ').collect::<Vec<_>>())
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// Returns the path and the content of all files in a sweep's folder, except the one that differs

@@ -123,28 +123,71 @@ fn compare(estimator: Estimator, count: u64, name: &str, comparisons: usize) {
     assert_eq!(compared, comparisons);
 }
 
-/// Defines one test for each scene and estimator. Seed 1, 2e6 photons (4e5 in the furnace) or 5e5
-/// paths; odds of a false alarm at most 1.1e-4 for each comparison (Student's t, 127 degrees of freedom).
-macro_rules! truths {
-    ($($test:ident: $estimator:ident, $count:ident, $name:literal, $comparisons:literal;)*) => {
-        $(#[test]
-        #[ignore = "needs PHYLUX_SHARED"]
-        fn $test() {
-            compare(Estimator::$estimator, $count, $name, $comparisons);
-        })*
-    };
+// Seed 1, 2e6 photons (4e5 in the furnace) or 5e5 paths; odds of a false alarm at most 1.1e-4 for
+// each comparison (Student's t, 127 degrees of freedom).
+
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_area_lamp() {
+    compare(Estimator::Photons, PHOTONS, "A2_area", 15);
 }
 
-truths! {
-    needs_shared_area_lamp: Photons, PHOTONS, "A2_area", 15;
-    needs_shared_spot: Photons, PHOTONS, "A4_spot", 11;
-    needs_shared_furnace: Photons, PHOTONS_OF_FURNACE, "A5a_furnace_centre", 27;
-    needs_shared_slab: Photons, PHOTONS, "A6_slab", 10;
-    needs_shared_cornell_box_both_sides: Photons, PHOTONS, "B_cornell", 72;
-    needs_shared_dim_lamp_behind_a_thin_wall: Photons, PHOTONS, "D3b_thin_wall_dimlamp", 10;
-    needs_shared_area_lamp_by_paths: Paths, PATHS, "A2_area", 15;
-    needs_shared_spot_by_paths: Paths, PATHS, "A4_spot", 11;
-    needs_shared_furnace_by_paths: Paths, PATHS, "A5a_furnace_centre", 27;
-    needs_shared_cornell_box_both_sides_by_paths: Paths, PATHS, "B_cornell", 72;
-    needs_shared_dim_lamp_behind_a_thin_wall_by_paths: Paths, PATHS, "D3b_thin_wall_dimlamp", 10;
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_spot() {
+    compare(Estimator::Photons, PHOTONS, "A4_spot", 11);
+}
+
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_furnace() {
+    compare(Estimator::Photons, PHOTONS_OF_FURNACE, "A5a_furnace_centre", 27);
+}
+
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_slab() {
+    compare(Estimator::Photons, PHOTONS, "A6_slab", 10);
+}
+
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_cornell_box_both_sides() {
+    compare(Estimator::Photons, PHOTONS, "B_cornell", 72);
+}
+
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_dim_lamp_behind_a_thin_wall() {
+    compare(Estimator::Photons, PHOTONS, "D3b_thin_wall_dimlamp", 10);
+}
+
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_area_lamp_by_paths() {
+    compare(Estimator::Paths, PATHS, "A2_area", 15);
+}
+
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_spot_by_paths() {
+    compare(Estimator::Paths, PATHS, "A4_spot", 11);
+}
+
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_furnace_by_paths() {
+    compare(Estimator::Paths, PATHS, "A5a_furnace_centre", 27);
+}
+
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_cornell_box_both_sides_by_paths() {
+    compare(Estimator::Paths, PATHS, "B_cornell", 72);
+}
+
+#[test]
+#[ignore = "needs PHYLUX_SHARED"]
+fn needs_shared_dim_lamp_behind_a_thin_wall_by_paths() {
+    compare(Estimator::Paths, PATHS, "D3b_thin_wall_dimlamp", 10);
 }

@@ -316,8 +316,8 @@ fn check(bytes: &[u8]) {
             }
         }
     }
-    // a guard against a hang, far from what a busy machine takes
-    assert!(started.elapsed() < Duration::from_secs(60), "{:?}", started.elapsed());
+    // some thousand times what a slow and busy machine takes
+    assert!(started.elapsed() < Duration::from_secs(900), "{:?}", started.elapsed());
 }
 
 fn check_result(result: &RunResult) {
