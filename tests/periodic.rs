@@ -752,10 +752,10 @@ fn tilted_copies_share_their_triangles() {
 /// between itself and the slope, whatever stands elsewhere: of a uniform environment, half of 1 minus
 /// the cosine of its angle. One that faces downhill sees the rest, and one that faces aside one half.
 ///
-/// Seed 1; standard errors at most 3 %. 18 comparisons, odds of a false alarm 2e-3.
+/// Seed 1; standard errors at most 5 %. 18 comparisons, odds of a false alarm 2e-3.
 #[test]
 fn nothing_comes_from_below_a_slope_along_one_axis() {
-    let mut check = Comparisons::new("one slope", 0.03).rounding(1e-3);
+    let mut check = Comparisons::new("one slope", 0.05).rounding(1e-3);
     let slope = 0.35f64;
     let sin = slope.atan().sin();
     let white = json!({ "type": "sky", "model": "uniform", "irradiance": 1, "ground": 1 });
