@@ -29,7 +29,7 @@ fn emit(bencher: Bencher, shape: &str) {
         }
     };
     let loaded = SceneBuilder::new().light(light).build().expect("a scene of one light");
-    let light = &loaded.scene.lights[0];
+    let light = &loaded.scene.lights()[0];
     sample(bencher, |rng| light.emit(rng));
 }
 

@@ -22,7 +22,7 @@ const PLACES: [&str; 2] = ["box.json", "greenhouse.json"];
 
 /// Returns photons of one band, spread uniformly over the surface captors of a scene.
 fn arrivals(scene: &Scene) -> Vec<Arrival> {
-    let surfaces = scene.captors.iter().filter(|captor| captor.kind == CaptorKind::Surface);
+    let surfaces = scene.captors().iter().filter(|captor| captor.kind == CaptorKind::Surface);
     let captors: Vec<&Captor> = surfaces.collect();
     // no light arrives behind the walls of the box
     let faces = if scene.triangles().len() < 100 { 1 } else { 2 };

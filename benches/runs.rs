@@ -1,7 +1,10 @@
 //! Times whole runs, on one thread unless stated otherwise.
 
 use divan::{Bencher, counter::ItemsCount};
-use phylux::{Control, Estimator, LoadedScene, Settings, simulate};
+use phylux::{
+    Control, Estimator, LoadedScene, Settings, simulate,
+    transport::{NearestCount, PhotonCount, ThreadCount},
+};
 
 use crate::scenes::{in_bands, shipped};
 
@@ -9,8 +12,9 @@ const HISTORIES: u64 = 100_000;
 const SCENES: [&str; 3] = ["box.json", "growth-chamber.json", "greenhouse.json"];
 
 fn run(bencher: Bencher, loaded: &LoadedScene, change: impl FnOnce(&mut Settings)) {
-    let (photons, threads) = (Some(HISTORIES), 1);
-    let mut settings = Settings { photons, threads, k: Some(0), ..loaded.settings.clone() };
+    let (photons, threads) = (PhotonCount::new(HISTORIES).ok(), ThreadCount::ONE);
+    let mut settings =
+        Settings { photons, threads, k: Some(NearestCount::NONE), ..loaded.settings.clone() };
     change(&mut settings);
     let control = Control::default();
     bencher
@@ -32,7 +36,7 @@ fn photons_and_map(bencher: Bencher, scene: &str) {
 
 #[divan::bench(args = SCENES, sample_count = 15)]
 fn photons_on_two_threads(bencher: Bencher, scene: &str) {
-    run(bencher, &shipped(scene), |settings| settings.threads = 2);
+    run(bencher, &shipped(scene), |settings| settings.threads = ThreadCount::nearest_to(2));
 }
 
 /// The same photons with 1, 4 and 12 bands of equal values.

@@ -57,7 +57,7 @@ pub fn bounces(scene: &Scene, count: usize) -> Vec<Ray> {
     let white = Material::Lambert(Lambert::new(&[1.0]).unwrap());
     let mut rng = Stream::new(1, 0, 0);
     let mut rays = Vec::with_capacity(count);
-    for light in scene.lights.iter().cycle() {
+    for light in scene.lights().iter().cycle() {
         let mut ray = light.emit(&mut rng);
         for _ in 0..8 {
             let Some(hit) = scene.closest(&ray) else { break };

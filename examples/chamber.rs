@@ -8,6 +8,7 @@ use phylux::{
     math::Quantity,
     scene::Channel,
     simulate,
+    transport::{NearestCount, PhotonCount},
 };
 
 fn main() -> phylux::Result<()> {
@@ -30,10 +31,14 @@ fn main() -> phylux::Result<()> {
         .captor(sensor(0.8))
         .build()?;
 
-    let settings = Settings { photons: Some(1_000_000), k: Some(0), ..loaded.settings };
+    let settings = Settings {
+        photons: Some(PhotonCount::new(1_000_000)?),
+        k: Some(NearestCount::NONE),
+        ..loaded.settings
+    };
     let simulation = simulate(&loaded.scene, &settings, &Control::default())?;
-    let found = FlatResult::new(&loaded.scene, &simulation.totals);
-    for (c, captor) in loaded.scene.captors.iter().enumerate() {
+    let found = FlatResult::new(&simulation);
+    for (c, captor) in loaded.scene.captors().iter().enumerate() {
         let (flux, error) = found.get(c, Channel::Front, 0);
         let (ppfd, error) = (flux / captor.area, error / captor.area);
         println!("{:<22} {ppfd:6.1} +- {error:.1} umol/m2/s", captor.id);

@@ -8,6 +8,7 @@ use phylux::{
     formats::{Mesh, SceneBuilder, spec::*},
     math::Stream,
     simulate,
+    transport::{NearestCount, PhotonCount},
 };
 
 /// Number of plants along each side of the cell, which is 1 m long.
@@ -39,9 +40,13 @@ fn main() -> phylux::Result<()> {
     }
     let loaded = scene.build()?;
 
-    let settings = Settings { photons: Some(200_000), k: Some(0), ..loaded.settings };
+    let settings = Settings {
+        photons: Some(PhotonCount::new(200_000)?),
+        k: Some(NearestCount::NONE),
+        ..loaded.settings
+    };
     let simulation = simulate(&loaded.scene, &settings, &Control::default())?;
-    let result = RunResult::new(&loaded.scene, &settings, &simulation);
+    let result = RunResult::new(&simulation);
     for layer in result.layers.iter().flatten().rev() {
         println!(
             "{:.1} to {:.1} m: {:6.2} +- {:.2} W",

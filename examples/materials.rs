@@ -6,6 +6,7 @@ use phylux::{
     formats::{Mesh, SceneBuilder, spec::*},
     scene::Channel,
     simulate,
+    transport::{NearestCount, PhotonCount, ThreadCount},
 };
 use rayon::prelude::*;
 
@@ -29,11 +30,15 @@ fn main() -> phylux::Result<()> {
 /// Returns the irradiance on a sensor below a cover, W/m2, and its standard error.
 fn below(cover: &(&str, [f64; 2], [f64; 2])) -> phylux::Result<(f64, f64)> {
     let LoadedScene { scene, .. } = greenhouse(cover)?;
-    let settings =
-        Settings { photons: Some(200_000), k: Some(0), threads: 1, ..Settings::default() };
+    let settings = Settings {
+        photons: Some(PhotonCount::new(200_000)?),
+        k: Some(NearestCount::NONE),
+        threads: ThreadCount::ONE,
+        ..Settings::default()
+    };
     let simulation = simulate(&scene, &settings, &Control::default())?;
-    let (flux, error) = FlatResult::new(&scene, &simulation.totals).get(0, Channel::Front, 0);
-    Ok((flux / scene.captors[0].area, error / scene.captors[0].area))
+    let (flux, error) = FlatResult::new(&simulation).get(0, Channel::Front, 0);
+    Ok((flux / scene.captors()[0].area, error / scene.captors()[0].area))
 }
 
 /// Builds a roof of 20 m x 20 m above a sensor, under the sun of a clear day.

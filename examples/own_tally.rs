@@ -32,7 +32,7 @@ fn main() -> phylux::Result<()> {
     let loaded = load(Path::new("scenes/box.json"))?;
     let scene = &loaded.scene;
     // the sensor in the middle of the box
-    let sensor = scene.captors.iter().position(|captor| captor.id == "sensor");
+    let sensor = scene.captors().iter().position(|captor| captor.id == "sensor");
     let sensor = sensor.expect("a captor of this name");
     let found: Vec<Found> =
         (0..BATCHES).into_par_iter().map(|index| batch(scene, sensor, index)).collect();
@@ -53,7 +53,7 @@ fn main() -> phylux::Result<()> {
 
 /// Follows the photons of a batch.
 fn batch(scene: &Scene, sensor: usize, index: u64) -> Found {
-    let strata = Strata::new(&scene.lights, PHOTONS, scene.lanes());
+    let strata = Strata::new(scene.lights(), PHOTONS, scene.lanes());
     let mut found = Found::default();
     for history in 0..PHOTONS {
         let mut rng = Stream::new(1, index, history);

@@ -12,7 +12,7 @@
 //!
 //! let loaded = load("scenes/box.json".as_ref())?;
 //! let simulation = simulate(&loaded.scene, &loaded.settings, &Control::default())?;
-//! let result = RunResult::new(&loaded.scene, &loaded.settings, &simulation);
+//! let result = RunResult::new(&simulation);
 //! let (sensor, front) = (&result.captors[0].id, &result.captors[0].front);
 //! println!("{sensor} {:?} +- {:?} W/m2", front.irradiance, front.irradiance_se);
 //! # Ok::<(), phylux::Error>(())
@@ -71,9 +71,10 @@ pub mod scene {
 pub mod transport {
     pub use phylux_core::transport::{
         Accuracy, Arrival, Choice, Control, Counted, Dark, End, Estimator, Event, FaceBand, Flight,
-        Guide, Guiding, Ledger, Neighbour, Onward, PackedDirection, PhotonMap, Progress, Settings,
-        Shard, Simulation, StoredPhoton, SurfaceLight, Target, Totals, Unseen, Way, Worst,
-        found_and_unseen, light_surfaces, simulate, trace,
+        Guide, Guiding, Ledger, MapLimit, NearestCount, Neighbour, Onward, PackedDirection,
+        PhotonCount, PhotonMap, Progress, Settings, Shard, Simulation, StoredPhoton, SurfaceLight,
+        Target, ThreadCount, TimeLimit, Tolerance, Totals, Unseen, Way, Worst, found_and_unseen,
+        light_surfaces, simulate, trace,
     };
 }
 
@@ -93,7 +94,7 @@ pub mod results {
 ///
 /// A scene that is made in memory:
 /// ```
-/// use phylux::{Control, FlatResult, Settings, formats::{SceneBuilder, spec::*}, math::Quantity, simulate};
+/// use phylux::{Control, FlatResult, Settings, formats::{SceneBuilder, spec::*}, math::Quantity, simulate, transport::PhotonCount};
 ///
 /// let loaded = SceneBuilder::new()
 ///     .quantity(Quantity::Micromole)
@@ -101,11 +102,11 @@ pub mod results {
 ///     .light(PointSpec::new([0.0, 0.0, 2.0], 100.0))
 ///     .captor(CaptorSpec::disc("sensor", [0.0; 3], [0.0, 0.0, 1.0], 0.02))
 ///     .build()?;
-/// let settings = Settings { photons: Some(100_000), ..Settings::default() };
+/// let settings = Settings { photons: Some(PhotonCount::new(100_000)?), ..Settings::default() };
 /// let run = simulate(&loaded.scene, &settings, &Control::default())?;
-/// let (flux, error) = FlatResult::new(&loaded.scene, &run.totals).get(0, phylux::scene::Channel::Front, 0);
+/// let (flux, error) = FlatResult::new(&run).get(0, phylux::scene::Channel::Front, 0);
 /// // a disc far below a point: 100 umol/s / (4 pi (2 m)^2)
-/// let expected = 100.0 / (16.0 * std::f64::consts::PI) * loaded.scene.captors[0].area;
+/// let expected = 100.0 / (16.0 * std::f64::consts::PI) * loaded.scene.captors()[0].area;
 /// assert!((flux - expected).abs() < 4.0 * error + 1e-3 * expected);
 /// # Ok::<(), phylux::Error>(())
 /// ```

@@ -6,6 +6,7 @@ use std::path::Path;
 use phylux::{
     Control, LoadedScene, Settings,
     show::{Gather, Sampling, Show, Viewpoint, render},
+    transport::{MapLimit, NearestCount},
 };
 
 const WIDTH: usize = 800;
@@ -157,7 +158,12 @@ fn nightly_blotches_of_pictures() {
     let mut blotches = Vec::new();
     for (show, name) in [(Show::Radiance, "radiance"), (Show::Irradiance, "irradiance")] {
         let long = |seed| {
-            let settings = Settings { seed, map_photons: 8_000_000, k: Some(400), ..usual.clone() };
+            let settings = Settings {
+                seed,
+                map_photons: MapLimit::nearest_to(8_000_000),
+                k: NearestCount::new(400).ok(),
+                ..usual.clone()
+            };
             drawn(&loaded, &viewpoint, show, 24, settings).plain
         };
         let truth = Truth::new([long(101), long(102)], &flat);

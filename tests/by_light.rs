@@ -3,6 +3,7 @@
 use phylux::{
     Estimator, Guiding, RunResult, Settings,
     results::{ByLight, FaceResult, Factor},
+    transport::{PhotonCount, ThreadCount},
 };
 use serde_json::{Value, json};
 
@@ -36,7 +37,8 @@ fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
 /// Returns the results of 100,003 photons of seed 3, split by light.
 fn split() -> RunResult {
     run(&scene(POWERS), |settings| {
-        (settings.photons, settings.seed, settings.by_light) = (Some(100_003), 3, true);
+        (settings.photons, settings.seed, settings.by_light) =
+            (PhotonCount::new(100_003).ok(), 3, true);
     })
 }
 
@@ -79,8 +81,8 @@ fn a_split_adds_up_and_changes_nothing_else() {
     let scene = scene(POWERS);
     let run = |by_light, threads| {
         run(&scene, |settings| {
-            (settings.photons, settings.seed) = (Some(100_003), 3);
-            (settings.by_light, settings.threads) = (by_light, threads);
+            (settings.photons, settings.seed) = (PhotonCount::new(100_003).ok(), 3);
+            (settings.by_light, settings.threads) = (by_light, ThreadCount::nearest_to(threads));
         })
     };
     let split = run(true, 3);
@@ -186,7 +188,7 @@ fn a_mix_is_linear() {
 fn a_mix_is_the_run_at_these_powers() {
     let mixed = split().mix(&factors([0.5, 3.0, 2.0])).expect("a mix");
     let powers = [[1.5, 2.0], [6.0, 1.5], [2.0, 0.0]];
-    let run = run(&scene(powers), |s| (s.photons, s.seed) = (Some(100_003), 4));
+    let run = run(&scene(powers), |s| (s.photons, s.seed) = (PhotonCount::new(100_003).ok(), 4));
     assert_eq!(mixed.energy.power, run.energy.power);
     let mut all = Vec::new();
     for (a, b) in mixed.captors.iter().zip(&run.captors) {
@@ -222,7 +224,8 @@ fn a_mix_of_few_photons_is_marked() {
         .captor("sensor", &Mesh::square([0.5, 0.5, 0.2], [0.0, 0.0, 1.0], 0.3))
         .write();
     let whole = run(&scene, |settings| {
-        (settings.photons, settings.seed, settings.by_light) = (Some(10_000), 3, true);
+        (settings.photons, settings.seed, settings.by_light) =
+            (PhotonCount::new(10_000).ok(), 3, true);
         settings.guiding = Guiding::Off;
     });
     let faint = whole.mix(&ByLight::from_iter([("bright".to_string(), 0.0)])).expect("a mix");
@@ -289,7 +292,8 @@ fn mixing_on_the_command_line() {
         ),
         (
             "run scene.json --by-light --estimator paths",
-            "error: --by-light: only photons know which light they come from; add --estimator photons",
+            "error: --by-light: only photons know which light they come from; take photons as the estimator, or do \
+             not split by light",
         ),
     ];
     for (arguments, words) in refused {

@@ -1,8 +1,11 @@
 //! The same scene, settings and seed give the same bytes.
 
-use std::{fs, path::Path, process::Command, time::Duration};
+use std::{fs, path::Path, process::Command};
 
-use phylux::{Estimator, Guiding, RunResult, Settings};
+use phylux::{
+    Estimator, Guiding, RunResult, Settings,
+    transport::{MapLimit, NearestCount, PhotonCount, ThreadCount, TimeLimit, Tolerance},
+};
 use serde_json::json;
 
 use crate::{
@@ -26,7 +29,7 @@ fn bytes(result: &RunResult) -> String {
 
 fn run(scene: &TestScene, change: impl FnOnce(&mut Settings)) -> RunResult {
     run_file(&scene.path("scene.json"), |settings| {
-        settings.k = Some(20);
+        settings.k = NearestCount::new(20).ok();
         change(settings);
     })
 }
@@ -39,20 +42,31 @@ fn threads_do_not_matter() {
     let scene = scene();
     type Change = fn(&mut Settings);
     let cases: [(&str, Change); 8] = [
-        ("plain", |s| s.photons = Some(100_003)),
-        ("tolerance", |s| s.tolerance = Some(0.04)),
-        ("full map", |s| (s.photons, s.map_photons) = (Some(100_003), 20_000)),
-        ("aimed flights", |s| (s.photons, s.guiding) = (Some(30_003), Guiding::Aim)),
-        ("paths", |s| (s.photons, s.estimator) = (Some(50_003), Estimator::Paths)),
-        ("accurate paths", |s| (s.tolerance, s.estimator) = (Some(0.1), Estimator::Paths)),
-        ("complete", |s| (s.photons, s.estimator) = (Some(50_003), Estimator::Complete)),
-        ("accurate complete", |s| (s.tolerance, s.estimator) = (Some(0.1), Estimator::Complete)),
+        ("plain", |s| s.photons = PhotonCount::new(100_003).ok()),
+        ("tolerance", |s| s.tolerance = Tolerance::new(0.04).ok()),
+        ("full map", |s| {
+            (s.photons, s.map_photons) =
+                (PhotonCount::new(100_003).ok(), MapLimit::nearest_to(20_000))
+        }),
+        ("aimed flights", |s| {
+            (s.photons, s.guiding) = (PhotonCount::new(30_003).ok(), Guiding::Aim)
+        }),
+        ("paths", |s| (s.photons, s.estimator) = (PhotonCount::new(50_003).ok(), Estimator::Paths)),
+        ("accurate paths", |s| {
+            (s.tolerance, s.estimator) = (Tolerance::new(0.1).ok(), Estimator::Paths)
+        }),
+        ("complete", |s| {
+            (s.photons, s.estimator) = (PhotonCount::new(50_003).ok(), Estimator::Complete)
+        }),
+        ("accurate complete", |s| {
+            (s.tolerance, s.estimator) = (Tolerance::new(0.1).ok(), Estimator::Complete)
+        }),
     ];
     for (name, change) in cases {
         let on = |threads: usize| {
             bytes(&run(&scene, |settings| {
                 change(settings);
-                settings.threads = threads;
+                settings.threads = ThreadCount::nearest_to(threads);
             }))
         };
         let one = on(1);
@@ -103,7 +117,7 @@ fn needs_avx2_kernels_do_not_matter() {
 fn seeds_matter() {
     let scene = scene();
     let of = |seed: u64| {
-        let result = run(&scene, |s| (s.photons, s.seed) = (Some(10_000), seed));
+        let result = run(&scene, |s| (s.photons, s.seed) = (PhotonCount::new(10_000).ok(), seed));
         serde_json::to_string(&result.captors).expect("text")
     };
     assert!(of(1) != of(2));
@@ -128,12 +142,13 @@ fn time_limit_is_a_number_of_photons() {
     ] {
         let limited = run(&scene, |settings| {
             settings.estimator = estimator;
-            settings.photons = Some(ENDLESS);
-            settings.max_time = Some(Duration::from_millis(milliseconds));
+            settings.photons = PhotonCount::new(ENDLESS).ok();
+            settings.max_time = TimeLimit::new(milliseconds as f64 / 1000.0).ok();
         });
         assert!(limited.photons < ENDLESS && limited.photons % 128 == 0);
         let again = run(&scene, |settings| {
-            (settings.photons, settings.estimator) = (Some(limited.photons), estimator);
+            (settings.photons, settings.estimator) =
+                (PhotonCount::new(limited.photons).ok(), estimator);
         });
         assert!(bytes(&limited) == bytes(&again), "{} {estimator:?}", limited.photons);
     }

@@ -649,7 +649,8 @@ fn a_mix_carries_the_covariance_of_the_factors() {
     let plain = phylux::formats::read_json(&scene.path("plain.json")).expect("results");
     let sigma = found.factors_se["left"][0].expect("an error") / found.factors["left"][0];
     assert!((0.01..0.2).contains(&sigma), "{sigma}");
-    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+    // numbers in files of results have some seven digits
+    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 3e-6, "{a} {b}");
     let faces = |result: &RunResult| {
         let captors = result.captors.iter().map(|captor| captor.front.clone());
         captors.chain(result.groups.iter().map(|group| group.front.clone())).collect::<Vec<_>>()

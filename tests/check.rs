@@ -375,12 +375,12 @@ fn the_command_describes_the_scene_and_warns() {
     let text = String::from_utf8(output.stdout).expect("text");
     for line in [
         "scene: 4.00 x 4.00 x 3.00 m",
-        "surfaces                  triangles   area, m2",
-        "  ground                          2      16.00",
-        "  glass                          12      6.000",
-        "  total                          14      22.00",
-        "lights, W                       all",
-        "  lamp                        10.00",
+        "surfaces                 triangles  area, m2",
+        "  ground                         2     16.00",
+        "  glass                         12     6.000",
+        "  total                         14     22.00",
+        "lights, W                      all",
+        "  lamp                       10.00",
         "captors: 1 virtual, 0 surface; groups: 1",
     ] {
         assert!(text.contains(line), "no {line:?} in\n{text}");

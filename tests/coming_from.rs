@@ -1,6 +1,7 @@
 //! The cases of docs/coming-from/ and its tables of factors: a page that says "the same number in
 //! both" is held to it.
 
+use phylux::transport::{NearestCount, PhotonCount};
 use std::{fs, path::Path};
 
 use serde_json::json;
@@ -43,8 +44,8 @@ fn the_numbers_of_the_pages_are_found() {
         let others = files.iter().map(|(name, text)| (name.as_str(), text.as_str()));
         let folder = TestScene::new(content(scene), &others.collect::<Vec<_>>());
         let result = run_file(&folder.path("scene.json"), |settings| {
-            settings.photons = settings.photons.or(Some(1_000_000));
-            settings.k = Some(0);
+            settings.photons = settings.photons.or(PhotonCount::new(1_000_000).ok());
+            settings.k = Some(NearestCount::NONE);
         });
         for (of, mark) in marks {
             assert_eq!(of, scene, "{page}");
@@ -102,7 +103,7 @@ fn lux_per_ppfd_is_that_of_the_spectra() {
         "lights": lights.collect::<Vec<_>>() });
     let folder = TestScene::new(&scene.to_string(), &[]);
     let loaded = phylux::load(&folder.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
-    for (light, row) in loaded.scene.lights.iter().zip(&rows) {
+    for (light, row) in loaded.scene.lights().iter().zip(&rows) {
         let powers = loaded.scene.with_sums(&light.power);
         // the sums stand behind the bands: lux, PPF
         let factor = powers[powers.len() - 2] / powers[powers.len() - 1];

@@ -5,7 +5,11 @@ use std::{
     process::Output,
 };
 
-use phylux::{Control, Estimator, RunResult, Settings, results::FaceResult};
+use phylux::{
+    Control, Estimator, RunResult, Settings,
+    results::FaceResult,
+    transport::{NearestCount, PhotonCount},
+};
 
 /// Loads and runs a scene file whose settings are first changed by `change`. Panics with the
 /// error's message.
@@ -19,12 +23,12 @@ pub fn run_file(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
     change(&mut settings);
     if std::env::var_os("PHYLUX_RETRY").is_some() {
         settings.seed += 1;
-        settings.photons = Some(4 * settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS));
+        settings.photons = PhotonCount::new(4 * settings.photons_or_default()).ok();
     }
     let control = Control::default();
     let simulation =
         phylux::simulate(&loaded.scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
-    RunResult::new(&loaded.scene, &settings, &simulation)
+    RunResult::new(&simulation)
 }
 
 /// Returns the path of the program: the one built with the tests, or the one that the environment
@@ -70,7 +74,12 @@ impl TestScene {
     /// nearest photons.
     pub fn run(&self, photons: u64, seed: u64) -> RunResult {
         run_file(&self.path("scene.json"), |settings| {
-            *settings = Settings { photons: Some(photons), seed, k: Some(0), ..settings.clone() };
+            *settings = Settings {
+                photons: PhotonCount::new(photons).ok(),
+                seed,
+                k: Some(NearestCount::NONE),
+                ..settings.clone()
+            };
         })
     }
 
@@ -78,7 +87,7 @@ impl TestScene {
     pub fn run_paths(&self, paths: u64, seed: u64) -> RunResult {
         run_file(&self.path("scene.json"), |settings| {
             settings.estimator = Estimator::Paths;
-            (settings.photons, settings.seed) = (Some(paths), seed);
+            (settings.photons, settings.seed) = (PhotonCount::new(paths).ok(), seed);
         })
     }
 }

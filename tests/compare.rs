@@ -153,3 +153,49 @@ fn what_cannot_be_compared() {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(2) && said.contains("is a file that is read"), "{said}");
 }
+
+/// A sensor that no photon has reached is not exactly dark: it agrees with what paths find there, as
+/// long as that is below the bound of the photons; where it is far above, it does not. Of what paths
+/// have not found there is no bound, and nothing is said. Seeds 1 and 2; odds below 1e-3.
+#[test]
+fn nothing_is_not_exactly_zero() {
+    let folder = TestScene::new("{}", &[]);
+    let run = |name: &str, size: f64, cover: bool, more: &[&str]| {
+        let mut world = World::new()
+            .lambert("black", 0.0)
+            .captor("small", &Mesh::square([0.0; 3], [0.0, 0.0, 1.0], size))
+            .light(serde_json::json!({ "type": "point", "position": [0, 0, 1], "power": 1 }));
+        if cover {
+            world = world.surface(
+                "cover",
+                "black",
+                &Mesh::square([0.0, 0.0, 0.5], [0.0, 0.0, 1.0], 0.9),
+            );
+        }
+        let scene = world.write();
+        let output = folder.path(name);
+        let output = output.to_str().expect("a path");
+        let arguments = ["run", "scene.json", "--guiding", "off", "--k", "0", "-o", output];
+        let done = phylux(&scene.path(""), &[&arguments, more].concat());
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    };
+    let (few, paths) = (["--photons", "1000"], ["--estimator", "paths", "--seed", "2"]);
+    run("none.json", 0.01, false, &few);
+    run("some.json", 0.01, false, &paths);
+    run("covered.json", 0.5, true, &few);
+    run("bright.json", 0.5, false, &paths);
+    run("dark.json", 0.5, true, &paths);
+    let found = compare(&folder, "none.json", "some.json");
+    assert_eq!((found.differences.len(), found.beyond_chance()), (1, 0), "{:?}", found.differences);
+    assert_eq!(found.differences[0].a, 0.0);
+    let z = found.differences[0].z.expect("an error");
+    assert!((0.0..2.0).contains(&z) && z > 0.0, "{z}");
+    let found = compare(&folder, "covered.json", "bright.json");
+    assert_eq!(found.beyond_chance(), 1, "{:?}", found.differences);
+    for other in ["dark.json", "covered.json"] {
+        let found = compare(&folder, other, "dark.json");
+        assert_eq!((found.differences.len(), found.beyond_chance()), (1, 0));
+    }
+    let found = compare(&folder, "bright.json", "dark.json");
+    assert_eq!((found.differences.len(), found.few_paths), (0, 1));
+}

@@ -155,6 +155,55 @@ fn with_mtl(mtl: &str, bands: &str) -> (RunResult, Vec<String>) {
     (scene.run(20_000, 1), warnings)
 }
 
+/// What is said of files on the screen is in the results, too, and in what is mixed from them.
+#[test]
+fn warnings_about_files_are_in_the_results() {
+    let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl soil\nf 1 2 3 4\n";
+    let text = r#"{"objects": [{"name": "a", "obj": "a.obj", "captor": true}],
+        "lights": [{"type": "point", "name": "lamp", "position": [0.5, 0.5, 1], "power": 1}]}"#;
+    let mtl = "newmtl soil\nillum 2\nKd .1 .1 .1\nKs .2 .2 .2\nNs 5\n";
+    let scene = TestScene::new(text, &[("a.obj", obj), ("a.mtl", mtl)]);
+    let about_file = phylux::load(&scene.path("scene.json")).expect("a scene").warnings;
+    assert_eq!(about_file.len(), 1);
+    let run = |arguments: &str| {
+        let output = phylux(&scene.path(""), &arguments.split(' ').collect::<Vec<_>>());
+        assert!(output.status.success(), "{output:?}");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(said.matches("illum 2 with Ks").count() <= 1, "{said}");
+    };
+    run("run scene.json --photons 1e4 --by-light -o a.json");
+    run("mix a.json --power lamp=2 -o b.json");
+    for name in ["a.json", "b.json"] {
+        let result = phylux::formats::read_json(&scene.path(name)).expect("a result");
+        // the command names the file as it was called: by its place in the folder
+        assert!(about_file[0].ends_with(&result.warnings[0]), "{name}: {:?}", result.warnings);
+    }
+}
+
+/// The place of an error about a setting is where the value came from.
+#[test]
+fn errors_of_settings_name_the_file_or_the_option() {
+    let scene = |settings: &str| {
+        let text = format!(
+            r#"{{"periodic": {{"x": [0, 2], "y": [0, 2]}}, "settings": {settings},
+            "lights": [{{"type": "point", "position": [1, 1, 1], "power": 1}}],
+            "captors": [{{"name": "s", "disc": {{"center": [1, 1, 0], "normal": [0, 0, 1], "radius": 0.1}}}}]}}"#
+        );
+        TestScene::new(&text, &[])
+    };
+    let file = "error: scene.json: /settings/guiding: ";
+    for (settings, options, place) in [
+        (r#"{"guiding": "full"}"#, "", file),
+        (r#"{"guiding": "full"}"#, " --guiding aim", "error: --guiding: "),
+        ("{}", " --guiding aim", "error: --guiding: "),
+    ] {
+        let arguments = format!("run scene.json --photons 1e3 -o -{options}");
+        let output = phylux(&scene(settings).path(""), &arguments.split(' ').collect::<Vec<_>>());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(said.starts_with(place) && said.contains("; leave guiding out"), "{said}");
+    }
+}
+
 /// Returns the absorbed fraction of the light that arrives from above, in each band.
 fn absorptance(result: &RunResult) -> Vec<f64> {
     let floor = &result.captors[0];

@@ -341,7 +341,29 @@ fn what_cannot_be_shared_says_why() {
     bad_scene(&scene, &files, &["/objects/0/share", "mirror"]);
     let mut many = field(&json!({ "csv": "field.csv" }), &json!(true));
     many["objects"][0]["share"] = json!(true);
-    let rows = "0,0,0\n".repeat(1_000_001);
+    let rows: String = (0..1_000_001).map(|i| format!("{i},0,0\n")).collect();
     let table = format!("x,y,z\n{rows}");
     bad_scene(&many.to_string(), &[("plant.obj", PLANT), ("field.csv", &table)], &["captors"]);
+}
+
+/// So many copies at one place that no ray would get through are refused, the same or nearly the same
+/// ones, whether they share their triangles or not; as many side by side are not.
+#[test]
+fn crowds_are_refused() {
+    let places = |step: f64| {
+        let row = |i: u32| format!("{},0,0\n", 0.1 + step * f64::from(i));
+        (0..10_500).map(row).fold(String::from("x,y,z\n"), |table, row| table + &row)
+    };
+    for share in [false, true] {
+        let mut scene = field(&json!({ "csv": "field.csv" }), &json!(false));
+        scene["objects"][0]["share"] = json!(share);
+        for step in [0.0, 1e-6] {
+            let files = [("plant.obj", PLANT), ("field.csv", &*places(step))];
+            let words = ["/objects/0/instances", "10500 of its copies", "at one place", "spread"];
+            bad_scene(&scene.to_string(), &files, &words);
+        }
+        let files = [("plant.obj", PLANT), ("field.csv", &*places(0.5))];
+        let scene = TestScene::new(&scene.to_string(), &files);
+        phylux::load(&scene.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
+    }
 }

@@ -5,7 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use phylux::{Estimator, Guiding, RunResult, Settings};
+use phylux::{
+    Estimator, Guiding, RunResult, Settings,
+    transport::{NearestCount, PhotonCount},
+};
 
 use crate::{
     common::run_file,
@@ -48,8 +51,15 @@ const fn paths(count: u64) -> Method {
 fn run(path: &Path, method: Method, seed: u64) -> RunResult {
     run_file(path, |settings| {
         let Method { estimator, guiding, count, .. } = method;
-        let photons = Some(count);
-        *settings = Settings { estimator, guiding, photons, seed, k: Some(0), ..settings.clone() };
+        let photons = PhotonCount::new(count).ok();
+        *settings = Settings {
+            estimator,
+            guiding,
+            photons,
+            seed,
+            k: Some(NearestCount::NONE),
+            ..settings.clone()
+        };
     })
 }
 

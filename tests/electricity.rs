@@ -1,6 +1,9 @@
 //! What light costs and where it goes, and what surfaces absorb by face.
 
-use phylux::{Estimator, RunResult, Settings};
+use phylux::{
+    Estimator, RunResult, Settings,
+    transport::{PhotonCount, ThreadCount},
+};
 use serde_json::{Value, json};
 
 use crate::{
@@ -146,7 +149,8 @@ fn errors_of_shares_are_the_spread_of_seeds() {
     let found: Vec<[(f64, f64); 2]> = (1..=100)
         .map(|seed| {
             let result = run(&scene, |settings| {
-                (settings.photons, settings.seed, settings.threads) = (Some(2000), seed, 1);
+                (settings.photons, settings.seed, settings.threads) =
+                    (PhotonCount::new(2000).ok(), seed, ThreadCount::nearest_to(1));
             });
             let shares = result.electricity.expect("electricity").shares.expect("shares");
             [&shares.outside, &shares.absorbed_by["leaf"]]

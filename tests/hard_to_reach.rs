@@ -3,7 +3,11 @@
 
 use std::f64::consts::PI;
 
-use phylux::{Guiding, RunResult, results::FaceResult};
+use phylux::{
+    Guiding, RunResult,
+    results::FaceResult,
+    transport::{NearestCount, PhotonCount},
+};
 use serde_json::json;
 
 use crate::{
@@ -135,7 +139,8 @@ fn sunlit() -> World {
 fn run(scene: &TestScene, guiding: Guiding, photons: u64, seed: u64) -> RunResult {
     run_file(&scene.path("scene.json"), |settings| {
         settings.guiding = guiding;
-        (settings.photons, settings.seed, settings.k) = (Some(photons), seed, Some(0));
+        (settings.photons, settings.seed, settings.k) =
+            (PhotonCount::new(photons).ok(), seed, Some(NearestCount::NONE));
     })
 }
 

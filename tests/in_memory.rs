@@ -20,7 +20,7 @@ use phylux::{
         NamedMaterial, Pane, Phong, PhongFractions, SceneParts, SharedPart, SurfacePart, Tube,
     },
     simulate,
-    transport::light_surfaces,
+    transport::{PhotonCount, ThreadCount, TimeLimit, Tolerance, light_surfaces},
 };
 
 fn square(z: f64) -> Vec<[DVec3; 3]> {
@@ -99,7 +99,7 @@ fn parts() -> SceneParts {
 fn run(scene: &Scene, settings: &Settings) -> RunResult {
     let control = Control::default();
     let simulation = simulate(scene, settings, &control).unwrap_or_else(|e| panic!("{e}"));
-    RunResult::new(scene, settings, &simulation)
+    RunResult::new(&simulation)
 }
 
 /// Lists with one value for each of three bands, which is no power of two, arrive complete.
@@ -107,7 +107,8 @@ fn run(scene: &Scene, settings: &Settings) -> RunResult {
 fn three_bands_need_three_values() {
     let scene = Scene::new(parts()).unwrap_or_else(|e| panic!("{e}"));
     for estimator in [Estimator::Photons, Estimator::Paths] {
-        let settings = Settings { photons: Some(2000), estimator, ..Settings::default() };
+        let settings =
+            Settings { photons: PhotonCount::new(2000).ok(), estimator, ..Settings::default() };
         let result = run(&scene, &settings);
         let floor = &result.captors[0].front.flux;
         assert!(floor[0] > 0.0 && floor[1] > floor[0] && floor[2] == 0.0, "{floor:?}");
@@ -319,7 +320,11 @@ fn broken_off(threads: usize, nth: usize, work: fn(&Scene, &Settings, &Control) 
             assert!(calls.fetch_add(1, Ordering::Relaxed) + 1 != nth, "the callback is at fault");
         };
         let control = Control { stop: &AtomicBool::new(false), progress: &progress };
-        let settings = Settings { photons: Some(300_000), threads, ..Settings::default() };
+        let settings = Settings {
+            photons: PhotonCount::new(300_000).ok(),
+            threads: ThreadCount::nearest_to(threads),
+            ..Settings::default()
+        };
         // the receiver exists unless the test has failed already
         let _ = tell.send(work(&scene, &settings, &control));
     });
@@ -343,11 +348,11 @@ fn a_panic_ends_a_run_with_an_error() {
                 simulate(scene, &Settings { estimator, ..settings.clone() }, control).err()
             });
             broken_off(threads, nth, |scene, settings, control| {
-                let tolerance = Some(1e-3);
+                let tolerance = Tolerance::new(1e-3).ok();
                 simulate(scene, &Settings { tolerance, ..settings.clone() }, control).err()
             });
             broken_off(threads, nth, |scene, settings, control| {
-                let max_time = Some(Duration::from_secs(3600));
+                let max_time = TimeLimit::new(3600.0).ok();
                 simulate(scene, &Settings { max_time, ..settings.clone() }, control).err()
             });
             broken_off(threads, nth, |scene, settings, control| {

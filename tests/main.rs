@@ -12,6 +12,7 @@ mod by_light;
 mod bytes;
 mod calibrate;
 mod check;
+mod check_copies;
 mod checkpoint;
 mod closed_forms;
 mod coming_from;

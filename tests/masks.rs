@@ -89,17 +89,19 @@ fn what_a_mask_does_is_said_and_can_be_switched_off() {
     };
     let cut = load(&scene(LEAF, "", &half()));
     assert!((area(&cut) - 0.5).abs() < 1e-6);
-    assert_eq!(cut.warnings.len(), 1, "{:?}", cut.warnings);
-    assert!(cut.warnings[0].contains("`leaf.png` cuts 50.0 % of the area"), "{:?}", cut.warnings);
+    // what the file asks for is no reason to warn
+    assert_eq!((cut.warnings.len(), cut.notes.len()), (0, 1), "{:?}", cut.warnings);
+    assert!(cut.notes[0].contains("`leaf.png` cuts 50.0 % of the area"), "{:?}", cut.notes);
     assert!(cut.files.iter().any(|file| file.ends_with("leaf.png")), "{:?}", cut.files);
     let copies =
         r#", "captor": "triangle", "instances": [{}, {"translate": [0, 0, -3], "scale": 2}]"#;
     let copies = load(&scene(LEAF, copies, &half()));
-    let ids: Vec<&str> = copies.scene.captors.iter().map(|captor| captor.id.as_str()).collect();
+    let ids: Vec<&str> = copies.scene.captors().iter().map(|captor| captor.id.as_str()).collect();
     assert_eq!(ids, ["card/leaf#0/0", "card/leaf#0/1", "card/leaf#1/0", "card/leaf#1/1", "under"]);
     assert!((area(&copies) - 2.5).abs() < 1e-5);
     let off = load(&scene(LEAF, r#", "mask": false"#, &half()));
     assert_eq!((area(&off), off.warnings.len()), (1.0, 0), "{:?}", off.warnings);
+    assert!(off.notes.is_empty(), "{:?}", off.notes);
     let opaque = load(&scene(LEAF, "", &[("leaf.png", picture(8, |_, _| true))]));
     let whole = load(&scene("newmtl blade\n", "", &[]));
     assert!(opaque.scene.triangles().iter().eq(whole.scene.triangles().iter()));
@@ -124,7 +126,7 @@ fn masks_that_cannot_cut_are_said() {
         let masks: Vec<_> = file.into_iter().map(|bytes| ("leaf.png", bytes)).collect();
         let scene = scene(mtl, "", &masks);
         let said = match phylux::load(&scene.path("scene.json")) {
-            Ok(loaded) => loaded.warnings,
+            Ok(loaded) => [loaded.warnings, loaded.notes].concat(),
             Err(error) => vec![error.to_string()],
         };
         assert_eq!(said.len(), 1, "{mtl}: {said:?}");

@@ -8,6 +8,7 @@ use phylux::{
     formats::{Mesh, MeshGroup, SceneBuilder, load_with, spec::*},
     load,
     math::Quantity,
+    transport::PhotonCount,
 };
 use serde_json::{Value, json};
 
@@ -42,10 +43,11 @@ fn groups(obj: &str) -> Vec<MeshGroup> {
 
 fn result(loaded: &LoadedScene) -> (RunResult, FlatResult) {
     let control = Control::default();
-    let settings = phylux::Settings { photons: Some(20_000), ..loaded.settings.clone() };
+    let settings =
+        phylux::Settings { photons: PhotonCount::new(20_000).ok(), ..loaded.settings.clone() };
     let simulation = phylux::simulate(&loaded.scene, &settings, &control).expect("a run");
-    let flat = FlatResult::new(&loaded.scene, &simulation.totals);
-    (RunResult::new(&loaded.scene, &settings, &simulation), flat)
+    let flat = FlatResult::new(&simulation);
+    (RunResult::new(&simulation), flat)
 }
 
 #[test]
@@ -155,7 +157,7 @@ fn a_builder_makes_the_scene_of_a_file() {
     };
     let (made, read) = (scene(0.2).expect("a scene"), file(0.2).expect("a scene"));
     assert_eq!(made.scene.digest(), read.scene.digest());
-    let ids = |scene: &Scene| scene.captors.iter().map(|c| c.id.clone()).collect::<Vec<_>>();
+    let ids = |scene: &Scene| scene.captors().iter().map(|c| c.id.clone()).collect::<Vec<_>>();
     assert_eq!(ids(&made.scene), ids(&read.scene));
     assert_eq!(ids(&made.scene).len(), 3);
     assert_eq!(made.warnings, read.warnings);

@@ -2,7 +2,11 @@
 
 use std::f64::consts::PI;
 
-use phylux::{RunResult, Settings, results::NearestResult};
+use phylux::{
+    RunResult, Settings,
+    results::NearestResult,
+    transport::{MapLimit, NearestCount, PhotonCount},
+};
 use serde_json::json;
 
 use crate::{
@@ -28,10 +32,10 @@ fn uniform_tiles() -> (World, f64) {
 fn run(world: &World, photons: u64, k: usize, map_photons: usize) -> RunResult {
     let result = run_file(&world.write().path("scene.json"), |settings| {
         *settings = Settings {
-            photons: Some(photons),
+            photons: PhotonCount::new(photons).ok(),
             seed: 1,
-            k: Some(k),
-            map_photons,
+            k: NearestCount::new(k).ok(),
+            map_photons: MapLimit::nearest_to(map_photons),
             ..settings.clone()
         };
     });
@@ -108,7 +112,12 @@ const UP: Point = [0.0, 0.0, 1.0];
 /// Returns the estimates on all faces of a run.
 fn of_seed(scene: &TestScene, photons: u64, seed: u64, k: Option<usize>) -> Vec<NearestResult> {
     let result = run_file(&scene.path("scene.json"), |settings| {
-        *settings = Settings { photons: Some(photons), seed, k, ..settings.clone() };
+        *settings = Settings {
+            photons: PhotonCount::new(photons).ok(),
+            seed,
+            k: k.and_then(|k| NearestCount::new(k).ok()),
+            ..settings.clone()
+        };
     });
     let faces = result.captors.iter().flat_map(|captor| captor.faces());
     faces.filter_map(|face| face.knn.clone().flatten()).collect()
@@ -195,5 +204,39 @@ fn standard_error_is_the_spread_in_a_furnace() {
             "band {band}: mean off by {off:.2} errors, reported variance {ratio:.3} of the spread's"
         );
         assert!(off.abs() < 4.0 && (ratio - 1.0).abs() < 0.24, "{off} {ratio}");
+    }
+}
+
+/// A sphere, a folded leaf and two shelves in one group of a file do not lie in one plane and have no
+/// estimate; flat captors of several parts, tilted and far away have. Chance plays no part in this.
+#[test]
+fn only_what_lies_in_one_plane_has_an_estimate() {
+    let leaf = |lift: f64| {
+        let half = |x: f64| Mesh::rectangle([0.0; 3], [x, 0.0, lift], [0.0, 0.2, 0.0]);
+        half(-0.1).flipped().and(half(0.1))
+    };
+    let far = |mesh: Mesh| mesh.shifted([40.0, 0.0, 0.0]);
+    let shelf = |z: f64| Mesh::square([0.5, 0.5, z], UP, 0.2);
+    let tilted = Mesh::square([0.3, -0.4, 0.3], [0.6, 0.0, 0.8], 0.1).and(Mesh::square(
+        [0.3, -0.7, 0.3],
+        [0.6, 0.0, 0.8],
+        0.1,
+    ));
+    let sphere = json!({ "name": "ball", "sphere": { "center": [0, 0, 0.5], "radius": 0.1 } });
+    let world = World::new()
+        .lambert("grey", 0.5)
+        .counted("folded", "grey", &leaf(0.05))
+        .counted("flat", "grey", &leaf(0.0).shifted([0.0, 0.5, 0.0]))
+        .counted("far", "grey", &far(leaf(0.0)))
+        .captor("shelves", &shelf(0.2).and(shelf(0.4)))
+        .captor("tilted", &tilted)
+        .light(json!({ "type": "sky", "model": "uniform", "irradiance": 1 }))
+        .edited(|scene| scene["captors"].as_array_mut().expect("captors").push(sphere));
+    let result = run(&world, 200_000, 50, 2_000_000);
+    for captor in &result.captors {
+        let flat = ["flat/flat", "far/far", "tilted"].contains(&captor.id.as_str());
+        assert!(captor.front.photons > 0, "{}", captor.id);
+        let knn = captor.front.knn.as_ref().expect("a key");
+        assert_eq!(knn.is_some(), flat, "{}", captor.id);
     }
 }

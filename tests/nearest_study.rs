@@ -6,7 +6,9 @@ use std::{borrow::Cow, collections::BTreeMap, f64::consts::PI};
 
 use glam::{DVec3, Vec3};
 use phylux::{
-    Control, LoadedScene, RunResult, Settings, Simulation, math::Triangle, transport::Neighbour,
+    Control, LoadedScene, RunResult, Settings, Simulation,
+    math::Triangle,
+    transport::{Neighbour, PhotonCount},
 };
 use serde_json::json;
 
@@ -111,8 +113,8 @@ struct Run {
 impl Run {
     fn new(files: &TestScene) -> Self {
         let scene = phylux::load(&files.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
-        let captor = &scene.scene.captors[0];
-        let center = (captor.center - scene.scene.center).as_vec3();
+        let captor = &scene.scene.captors()[0];
+        let center = (captor.center - scene.scene.center()).as_vec3();
         let triangles = scene.scene.triangles_of(captor);
         let near = triangles.iter().map(|t| t.nearest_point(center));
         let distance = |p: &Vec3| p.distance_squared(center);
@@ -120,15 +122,16 @@ impl Run {
         Self { query, scene }
     }
 
-    fn simulate(&self, photons: u64, seed: u64) -> (Simulation, Settings) {
-        let settings = Settings { photons: Some(photons), seed, ..Settings::default() };
+    fn simulate(&self, photons: u64, seed: u64) -> Simulation<'_> {
+        let settings =
+            Settings { photons: PhotonCount::new(photons).ok(), seed, ..Settings::default() };
         let control = Control::default();
         let done = phylux::simulate(&self.scene.scene, &settings, &control);
-        (done.unwrap_or_else(|e| panic!("{e}")), settings)
+        done.unwrap_or_else(|e| panic!("{e}"))
     }
 
     fn triangles(&self) -> Cow<'_, [Triangle]> {
-        self.scene.scene.triangles_of(&self.scene.scene.captors[0])
+        self.scene.scene.triangles_of(&self.scene.scene.captors()[0])
     }
 
     /// Returns, for each kernel, the sum of the weights of the photons nearer than the k-th,
@@ -198,11 +201,11 @@ impl<'a> Cell<'a> {
         let mut cell =
             Cell { case, arrivals, by_k: BTreeMap::new(), chosen: none(), k: 0.0, whole: none() };
         for seed in 1..=count {
-            let (simulation, settings) = run.simulate(photons, seed);
-            let result = RunResult::new(&run.scene.scene, &settings, &simulation);
+            let simulation = run.simulate(photons, seed);
+            let result = RunResult::new(&simulation);
             let face = &result.captors[0].front;
             let own = face.knn.as_ref().and_then(|knn| knn.as_ref()).expect("photons");
-            let map = simulation.map.expect("a map");
+            let map = simulation.map().expect("a map");
             let nearest = map.nearest(0, run.query, KS[KS.len() - 1]);
             let error = |irradiance: f64| irradiance / case.truth - 1.0;
             cell.whole.0.push(error(face.irradiance[0]));
@@ -298,7 +301,8 @@ fn nightly_bias_and_spread_against_k() {
     let mut cells = Vec::new();
     for case in &cases {
         let run = Run::new(&case.world.write());
-        let trial = run.simulate(100_000, 1_000).0.map.expect("a map");
+        let simulation = run.simulate(100_000, 1_000);
+        let trial = simulation.map().expect("a map");
         let share = trial.count(0) as f64 / trial.histories as f64;
         let most = if case.height.is_some() { ARRIVALS.len() } else { ARRIVALS.len() - 1 };
         for arrivals in &ARRIVALS[..most] {

@@ -3,7 +3,10 @@
 
 use std::f64::consts::PI;
 
-use phylux::{Control, Estimator, RunResult, Settings};
+use phylux::{
+    Control, Estimator, RunResult, Settings,
+    transport::{NearestCount, PhotonCount},
+};
 use serde_json::json;
 
 use crate::{
@@ -457,13 +460,18 @@ fn unit_does_not_matter() {
 fn cost(world: &World, estimator: Estimator, photons: u64) -> f64 {
     let scene = world.write();
     let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
-    let settings = Settings { estimator, photons: Some(photons), k: Some(0), ..loaded.settings };
+    let settings = Settings {
+        estimator,
+        photons: PhotonCount::new(photons).ok(),
+        k: Some(NearestCount::NONE),
+        ..loaded.settings
+    };
     let control = Control::default();
     let simulation = phylux::simulate(&loaded.scene, &settings, &control).expect("a run");
-    let result = RunResult::new(&loaded.scene, &settings, &simulation);
+    let result = RunResult::new(&simulation);
     let face = front(&result, "captor");
     let relative = face.flux_se[0].expect("light") / face.flux[0];
-    simulation.totals.segments as f64 * relative * relative
+    simulation.totals().segments as f64 * relative * relative
 }
 
 /// A captor of 10 cm in a white room of 10 m: paths take less than a tenth of the work of photons,
@@ -534,4 +542,49 @@ fn lamps_in_the_ceiling_shine_into_the_room() {
     check.flux("photons", front(&photons, "floor"), 0, floor);
     check.flux("paths", front(&world.run_paths(10_000, 1), "floor"), 0, floor);
     check.finish(2);
+}
+
+/// A dark room that light enters by a hole of 2 cm: few of its faces are found by 100 paths each, and
+/// photons come to all of them. Those that paths have not found say so. Chance plays no part in which
+/// faces are marked, only in whether there are any: seed 1.
+#[test]
+fn faces_that_paths_did_not_find_say_so() {
+    let dark = [
+        Mesh::square([0.5, 0.25, 0.5], [0.0, 0.0, -1.0], 0.02),
+        crate::world::room([0.0; 3], [1.0, 1.0, 0.5]),
+    ];
+    let [hole, walls] = dark;
+    // the ceiling of the dark room with a hole, in four strips
+    let strip = |x: [f64; 2], y: [f64; 2]| {
+        Mesh::rectangle([x[0], y[0], 0.5], [0.0, y[1] - y[0], 0.0], [x[1] - x[0], 0.0, 0.0])
+    };
+    let ceiling = strip([0.0, 1.0], [0.0, 0.24])
+        .and(strip([0.0, 1.0], [0.26, 1.0]))
+        .and(strip([0.0, 0.49], [0.24, 0.26]))
+        .and(strip([0.51, 1.0], [0.24, 0.26]));
+    let (above, below) = (crate::world::room([0.0, 0.0, 0.5], [1.0; 3]), walls);
+    // without the floor of the room above and the ceiling of that below
+    let (above, below) = (open(above, 0.5), open(below, 0.5));
+    let world = World::new()
+        .lambert("white", 0.8)
+        .lambert("grey", 0.5)
+        .surface("above", "white", &above)
+        .surface("ceiling", "white", &ceiling)
+        .counted("walls", "grey", &below)
+        .captor("hole", &hole)
+        .light(json!({ "type": "point", "position": [0.9, 0.9, 0.9], "power": 1 }));
+    let result = world.run_paths(100, 1);
+    let walls = result.captors.iter().find(|c| c.id == "walls/walls").expect("walls");
+    let found = walls.front.flux[0] > 0.0;
+    assert!(found || walls.front.few_paths, "{:?}", walls.front);
+    assert!(!found, "this seed finds light: {:?}", walls.front);
+    // behind the walls there is none, and nothing to say
+    let back = walls.back.as_ref().expect("a back");
+    assert!(back.flux[0] == 0.0 && !back.few_paths, "{back:?}");
+}
+
+/// Returns a room without its faces at a height.
+fn open(room: Mesh, z: f64) -> Mesh {
+    let level = |polygon: &Vec<[f64; 3]>| polygon.iter().all(|p| (p[2] - z).abs() < 1e-9);
+    Mesh(room.0.into_iter().filter(|polygon| !level(polygon)).collect())
 }

@@ -329,14 +329,14 @@ fn distributions_turn_with_their_copies() {
         light["transform"] = copy.clone();
     }
     let [together, apart] = [loaded(json!([together])), loaded(json!(apart))];
-    assert_eq!(together.lights.len(), 2);
-    assert_eq!([&together.lights[0].name, &together.lights[1].name], ["bars#0", "bars#1"]);
-    for (a, b) in together.lights.iter().zip(&apart.lights) {
+    assert_eq!(together.lights().len(), 2);
+    assert_eq!([&together.lights()[0].name, &together.lights()[1].name], ["bars#0", "bars#1"]);
+    for (a, b) in together.lights().iter().zip(apart.lights()) {
         assert!((a.power[0] - b.power[0]).abs() < 1e-9, "{:?} {:?}", a.power, b.power);
         let [a, b] = [a, b].map(|light| *light.intensity().expect("measured").axes());
         assert!(a.normal.distance(b.normal) < 1e-6 && a.tangent.distance(b.tangent) < 1e-6);
     }
-    let axes = |light: Value| *loaded(json!([light])).lights[0].intensity().expect("one").axes();
+    let axes = |light: Value| *loaded(json!([light])).lights()[0].intensity().expect("one").axes();
     // C = 0 turns by half a circle, with `aim` and without
     let mut half = light(1.0);
     half["transform"] = json!({ "rotate_deg": [0, 0, 180] });
@@ -471,7 +471,7 @@ fn a_tm33_says_the_flux_of_each_band() {
     let of_file = json!({ "spectrum": "a.xml", "total": "file" });
     let power = |folder: &TestScene| {
         let loaded = phylux::load(&folder.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
-        loaded.scene.lights[0].power.to_vec()
+        loaded.scene.lights()[0].power.to_vec()
     };
     let flux = 40.0 * PI;
     let close = |found: &[f64], expected: &[f64]| {
@@ -548,7 +548,7 @@ fn a_light_is_one_emitter_of_a_tm33() {
     // 40 pi umol/s from 400 to 700 nm, with a flat spectrum in W/nm; and three times that, of which
     // all is red
     let flux = 40.0 * PI;
-    let found = loaded.scene.lights.iter().flat_map(|light| light.power.to_vec());
+    let found = loaded.scene.lights().iter().flat_map(|light| light.power.to_vec());
     for (found, right) in found.zip([flux * 11.0 / 33.0, flux * 13.0 / 33.0, 0.0, 3.0 * flux]) {
         assert!((found - right).abs() < 1e-4 * flux, "{found} {right}");
     }

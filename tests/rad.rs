@@ -57,13 +57,15 @@ fn a_room_is_what_its_obj_file_would_be() {
             let scene =
                 TestScene::new(&scene.to_string(), &[("room.rad", ROOM), ("room.obj", OBJ)]);
             let loaded = phylux::load(&scene.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
-            let powers: Vec<f64> = loaded.scene.lights.iter().map(|light| light.power[0]).collect();
+            let powers: Vec<f64> =
+                loaded.scene.lights().iter().map(|light| light.power[0]).collect();
             assert!(
                 (powers[0] - 80.0).abs() < 1e-9 && (powers[1] - 20.0).abs() < 1e-9,
                 "{powers:?}"
             );
-            let captors: Vec<String> = loaded.scene.captors.iter().map(|c| c.id.clone()).collect();
-            let materials = format!("{:?}", loaded.scene.materials);
+            let captors: Vec<String> =
+                loaded.scene.captors().iter().map(|c| c.id.clone()).collect();
+            let materials = format!("{:?}", loaded.scene.materials());
             (captors, materials, loaded.scene.triangles().len())
         };
         assert_eq!(of(&room(dialect)), of(&same), "{dialect}");
@@ -102,7 +104,7 @@ fn materials_of_the_scene_come_first() {
     });
     let scene = TestScene::new(&scene.to_string(), &[("a.rad", room)]);
     let loaded = phylux::load(&scene.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
-    let materials = format!("{:?}", loaded.scene.materials);
+    let materials = format!("{:?}", loaded.scene.materials());
     assert!(materials.contains("0.25") && materials.contains("Mirror"), "{materials}");
 }
 

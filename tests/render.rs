@@ -152,7 +152,7 @@ fn a_picture_ends_in_time() {
 fn refusals_are_sentences() {
     let scene = small_room().write();
     fs::write(scene.path("none.json"), "{}").expect("a file");
-    let cases: [(&[&str], &[&str]); 20] = [
+    let cases: [(&[&str], &[&str]); 23] = [
         (
             &["--band", "b2"],
             &["--band: the scene has no band or sum `b2`; there are b0, b1, both, sum"],
@@ -185,6 +185,10 @@ fn refusals_are_sentences() {
         ),
         (&["--position", "1e30,0,0"], &["camera: its position is 1.000e30 m from the middle"]),
         (&["--position", "0,nan,0"], &["three numbers with commas"]),
+        // values may begin with a minus
+        (&["--position", "-1,0", "--up", "0,0,1"], &["three numbers with commas"]),
+        (&["--position", "-1,0,1", "--look-at", "-1,0,1"], &["`look_at` is the position itself"]),
+        (&["--show", "irradiance", "--range", "-1:-2"], &["range: -1 to -2 is no range"]),
     ];
     for (arguments, sentence) in cases {
         let assert = phylux(&scene, &["-o", "a.png"]).args(arguments).assert().code(2);

@@ -4,10 +4,11 @@
 use std::f64::consts::PI;
 
 use phylux::RunResult;
+use phylux::transport::PhotonCount;
 use serde_json::{Value, json};
 
 use crate::{
-    bad_input::phylux,
+    bad_input::{bad_scene, phylux},
     common::{TestScene, front, run_file},
 };
 
@@ -110,7 +111,7 @@ fn grids_strips_and_tables_with_more_columns() {
     let table = "id,Orientation,x,y,z,radius,nx,ny,nz\na,up,0,0,0,1,0,0,1\n";
     let loaded =
         phylux::load(&scene(&text, &[("t.csv", table)]).path("scene.json")).expect("a scene");
-    let captors = &loaded.scene.captors;
+    let captors = loaded.scene.captors();
     let ids: Vec<&str> = captors.iter().map(|captor| captor.id.as_str()).collect();
     assert_eq!(ids, ["g/0-0", "g/1-0", "g/0-1", "g/1-1", "g/0-2", "g/1-2", "l", "t/a"]);
     let at = |id: &str| captors.iter().find(|captor| captor.id == id).expect("a captor");
@@ -393,13 +394,28 @@ fn a_file_whose_y_points_up_is_turned() {
     let obj = "v 1 2 3\nv 2 2 3\nv 1 2 4\nf 1 2 3\n";
     let loaded =
         phylux::load(&scene(&text, &[("o.obj", obj)]).path("scene.json")).expect("a scene");
-    let captor = &loaded.scene.captors[0];
+    let captor = &loaded.scene.captors()[0];
     let middle = |a: f64, b: f64, c: f64| (a + b + c) / 3.0;
     let expected = glam(middle(1.0, 2.0, 1.0), -middle(3.0, 3.0, 4.0), 3.0);
     assert!((captor.center - expected).length() < 1e-12, "{}", captor.center);
     // the normal (1, 0, 0) x (0, 0, 1) = (0, -1, 0) turns into (0, 0, -1)
     assert!((captor.normal - glam(0.0, 0.0, -1.0)).length() < 1e-12);
-    let again =
-        run_file(&scene(&text, &[("o.obj", obj)]).path("scene.json"), |s| s.photons = Some(10));
+    let again = run_file(&scene(&text, &[("o.obj", obj)]).path("scene.json"), |s| {
+        s.photons = PhotonCount::new(10).ok()
+    });
     assert_eq!(again.captors.len(), 1);
+}
+
+/// A grid of more discs than a scene holds is refused before they are made.
+#[test]
+fn endless_grids_are_refused() {
+    for (nx, ny) in [(1_000_000_000u64, 1_000_000_000u64), (1, 1 << 52), (800, 800)] {
+        let scene = json!({
+            "lights": [{ "type": "point", "position": [0, 0, 1], "power": 1 }],
+            "captors": [{ "name": "a", "grid": {
+                "x": [0, 1], "y": [0, 1], "nx": nx, "ny": ny, "z": 0, "radius": 0.01 } }]
+        });
+        let words = ["/captors/0/grid", &format!("{nx} x {ny} discs"), "at most 625000"];
+        bad_scene(&scene.to_string(), &[], &words);
+    }
 }

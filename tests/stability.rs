@@ -5,7 +5,11 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
-use phylux::{Estimator, RunResult, Settings, results::FaceResult};
+use phylux::{
+    Estimator, RunResult, Settings,
+    results::FaceResult,
+    transport::{NearestCount, PhotonCount},
+};
 use serde_json::json;
 
 use crate::{
@@ -34,8 +38,14 @@ impl Runs {
         let scene = world.write();
         let run = |estimator, photons, seed| {
             let result = run_file(&scene.path("scene.json"), |settings| {
-                let photons = Some(photons);
-                *settings = Settings { estimator, photons, seed, k: Some(K), ..settings.clone() };
+                let photons = PhotonCount::new(photons).ok();
+                *settings = Settings {
+                    estimator,
+                    photons,
+                    seed,
+                    k: NearestCount::new(K).ok(),
+                    ..settings.clone()
+                };
             });
             sound(&result);
             result

@@ -6,6 +6,7 @@ use std::path::Path;
 use phylux::{
     Control, Estimator, LoadedScene, Settings,
     studies::{ConvergencePlan, ConvergenceStudy, Reference},
+    transport::PhotonCount,
 };
 use serde_json::json;
 
@@ -119,12 +120,15 @@ fn light_arrives_after_bounces() {
 #[test]
 fn a_trial_picks_the_cheaper_estimator() {
     let choice = |loaded: &LoadedScene| {
-        let settings =
-            Settings { estimator: Estimator::Auto, photons: Some(10_000), ..Settings::default() };
+        let settings = Settings {
+            estimator: Estimator::Auto,
+            photons: PhotonCount::new(10_000).ok(),
+            ..Settings::default()
+        };
         let control = Control::default();
         let simulation = phylux::simulate(&loaded.scene, &settings, &control).expect("a run");
-        let choice = simulation.choice.expect("a choice");
-        assert_eq!(choice.estimator, simulation.estimator);
+        let choice = simulation.choice().expect("a choice").clone();
+        assert_eq!(choice.estimator, simulation.estimator());
         println!("{}: {}", choice.estimator, choice.why);
         choice
     };
@@ -238,16 +242,20 @@ fn a_trial_has_an_end() {
         .lamp("lamp", &Mesh::square([0.0, 0.0, 0.9], [0.0, 0.0, -1.0], 0.3), 1.0);
     let run = |world: &World| {
         let loaded = load(&world.write());
-        let settings =
-            Settings { estimator: Estimator::Auto, photons: Some(128), ..Settings::default() };
+        let settings = Settings {
+            estimator: Estimator::Auto,
+            photons: PhotonCount::new(128).ok(),
+            ..Settings::default()
+        };
         let control = Control::default();
-        phylux::simulate(&loaded.scene, &settings, &control).expect("a run")
+        let simulation = phylux::simulate(&loaded.scene, &settings, &control).expect("a run");
+        simulation.choice().cloned()
     };
     // the trial stops at its limit of work: 65,536 photons of 10,000 interactions each would take
     // minutes
     let captor = Mesh::square([0.0; 3], [0.0, 0.0, 1.0], 0.5);
-    assert!(run(&mirrors.clone().captor("captor", &captor)).choice.is_some());
-    let choice = run(&mirrors).choice.expect("a choice");
+    assert!(run(&mirrors.clone().captor("captor", &captor)).is_some());
+    let choice = run(&mirrors).expect("a choice");
     assert_eq!(choice.estimator, Estimator::Photons);
     assert!(choice.why.contains("no captor"), "{}", choice.why);
 }

@@ -1,6 +1,10 @@
 //! Sums over bands with weights, and ratios of sums with their errors.
 
-use phylux::{RunResult, Settings, results::ByLight};
+use phylux::{
+    RunResult, Settings,
+    results::ByLight,
+    transport::{PhotonCount, ThreadCount},
+};
 use serde_json::{Value, json};
 
 use crate::{
@@ -144,7 +148,8 @@ fn errors_of_ratios_are_the_spread_of_seeds() {
     let mut found: Vec<[Vec<(f64, f64)>; 3]> = Vec::new();
     for seed in 1..=200 {
         let result = run(&scene, |settings| {
-            (settings.seed, settings.by_light, settings.threads) = (seed, true, 1);
+            (settings.seed, settings.by_light, settings.threads) =
+                (seed, true, ThreadCount::nearest_to(1));
         });
         let all = |result: &RunResult| {
             let sensor = result.captors[0].front.ratios.clone().expect("ratios");
@@ -207,7 +212,8 @@ fn mixes_have_ratios() {
             (value, error.expect("an error"))
         });
         assert!((a / b - 1.0).abs() < 1e-12 && (a / d - 1.0).abs() < 1e-12, "{a} {b} {d}");
-        assert!((a_se / b_se - 1.0).abs() < 0.3, "lights are strata");
+        // lights are strata; and the run knows how few histories there are
+        assert!(b_se < 1.3 * a_se, "{b_se} {a_se}");
         assert!(d_se > b_se * (1.0 - 1e-9) && c_se > 0.0, "{b_se} {d_se}");
         let name = result.ratios[r].name.as_str();
         assert!(c != a || !["B:R", "R:FR"].contains(&name));
@@ -237,9 +243,10 @@ fn threads_and_shards_change_no_byte() {
 #[test]
 fn paths_have_ratios_too() {
     let scene = scene("umol/s", |_| ());
-    let photons = run(&scene, |settings| settings.photons = Some(100_000));
+    let photons = run(&scene, |settings| settings.photons = PhotonCount::new(100_000).ok());
     let paths = run(&scene, |settings| {
-        (settings.photons, settings.estimator) = (Some(20_000), phylux::Estimator::Paths);
+        (settings.photons, settings.estimator) =
+            (PhotonCount::new(20_000).ok(), phylux::Estimator::Paths);
     });
     for r in 0..photons.ratios.len() {
         let of = |result: &RunResult| {
@@ -325,7 +332,7 @@ fn sums_of_photons_have_daily_light_integrals() {
             file["weather"] = json!({ "file": "w.csv", "stamp": "start" });
             std::fs::write(scene.path("scene.json"), file.to_string()).expect("a file");
         }
-        let result = run(&scene, |settings| settings.photons = Some(2000));
+        let result = run(&scene, |settings| settings.photons = PhotonCount::new(2000).ok());
         let face = &result.groups[0].front;
         let dli = face.dli.as_ref().expect("daily light integrals");
         for (b, band) in result.bands.iter().enumerate() {
@@ -392,8 +399,8 @@ fn tables_show_the_sums_of_many_bands() {
     let output = phylux(&scene.path(""), &["run", "scene.json"]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let heads: Vec<&str> =
-        said.lines().filter(|line| line.contains("b6") && line.contains("everything")).collect();
+    assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
+    let heads: Vec<&str> = said.lines().filter(|line| line.contains(" everything")).collect();
     for title in
         ["light per electricity", "share of the light", "share of groups", "absorbed by layer"]
     {
@@ -401,8 +408,8 @@ fn tables_show_the_sums_of_many_bands() {
     }
     assert!(!said.contains("b7 "), "{said}");
     // 12 umol/s of 10 W
-    let all = said.lines().find(|line| line.starts_with("  all  ")).expect("a row");
-    assert!(all.ends_with(" 1.200"), "{all}");
+    let mut all = said.lines().filter(|line| line.starts_with("  all  "));
+    assert!(all.any(|line| line.ends_with(" 1.200")), "{said}");
 }
 
 /// What is wrong with a sum or ratio is said with its place and the cure; what depends on where in
@@ -410,7 +417,7 @@ fn tables_show_the_sums_of_many_bands() {
 #[test]
 fn wrong_sums_are_refused() {
     type Change = fn(&mut Value);
-    let cases: [(Change, &str); 17] = [
+    let cases: [(Change, &str); 18] = [
         (
             |s| s["sums"]["x"] = json!("photopc"),
             "/sums/x: no weighting `photopc`; did you mean `photopic`?",
@@ -419,7 +426,14 @@ fn wrong_sums_are_refused() {
         (|s| s["sums"]["x"] = json!({}), "/sums/x: adds up no band; name its bands"),
         (|s| s["sums"]["x"] = json!({ "B": -1 }), "/sums/x/B: -1, must be from 0 to"),
         (|s| s["sums"]["x"] = json!({ "Bl": 1 }), "/sums/x/Bl: no band `Bl`"),
-        (|s| s["sums"]["x"] = json!({ "B": "1" }), "the weight of `B` is not a number"),
+        (
+            |s| s["sums"]["x"] = json!({ "B": "1" }),
+            "the weight of `B` is not a number; write it as one",
+        ),
+        (
+            |s| s["sums"]["x"] = json!({ "from_nm": 600, "to_nm": "700" }),
+            "`to_nm` of the window is not a number; write it as one",
+        ),
         (|s| s["sums"]["x"] = json!(3), "/sums/x"),
         (|s| s["sums"]["x"] = json!({ "weighting": "PPF" }), "`bands` is missing"),
         (

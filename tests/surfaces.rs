@@ -9,7 +9,7 @@ use glam::Vec3;
 use phylux::{
     Control, LoadedScene, Settings,
     scene::Patches,
-    transport::{SurfaceLight, light_surfaces},
+    transport::{MapLimit, NearestCount, SurfaceLight, ThreadCount, light_surfaces},
 };
 use serde_json::json;
 
@@ -30,7 +30,12 @@ fn with_threads<T>(
     then: impl FnOnce(&SurfaceLight) -> T,
 ) -> T {
     let loaded = load(world);
-    let settings = Settings { map_photons, threads, k: Some(K), ..Settings::default() };
+    let settings = Settings {
+        map_photons: MapLimit::nearest_to(map_photons),
+        threads: ThreadCount::nearest_to(threads),
+        k: NearestCount::new(K).ok(),
+        ..Settings::default()
+    };
     let control = Control::default();
     let light =
         light_surfaces(&loaded.scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
@@ -97,8 +102,9 @@ fn a_sheet_is_lit_from_its_own_side() {
         .light(json!({ "type": "point", "position": [0, 0, 1], "power": 4.0 * PI }));
     lit(&world, 8_000, |light| {
         let [leaf, black] = [0.0, -0.001].map(|z: f32| {
-            let at =
-                |t: phylux::math::Triangle| (t.a.z + light.scene.center.z as f32 - z).abs() < 1e-5;
+            let at = |t: phylux::math::Triangle| {
+                (t.a.z + light.scene.center().z as f32 - z).abs() < 1e-5
+            };
             light.scene.triangles().iter().position(at).expect("a triangle")
         });
         let middle = light.scene.triangles().at(leaf).point(0.4, 0.3);
@@ -216,7 +222,11 @@ fn walls_that_absorb_nothing() {
     let lamp = json!({ "type": "point", "position": [0.1, 0.2, 0.3], "power": 1 });
     let loaded =
         load(&World::new().lambert("wall", 1.0).surface("walls", "wall", &walls).light(lamp));
-    let settings = Settings { map_photons: 20_000, k: Some(K), ..Settings::default() };
+    let settings = Settings {
+        map_photons: MapLimit::nearest_to(20_000),
+        k: NearestCount::new(K).ok(),
+        ..Settings::default()
+    };
     let traced = AtomicU64::new(0);
     let progress = |progress: phylux::transport::Progress| {
         traced.fetch_max(progress.photons, Ordering::Relaxed);

@@ -3,7 +3,11 @@
 
 use std::{f64::consts::PI, fmt::Write, fs};
 
-use phylux::{Estimator, RunResult, results::FaceResult};
+use phylux::{
+    Estimator, RunResult,
+    results::FaceResult,
+    transport::{NearestCount, PhotonCount},
+};
 use serde_json::{Value, json};
 
 use crate::{
@@ -77,7 +81,7 @@ fn flights_are_aimed_through_screens() {
         let exact = 300.0 * 60f64.to_radians().sin() * 0.5f64.powi(sheets);
         let aimed = run_file(&world.write().path("scene.json"), |settings| {
             settings.guiding = phylux::Guiding::Aim;
-            settings.photons = Some(100_000);
+            settings.photons = PhotonCount::new(100_000).ok();
         });
         for (how, run) in [("aimed", aimed), ("paths", world.run_paths(20_000, 1))] {
             check.irradiance(format!("{sheets}, {how}"), front(&run, "up"), 0, exact);
@@ -125,7 +129,8 @@ fn run(world: &World, files: &[(&str, String)], estimator: Estimator, histories:
     let scene = files_of(world, files);
     let result = run_file(&scene.path("scene.json"), |settings| {
         settings.estimator = estimator;
-        (settings.photons, settings.k) = (Some(histories), Some(0));
+        (settings.photons, settings.k) =
+            (PhotonCount::new(histories).ok(), Some(NearestCount::NONE));
     });
     if estimator == Estimator::Photons {
         check_ledger(&result);

@@ -3,7 +3,10 @@
 
 use std::{fs, path::Path, process::Command};
 
-use phylux::{Estimator, Guiding, RunResult, Settings, Target};
+use phylux::{
+    Estimator, Guiding, RunResult, Settings, Target,
+    transport::{NearestCount, PhotonCount, Tolerance},
+};
 use serde_json::Value;
 
 use crate::{
@@ -37,7 +40,7 @@ const ROUND: f64 = 262_144.0;
 
 fn until(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
     run_file(path, |settings| {
-        settings.k = Some(0);
+        settings.k = Some(NearestCount::NONE);
         change(settings);
     })
 }
@@ -51,7 +54,7 @@ fn deviations(hits: f64, seeds: u64) -> (f64, f64) {
     let (mut sum, mut held) = (0.0, 0);
     for seed in 1..=seeds {
         let run = until(&scene.path("scene.json"), |settings| {
-            (settings.tolerance, settings.seed) = (Some(0.15), seed);
+            (settings.tolerance, settings.seed) = (Tolerance::new(0.15).ok(), seed);
         });
         let small = front(&run, "small");
         assert!(small.photons >= 30, "seed {seed}: {} photons", small.photons);
@@ -84,7 +87,7 @@ fn a_small_sensor_is_not_dark() {
         .write();
     for seed in 1..=5 {
         let run = until(&scene.path("scene.json"), |settings| {
-            (settings.tolerance, settings.seed) = (Some(0.1), seed);
+            (settings.tolerance, settings.seed) = (Tolerance::new(0.1).ok(), seed);
             (settings.guiding, settings.estimator) = (Guiding::Off, Estimator::Photons);
         });
         let sensor = front(&run, "sensor");
@@ -156,7 +159,7 @@ fn faces_without_light_are_dark() {
         (Estimator::Complete, Guiding::Off),
     ] {
         let run = until(&scene.path("scene.json"), |settings| {
-            (settings.tolerance, settings.estimator) = (Some(0.02), estimator);
+            (settings.tolerance, settings.estimator) = (Tolerance::new(0.02).ok(), estimator);
             settings.guiding = guiding;
         });
         let tolerance = run.tolerance.as_ref().expect("a tolerance");
@@ -213,7 +216,8 @@ fn under_the_sun() -> TestScene {
 #[test]
 fn a_small_sensor_in_the_sun_is_not_dark() {
     let run = until(&under_the_sun().path("scene.json"), |settings| {
-        (settings.tolerance, settings.tolerance_limit) = (Some(0.1), Some(262_144));
+        (settings.tolerance, settings.tolerance_limit) =
+            (Tolerance::new(0.1).ok(), PhotonCount::new(262_144).ok());
         settings.guiding = Guiding::Off;
     });
     let tolerance = run.tolerance.as_ref().expect("a tolerance");
@@ -254,7 +258,7 @@ fn guided_photons_may_be_heavier_where_it_is_dark() {
     let scene = beside_a_wall();
     let bound = |guiding| {
         let run = until(&scene.path("scene.json"), |settings| {
-            (settings.tolerance, settings.guiding) = (Some(0.1), guiding);
+            (settings.tolerance, settings.guiding) = (Tolerance::new(0.1).ok(), guiding);
         });
         let tolerance = run.tolerance.as_ref().expect("a tolerance");
         let dark = tolerance.dark.iter().find(|dark| dark.captor == "shut").expect("it is dark");
@@ -274,7 +278,7 @@ fn a_captor_and_a_group_of_one_name_are_told_apart() {
     let shut = shut();
     let run = |of: &str| {
         let run = until(&shut.path("scene.json"), |settings| {
-            (settings.tolerance, settings.guiding) = (Some(0.02), Guiding::Off);
+            (settings.tolerance, settings.guiding) = (Tolerance::new(0.02).ok(), Guiding::Off);
             settings.of = vec![Target::parse(of).expect("a target")];
         });
         run.tolerance.expect("a tolerance")
@@ -336,7 +340,8 @@ fn a_tolerance_that_is_not_met_is_said() {
 fn the_greenhouse_ends() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/greenhouse.json");
     let run = until(&path, |settings| {
-        (settings.tolerance, settings.tolerance_limit) = (Some(0.15), Some(20_000_000));
+        (settings.tolerance, settings.tolerance_limit) =
+            (Tolerance::new(0.15).ok(), PhotonCount::new(20_000_000).ok());
     });
     let tolerance = run.tolerance.as_ref().expect("a tolerance");
     assert!(tolerance.met, "{:?}", tolerance.worst);

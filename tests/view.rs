@@ -81,6 +81,12 @@ fn needs_chromium_a_known_captor_shows_its_numbers() {
     let known = front["irradiance"][0].as_f64().expect("a number");
     assert!((value / known - 1.0).abs() < 1e-6, "{row}: {known}");
 
+    // the list is emptied by its button and by nothing else
+    page.evaluate("element('clear').click(); element('clear').click(); 0");
+    assert!(text(&page, "element('table').innerText").contains("sensor"));
+    page.evaluate("element('clearListed').click(); 0");
+    assert!(!text(&page, "element('table').innerText").contains("sensor"));
+
     // a surface that is not a captor shows the light at the place of the mouse
     page.evaluate("controls.target.set(0, 0, 0.4); camera.position.set(0, 0, 0.1); controls.update(); draw(); 0");
     page.settle();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use phylux::{Estimator, RunResult, results::FaceResult};
+use phylux::{Estimator, RunResult, results::FaceResult, transport::PhotonCount};
 use serde_json::{Value, json};
 
 use crate::common::{TestScene, run_file};
@@ -308,7 +308,7 @@ impl World {
     pub fn run_complete(&self, paths: u64, seed: u64) -> RunResult {
         let result = run_file(&self.write().path("scene.json"), |settings| {
             settings.estimator = Estimator::Complete;
-            (settings.photons, settings.seed) = (Some(paths), seed);
+            (settings.photons, settings.seed) = (PhotonCount::new(paths).ok(), seed);
         });
         check_ledger(&result);
         result

@@ -9,6 +9,7 @@ use phylux::{
     math::Quantity,
     scene::{Channel, daylight},
     studies::{Year, YearOptions},
+    transport::{NearestCount, PhotonCount},
 };
 use serde_json::{Value, json};
 
@@ -17,6 +18,7 @@ mod periodic;
 mod ratios;
 mod shards;
 mod states;
+mod suns;
 mod written;
 
 use crate::{
@@ -81,7 +83,7 @@ pub fn two_days() -> TestScene {
 
 fn year(scene: &TestScene, control: Option<&Path>, photons: u64, fine: SkyDivision) -> Year {
     let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), fine).expect("a scene");
-    let settings = Settings { photons: Some(photons), ..loaded.settings.clone() };
+    let settings = Settings { photons: PhotonCount::new(photons).ok(), ..loaded.settings.clone() };
     let file = control.map(|path| ControlFile::load(path).expect("a control file"));
     let control = file.as_ref().map(|file| (file, "control.json"));
     let options = YearOptions { control, sun_rays: Some(64), ..YearOptions::default() };
@@ -125,7 +127,9 @@ fn a_dark_period_has_zeros() {
     assert!(
         fronts(&year, year.whole()).iter().all(|value| value.mean == 0.0 && value.variance == 0.0)
     );
-    let run = run_file(&scene.path("scene.json"), |settings| settings.photons = Some(2000));
+    let run = run_file(&scene.path("scene.json"), |settings| {
+        settings.photons = PhotonCount::new(2000).ok()
+    });
     assert_eq!(front(&run, "up").irradiance, [0.0, 0.0]);
 }
 
@@ -203,7 +207,7 @@ fn sums_in_a_room_are_those_of_a_period() {
     let scene = written(&world);
     let period = run_file(&scene.path("scene.json"), |settings| {
         settings.estimator = phylux::Estimator::Paths;
-        (settings.photons, settings.k) = (Some(200_000), Some(0));
+        (settings.photons, settings.k) = (PhotonCount::new(200_000).ok(), Some(NearestCount::NONE));
     });
     for fine in [SkyDivision::Tregenza, SkyDivision::Reinhart] {
         let year = year(&scene, None, 500_000, fine);
@@ -281,30 +285,32 @@ fn light_by_way_of_a_mirror_is_found_hour_by_hour() {
     let hourly = loaded.expect("a scene").hourly.expect("hours");
     let (mut compared, mut mirrored) = (0, 0);
     for (s, slot) in year.slots.iter().enumerate() {
-        let Some(sun) = slot.hour.map(|h| hourly.hours[h].sun.direction(hourly.north)) else {
-            continue;
-        };
+        let Some(hour) = slot.hour.map(|h| hourly.hours[h]) else { continue };
         for (i, y) in places.iter().enumerate() {
-            // where the line to the image meets the mirror's plane, and how far inside its edges
-            let along = (far - y) / sun.y.abs();
-            let (x, z) = (0.3 + along * sun.x, along * sun.z);
-            let inside = (half - x.abs()).min(z).min(top - z);
-            if inside.abs() < 0.2 {
+            let (mut exact, mut least, mut by_mirror) = (0.0, f64::INFINITY, false);
+            for (sun, light) in hour.suns(hourly.north) {
+                // where the line to the image meets the mirror's plane, and how far inside its edges
+                let along = (far - y) / sun.y.abs();
+                let (x, z) = (0.3 + along * sun.x, along * sun.z);
+                let inside = (half - x.abs()).min(z).min(top - z);
+                least = inside.abs().min(least);
+                let lit = inside > 0.0 && sun.y < 0.0;
+                let hidden = inside > 0.0 && sun.y > 0.0;
+                by_mirror |= lit;
+                exact += light * sun.z * (f64::from(!hidden) + f64::from(lit) * reflectance);
+            }
+            if least < 0.2 {
                 continue;
             }
-            let lit = inside > 0.0 && sun.y < 0.0;
-            let hidden = inside > 0.0 && sun.y > 0.0;
-            let factor = f64::from(!hidden) + f64::from(lit) * reflectance;
             let (found, error) = at_hour(&year, s, i);
-            let exact = 600.0 * sun.z * factor;
             let off = (found - exact).abs();
             assert!(off < 5.0 * error + 1e-3 * exact + 1e-3, "{s}, {y}: {found}, not {exact}");
-            assert!(error < 0.01 * exact + 1e-3, "{s}, {y}: error {error} of {exact}");
+            assert!(error < 0.05 * exact + 1e-3, "{s}, {y}: error {error} of {exact}");
             compared += 1;
-            mirrored += usize::from(lit);
+            mirrored += usize::from(by_mirror);
         }
     }
-    assert!(compared > 30 && mirrored > 5, "{mirrored} of {compared}");
+    assert!(compared > 20 && mirrored > 3, "{mirrored} of {compared}");
     assert!(year.warnings.iter().all(|warning| !warning.contains("unseen")), "{:?}", year.warnings);
 }
 
@@ -326,7 +332,7 @@ fn sums_against_paths(world: &World, photons: u64, paths: u64) -> (f64, f64) {
     let scene = world.write();
     let period = run_file(&scene.path("scene.json"), |settings| {
         settings.estimator = phylux::Estimator::Paths;
-        (settings.photons, settings.k) = (Some(paths), Some(0));
+        (settings.photons, settings.k) = (PhotonCount::new(paths).ok(), Some(NearestCount::NONE));
     });
     let year = year(&scene, None, photons, SkyDivision::Tregenza);
     let (mut chi2, mut relative) = (0.0, 0.0);

@@ -11,8 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import missing, say, wrong
+from .values import Floats, finite, first_twice, is_masked, numbers
+from .values import name as checked
 
-Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 
@@ -42,13 +43,20 @@ class Mesh:
 
     def parts(self, name: str) -> tuple[str, Floats, Ints, list[tuple[str | None, str | None, int, int]]]:
         """Returns the mesh in the form that the native part takes."""
-        return name, self.vertices, self.faces, [(g.name, g.material, g.start, g.stop) for g in self.groups]
+        # what comes from another process may lie at any place in memory
+        vertices = np.require(self.vertices, np.float64, ["C", "A"])
+        faces = np.require(self.faces, np.int64, ["C", "A"])
+        return name, vertices, faces, [(g.name, g.material, g.start, g.stop) for g in self.groups]
 
 
 def mesh(geometry: Any, place: str = "mesh", group: str | None = None) -> Mesh:
     """Makes a mesh from any of the forms that `Scene.add` takes. Errors name ``place``. Triangles without a name of
     their own form a group with the name ``group``."""
     if isinstance(geometry, Mesh):
+        for part in geometry.groups:
+            for own, what in ((part.name, "a group"), (part.material, "a material")):
+                if own is not None:
+                    checked(own, place, what)
         return geometry
     named = list(_named(geometry, place))
     if not named:
@@ -56,8 +64,8 @@ def mesh(geometry: Any, place: str = "mesh", group: str | None = None) -> Mesh:
     vertices, faces, groups = [], [], []
     before = triangles = 0
     for name, (own_vertices, own_faces) in named:
-        if name is not None and ("\n" in name or "\r" in name or name != name.strip() or not name):
-            raise wrong(place, f"a group named {name!r}", "give it a name on one line, without spaces around it")
+        if name is not None:
+            checked(name, place, "a group")
         vertices.append(own_vertices)
         faces.append(own_faces + before)
         groups.append(Group(group if name is None else name, None, triangles, triangles + len(own_faces)))
@@ -83,12 +91,12 @@ def grid(x: Any, y: Any, z: Any, radius: float, normal: Iterable[float] = (0.0, 
            [1. , 2. , 3. , 0.1],
            [1. , 2. , 4. , 0.1]])
     """
-    normal = [float(number) for number in normal]
-    if len(normal) != 3:
-        raise wrong("grid", f"a normal of {len(normal)} numbers", "it has three: x, y and z")
-    axes = [np.atleast_1d(np.asarray(values, dtype=np.float64)).ravel() for values in (x, y, z)]
+    facing = numbers(normal if hasattr(normal, "__array__") else list(normal), "grid", "a normal").ravel()
+    if len(facing) != 3:
+        raise wrong("grid", f"a normal of {len(facing)} numbers", "it has three: x, y and z")
+    axes = [np.atleast_1d(numbers(values, "grid", axis)).ravel() for axis, values in zip("xyz", (x, y, z))]
     places = np.array(list(itertools.product(*axes)), dtype=np.float64).reshape(-1, 3)
-    rest = np.broadcast_to([float(radius), *normal], (len(places), 4))
+    rest = np.broadcast_to([finite(radius, "grid: radius"), *facing], (len(places), 4))
     return np.hstack([places, rest])
 
 
@@ -141,16 +149,6 @@ def _named(geometry: Any, place: str) -> Iterable[tuple[str | None, tuple[Floats
         yield None, _triangles(geometry, place)
 
 
-def first_twice(names: list[str]) -> str | None:
-    """Returns the first name that comes again."""
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            return name
-        seen.add(name)
-    return None
-
-
 def _turned(faces: Ints, turn: bool) -> Ints:
     """Returns the faces with their corners in the opposite order, if they are to be turned."""
     return np.ascontiguousarray(faces[:, ::-1]) if turn else faces
@@ -158,7 +156,7 @@ def _turned(faces: Ints, turn: bool) -> Ints:
 
 def _arrays(vertices: Any, faces: Any, place: str) -> tuple[Floats, Ints]:
     points = _numbers(vertices, place, "vertices")
-    corners = np.asarray(faces)
+    corners = _whole(faces, place)
     if points.ndim != 2 or points.shape[1] != 3:
         raise wrong(place, f"vertices of shape {points.shape}", "they must be (n, 3)")
     if corners.ndim != 2 or corners.shape[1] != 3:
@@ -187,11 +185,20 @@ def _triangles(triangles: Any, place: str) -> tuple[Floats, Ints]:
 def _numbers(values: Any, place: str, what: str) -> Floats:
     if isinstance(values, (str, bytes)):
         raise wrong(place, f"{values!r} is no mesh", "a path is a text that stands alone, as in add(name, 'room.obj')")
+    return numbers(values, place, what)
+
+
+def _whole(faces: Any, place: str) -> npt.NDArray[Any]:
+    """Returns the corners of faces, which must be whole numbers."""
+    if is_masked(faces):
+        raise wrong(place, "faces of which some are masked", "leave these out")
     try:
-        numbers = np.asarray(values, dtype=np.float64)
+        corners = np.asarray(faces)
     except (TypeError, ValueError) as error:
-        raise wrong(place, f"{what} that are no numbers ({error})") from None
-    return numbers
+        raise wrong(place, f"faces that are no numbers ({error})", "they must be (m, 3)") from None
+    if corners.dtype == object and all(isinstance(corner, (int, np.integer)) for corner in corners.flat):
+        corners = corners.astype(np.int64)
+    return corners
 
 
 def _plantgl(scene: Any, place: str) -> Iterable[tuple[str, tuple[Floats, Ints]]]:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
+from .values import finite
 
 
 class LeafSpectra(NamedTuple):
@@ -52,5 +53,6 @@ def prospect(
     Raises:
         InputError: ``n`` is not from 1 to 10, or an amount is negative or not finite.
     """
-    contents = [n, chlorophyll, carotenoids, anthocyanins, brown, water, dry_matter]
-    return LeafSpectra(*_native.prospect([float(value) for value in contents]))
+    contents = {"n": n, "chlorophyll": chlorophyll, "carotenoids": carotenoids, "anthocyanins": anthocyanins}
+    contents |= {"brown": brown, "water": water, "dry_matter": dry_matter}
+    return LeafSpectra(*_native.prospect([finite(value, f"prospect: {name}") for name, value in contents.items()]))

@@ -81,9 +81,11 @@ def captor_map(
     **options: Any,
 ) -> Any:
     """Draws the irradiance of captors over the plane in which they lie: colours with contours. Between the captors of a grid
-    they are smooth and never beyond the captors' values, and go on to the ends of the grid's cells; between others they are
-    linear over Delaunay triangles. Where such a map is not possible, the captors are drawn as dots at their places, with
-    their values where they are few.
+    they are smooth and never beyond the captors' values; between others they are linear over Delaunay triangles. Gaps wider
+    than three times the usual distance of the captors stay blank, and nothing is drawn beyond them. No step of colours or
+    contours is finer than twice the median standard error, which the title says; where the captors differ by no more than
+    their errors explain, the map has one colour. Where such a map is not possible, the captors are drawn as dots at their
+    places, with their values where they are few.
 
     Args:
         band: a band or sum; if not given, the first sum, or the first band.
@@ -116,10 +118,20 @@ def captor_map(
     own, ax = ax is None, _axes(ax)
     bar: dict[str, Any] = {}
     if contours:
-        drawn, numbers = _contours(ax, x[known], y[known], values[known], options)
+        sets = np.unique([result.ids[row].rpartition("/")[0] for row in rows], return_inverse=True)[1][known]
+        errors = result.irradiance_se[rows, _face(face), column][known]
+        mean, error = _even(values[known], errors)
+        title = f"{'xyz'[left]} = {center[:, left].mean():.4g} m"
+        if error > 0:
+            of = _rounded(error, error)
+            title += f": median error {of}" if mean is None else f": {_rounded(mean, error)} ± {of}, even within its error"
+        field = _field(x[known], y[known], values[known], sets)
+        drawn, numbers = _contours(ax, field, error, mean, options)
         bar = {} if "levels" in options else {"ticks": numbers}
         ax.plot(x, y, "k.", markersize=2)
-        ax.set_title(f"{'xyz'[left]} = {center[:, left].mean():.4g} m")
+        margin = 0.03 * max(np.ptp(x), np.ptp(y))
+        ax.set(xlim=(x.min() - margin, x.max() + margin), ylim=(y.min() - margin, y.max() + margin))
+        ax.set_title(title)
     else:
         few = len(rows) <= _NUMBERED
         drawn = ax.scatter(x, y, c=values, **{**({"s": 30, "vmin": min(0.0, np.nanmin(values))} if few else {}), **options})
@@ -135,7 +147,9 @@ def captor_map(
     flat = (wide - 1.35) * (top - bottom) / max(high - low, 1e-9)
     if own and contours:
         # a figure as high as its map, with its title and the letters below
-        ax.figure.set_figheight(float(np.clip(flat + 0.75, 0.4 * wide, 1.1 * wide)))
+        tall = float(np.clip(flat + 0.75, 0.3 * wide, 1.1 * wide))
+        ax.figure.set_figheight(tall)
+        bar = {"shrink": float(np.clip((flat + 0.1) / (tall - 0.65), 0.3, 1)), **bar}
     elif len(ax.figure.axes) == 1:
         # the bar is about as high as a map that is wider than its place
         bar = {"shrink": float(np.clip(flat / (0.8 * tall), 0.5, 1)), **bar}
@@ -148,24 +162,59 @@ def captor_map(
 _NUMBERED = 12
 
 
-def _contours(ax: Any, x: Any, y: Any, values: Any, options: dict[str, Any]) -> tuple[Any, Any]:
-    """Fills the plane with colours, from 0 unless the least value is more than half of the greatest, and draws contours with
-    a number on each where there is room; returns the colours and the numbers of their bar."""
-    from matplotlib.ticker import MaxNLocator
+def _even(values: Any, errors: Any) -> tuple[float | None, float]:
+    """Returns the mean of values that differ by no more than their standard errors explain (the sum of their squared
+    deviations in errors is less than two standard deviations above what chance makes it), or none if they differ by more;
+    and the median error, 0 if none is known."""
+    known = np.isfinite(errors) & (errors > 0)
+    if not known.any():
+        return None, 0.0
+    error = float(np.sort(errors[known])[known.sum() // 2])
+    free = len(values) - 1
+    if not known.all() or free < 1:
+        return None, error
+    mean = float(values.mean())
+    even = (((values - mean) / errors) ** 2).sum() <= free + 2 * (2 * free) ** 0.5
+    return (mean if even else None), error
 
-    x, y, values = _smooth(*_to_cells(x, y, values))
-    least, most = values.min(), max(values.max(), 1e-30)
+
+def _rounded(value: float, error: float) -> str:
+    """Writes a value with the digits that its error leaves: one of the error, or two if the first is 1."""
+    power = np.floor(np.log10(error))
+    decimals = int(-power + (np.floor(error / 10**power) < 2))
+    return f"{value:.{max(decimals, 0)}f}" if -9 <= decimals < 7 else f"{value:.1e}"
+
+
+def _contours(ax: Any, field: Any, error: float, mean: float | None, options: dict[str, Any]) -> tuple[Any, Any]:
+    """Fills the plane with colours, from 0 unless the least value is more than half of the greatest, and draws contours with
+    a number on each where there is room, no step finer than twice the error; returns the colours and the numbers of their
+    bar. Of a mean there is one colour, and no contour."""
+    from matplotlib.ticker import MaxNLocator
+    from matplotlib.tri import Triangulation
+
+    x, y, values, triangles = field
+    plane = Triangulation(x, y, triangles)
+    least, most = (values.min(), max(values.max(), 1e-30)) if mean is None else (0.0, mean)
     top = MaxNLocator(8).tick_values(least if 0.5 * most < least < most else min(0.0, least), most)
-    usual = {"levels": np.linspace(top[0], top[-1], 65)}
-    drawn = ax.tricontourf(x, y, values, **{**usual, **options})
+    count = int(min(64, (top[-1] - top[0]) / (2 * error))) if error > 0 else 64
+    if count < 64 and mean is None:
+        # steps are round numbers
+        step = _round_up(2 * error)
+        low = 0.0 if top[0] == 0 else np.floor(least / step + 1e-9)
+        top = step * np.arange(low, max(np.ceil(most / step - 1e-9), low + 1) + 0.5)
+        count = len(top) - 1
+    usual = {"levels": np.linspace(top[0], top[-1], max(count, 1) + 1)}
+    numbers = top[:: max(1, -(-len(top) // 11))]
+    drawn = ax.tricontourf(plane, values if mean is None else np.full(len(values), mean), **{**usual, **options})
     drawn.set_edgecolor("face")
     low, high = drawn.get_clim()
-    levels = [level for level in MaxNLocator(6).tick_values(values.min(), values.max()) if values.min() < level < values.max()]
+    steps = numbers if count < 64 else MaxNLocator(6).tick_values(values.min(), values.max())
+    levels = [level for level in steps if mean is None and values.min() < level < values.max()]
     if not levels:
-        return drawn, top
+        return drawn, numbers
     # white on dark colours
     inks = ["white" if level < 0.5 * (low + high) else "black" for level in levels]
-    lines = ax.tricontour(x, y, values, levels=levels, colors=inks, linewidths=0.6)
+    lines = ax.tricontour(plane, values, levels=levels, colors=inks, linewidths=0.6)
     # about how large a number is, in metres
     inch = max(np.ptp(x) / (0.6 * ax.figure.get_figwidth()), np.ptp(y) / (0.7 * ax.figure.get_figheight()))
     size = np.array([0.4 * inch, 0.18 * inch])
@@ -179,61 +228,92 @@ def _contours(ax: Any, x: Any, y: Any, values: Any, options: dict[str, Any]) -> 
             taken.append(free[len(free) // 2])
     if taken:
         ax.clabel(lines, fontsize=7, manual=[tuple(place) for place in taken], inline_spacing=2)
-    return drawn, top
+    return drawn, numbers
 
 
-def _to_cells(x: Any, y: Any, values: Any) -> tuple[Any, Any, Any]:
-    """Adds points at the ends of the cells of a grid, where values go on as they do between the last two points, but not
-    below 0; leaves points that are no grid as they are."""
+def _round_up(value: float) -> float:
+    """Returns the least of 1, 2, 2.5, 5 or 10 times a power of ten that is not below a number."""
+    power = 10 ** np.floor(np.log10(value))
+    return float(next(step for step in (1, 2, 2.5, 5, 10) if step * power >= value * (1 - 1e-9)) * power)
+
+
+# a gap is wider than so many times the usual distance of captors
+_GAP = 3.0
+
+
+def _near(x: Any, y: Any, sets: Any) -> Any:
+    """Returns the triangles between points, but for those that span a gap. Points of one of the ``sets`` belong together, as
+    those of a grid do; their usual distance along each axis is the median of that to the nearest neighbour."""
+    from matplotlib.tri import Triangulation
+
     points = np.column_stack([x, y])
-    half = []
-    for axis in range(2):
-        steps = np.diff(np.sort(points[:, axis]))
-        steps = np.sort(steps[steps > 1e-6 * max(np.ptp(points[:, axis]), 1e-30)])
-        half.append(steps[len(steps) // 2] / 2 if len(steps) else 0.0)
-    low, high = points.min(axis=0), points.max(axis=0)
-    out = np.where(points - low < half, -1.0, np.where(high - points < half, 1.0, 0.0)) * half
-    corners = (out != 0).all(axis=1)
-    if corners.sum() != 4:
-        return x, y, values
-    more: list[Any] = []
-    for i in np.flatnonzero((out != 0).any(axis=1)):
-        rise = [0.0, 0.0]
-        for axis in range(2):
-            inward = (points[i, axis] - points[:, axis]) * np.sign(out[i, axis])
-            beside = np.abs(points[:, 1 - axis] - points[i, 1 - axis]) < 1e-3 * half[1 - axis]
-            before = np.flatnonzero(beside & (inward > 1e-3 * half[axis]))
-            if len(before):
-                last = before[np.argmin(inward[before])]
-                rise[axis] = (values[i] - values[last]) * abs(out[i, axis]) / inward[last]
-        for step in ((1, 0), (0, 1), (1, 1)):
-            if all(out[i][np.array(step) == 1] != 0):
-                more.append([*(points[i] + step * out[i]), values[i] + np.dot(step, rise)])
-    added = np.array(more)
-    floor = 0.0 if values.min() >= 0 else -np.inf
-    return (np.append(x, added[:, 0]), np.append(y, added[:, 1]), np.append(values, np.maximum(added[:, 2], floor)))
+    triangles = Triangulation(x, y).triangles
+    sides = np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
+    lengths = np.abs(points[sides[:, 0]] - points[sides[:, 1]])
+    axis = (lengths[:, 1] > lengths[:, 0]).astype(int)
+    own = sets[sides[:, 0]] == sets[sides[:, 1]]
+    nearest = np.full(points.shape, np.inf)
+    for end in (0, 1):
+        np.minimum.at(nearest, (sides[own, end], axis[own]), lengths[own, axis[own]])
+    steps = np.zeros((sets.max() + 1, 2))
+    for number in np.unique(sets):
+        of_set = [np.sort(column[np.isfinite(column)]) for column in nearest[sets == number].T]
+        known = [float(column[len(column) // 2]) if len(column) else np.nan for column in of_set]
+        # a single row of points has one distance
+        steps[number] = [np.nan_to_num(known[i] if np.isfinite(known[i]) else known[1 - i]) for i in (0, 1)]
+    far = lengths > (_GAP + 1e-6) * np.maximum(steps[sets[sides[:, 0]]], steps[sets[sides[:, 1]]])
+    return triangles[~far.any(axis=1).reshape(3, -1).any(axis=0)]
+
+
+def _field(x: Any, y: Any, values: Any, sets: Any) -> tuple[Any, Any, Any, Any]:
+    """Returns points with their values and the triangles between them: those of a finer grid where points are one, and
+    none where gaps are."""
+    near = _near(x, y, sets)
+    part = np.arange(len(x))
+    before = None
+    while before is None or (part != before).any():
+        before = part.copy()
+        np.minimum.at(part, near, part[near].min(axis=1)[:, None])
+        part = part[part]
+    field: list[list[Any]] = [[x], [y], [values], [np.empty((0, 3), int)]]
+    count = len(x)
+    for number in np.unique(part[near]):
+        own = np.flatnonzero(part == number)
+        found = _smooth(x[own], y[own], values[own])
+        if found is None:
+            field[3].append(near[part[near[:, 0]] == number])
+            continue
+        *columns, triangles = found
+        for all_, more in zip(field, [*columns, triangles + count], strict=True):
+            all_.append(more)
+        count += len(columns[0])
+    across, up, of, triangles = (np.concatenate(parts) for parts in field)
+    return across, up, of, triangles
 
 
 # a smooth map has about so many points
-_SMOOTH = 4000
+_SMOOTH = 6000
 
 
-def _smooth(x: Any, y: Any, values: Any) -> tuple[Any, Any, Any]:
-    """Adds points between those of a grid, where values follow monotone cubics along both axes, so that none lies beyond
-    its neighbours; leaves points that are no grid as they are."""
+def _smooth(x: Any, y: Any, values: Any) -> tuple[Any, Any, Any, Any] | None:
+    """Returns a finer grid than that of the points, with its triangles: values follow monotone cubics along both axes, so
+    that none lies beyond its neighbours; none if the points are no grid."""
     grid, place = zip(*(_lines(at) for at in (x, y)), strict=True)
     table = np.full([len(lines) for lines in grid], np.nan)
     table[place] = values
-    steps = min(8, int((_SMOOTH / len(values)) ** 0.5))
-    if table.size != len(values) or np.isnan(table).any() or min(table.shape) < 3 or steps < 2:
-        return x, y, values
+    steps = max(1, min(16, int((_SMOOTH / len(values)) ** 0.5)))
+    if table.size != len(values) or np.isnan(table).any() or min(table.shape) < 2:
+        return None
     finer = []
     for lines in grid:
         finer.append(np.interp(np.arange((len(lines) - 1) * steps + 1) / steps, np.arange(len(lines)), lines))
         # the other axis comes next
         table = _monotone(lines, table, finer[-1]).T
     across, up = np.meshgrid(*finer, indexing="ij")
-    return across.ravel(), up.ravel(), table.ravel()
+    corner = np.arange(table.size).reshape(table.shape)
+    a, b, c, d = (corner[i : i - 1 or None, j : j - 1 or None].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    triangles = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    return across.ravel(), up.ravel(), table.ravel(), triangles
 
 
 def _lines(at: Any) -> tuple[Any, Any]:
@@ -246,10 +326,12 @@ def _lines(at: Any) -> tuple[Any, Any]:
 
 
 def _monotone(x: Any, values: Any, at: Any) -> Any:
-    """Interpolates the columns of ``values``, given at three places ``x`` or more, by cubics that rise and fall only where
+    """Interpolates the columns of ``values``, given at two places ``x`` or more, by cubics that rise and fall only where
     the values do (Fritsch and Butland 1984)."""
     width = np.diff(x)[:, None]
     slope = np.diff(values, axis=0) / width
+    if len(x) == 2:
+        return values[:1] + (at - x[0])[:, None] * slope
     # at a place between two others: a weighted harmonic mean of the slopes beside it; 0 at a hill or in a hollow
     weight = [2 * width[1:] + width[:-1], width[1:] + 2 * width[:-1]]
     before, after = slope[:-1], slope[1:]
@@ -644,10 +726,20 @@ def _apart(result: Result, groups: list[int]) -> list[int]:
 
 
 def _from_zero(ax: Any, axis: str) -> None:
-    """Lets an axis of amounts begin at 0 and end beyond all that is drawn."""
-    ends = ax.dataLim.intervalx if axis == "x" else ax.dataLim.intervaly
-    if np.isfinite(ends[1]) and ends[1] > 0:
-        getattr(ax, f"set_{axis}lim")(0, 1.05 * ends[1])
+    """Lets an axis of amounts begin at 0 and end beyond all that is drawn; bars of errors may add half the greatest value."""
+    number = 0 if axis == "x" else 1
+    end = (ax.dataLim.intervalx if axis == "x" else ax.dataLim.intervaly)[1]
+    # values without their bars, whose ends are marks of their own
+    values = [np.asarray(line.get_data()[number], float) for line in ax.lines if line.get_marker() not in ("|", "_")]
+    for patch in ax.patches:
+        steps = hasattr(patch, "get_data")
+        own = patch.get_data().values if steps else patch.get_width() if axis == "x" else patch.get_height()
+        values.append(np.atleast_1d(np.asarray(own, float)))
+    known = [column[np.isfinite(column)].max() for column in values if np.isfinite(column).any()]
+    if known and max(known) > 0:
+        end = min(end, 1.5 * max(known))
+    if np.isfinite(end) and end > 0:
+        getattr(ax, f"set_{axis}lim")(0, 1.05 * end)
 
 
 def _legend_above(ax: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -13,9 +14,10 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from . import _native
-from .errors import missing, wrong
+from . import _native, html
+from .errors import in_python, missing, wrong
 from .studies import Calibration, Comparison
+from .values import finite, plain
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -148,24 +150,24 @@ class Result:
     @property
     def energy(self) -> dict[str, Any]:
         """Balance of the power, per band: emitted = absorbed + escaped + lost; see docs/results.md."""
-        return dict(self._head["energy"])
+        return copy.deepcopy(dict(self._head["energy"]))
 
     @property
     def electricity(self) -> dict[str, Any] | None:
         """What the light costs and where it goes, in scenes with ``watts`` of lights; see docs/results.md."""
-        found: dict[str, Any] | None = self._head.get("electricity")
+        found: dict[str, Any] | None = copy.deepcopy(self._head.get("electricity"))
         return found
 
     @property
     def tolerance(self) -> dict[str, Any] | None:
         """For a run with a tolerance: whether it was ``met``, and the value that is farthest from it; otherwise None."""
-        found: dict[str, Any] | None = self._head.get("tolerance")
+        found: dict[str, Any] | None = copy.deepcopy(self._head.get("tolerance"))
         return found
 
     @property
     def head(self) -> dict[str, Any]:
         """All fields of the results file except ``captors`` and ``groups``."""
-        return dict(self._head)
+        return copy.deepcopy(self._head)
 
     @property
     def lights(self) -> list[str]:
@@ -173,21 +175,42 @@ class Result:
         return list(self._head["energy"].get("by_light") or {})
 
     @cached_property
+    def _summary(self) -> tuple[str, list[str]]:
+        text, warnings = self._found.summary()
+        return in_python(text), [in_python(sentence) for sentence in warnings]
+
+    @property
     def warnings(self) -> list[str]:
         """Sentences to read before you trust these results."""
-        return self._found.summary()[1]
+        return list(self._summary[1])
 
     def __str__(self) -> str:
-        return self._found.summary()[0]
+        return self._summary[0]
+
+    def _repr_html_(self) -> str:
+        """A table of the light on groups, or on captors where there is none."""
+        values = self.group_values if self._found.ids(True) else self.values
+        rows = []
+        for i, name in enumerate(values.ids[: html.MOST]):
+            for face in range(2 if values.has_back[i] else 1):
+                found = zip(values.irradiance[i, face], values.irradiance_se[i, face])
+                rows.append((name, FACES[face], *(f"{value:.4g}" + ("" if np.isnan(se) else f" ± {se:.1g}") for value, se in found)))
+        heads = ("group" if values is not self.values else "captor", "face", *self.bands)
+        title = f"{self!r}: irradiance, {self.unit['irradiance']}"
+        return html.table(title, heads, rows, len(values), self.warnings)
 
     def __repr__(self) -> str:
         return f"<Result of {self.scene!r}: {self.photons} {self.estimator}, {len(self.ids)} captors>"
 
     # --- arrays
 
-    @cached_property
+    @property
     def ids(self) -> list[str]:
         """Ids of the captors."""
+        return list(self._ids)
+
+    @cached_property
+    def _ids(self) -> list[str]:
         return self._found.ids(False)
 
     @cached_property
@@ -262,10 +285,14 @@ class Result:
         """Whether each captor is a surface (True) or virtual (False): (captors,)."""
         return _fixed(self._places["surface"].astype(bool))
 
-    @cached_property
+    @property
     def nearest(self) -> dict[str, Any]:
         """The k-nearest estimates: ``knn_irradiance``, ``knn_radiance`` and their ``_se`` (captors, 2, bands), ``k``,
         ``radius`` (m) and ``coverage`` (captors, 2). The dictionary is empty if there are none."""
+        return dict(self._nearest)
+
+    @cached_property
+    def _nearest(self) -> dict[str, Any]:
         arrays = self._found.nearest()
         shapes = {name: (-1, 2, len(self.bands)) if name.startswith("knn") else (-1, 2) for name in arrays}
         return {name: _fixed(array.reshape(shapes[name])) for name, array in arrays.items()}
@@ -295,7 +322,7 @@ class Result:
         """For each group by name, the index of the captor of each triangle."""
         surface = self.is_surface
         found: dict[str, dict[int, int]] = {}
-        for row, id in enumerate(self.ids):
+        for row, id in enumerate(self._ids):
             group, _, number = id.rpartition("/")
             if surface[row] and number.isdecimal() and "/" in group:
                 found.setdefault(group, {})[int(number)] = row
@@ -303,7 +330,7 @@ class Result:
 
     # --- tables and labelled arrays
 
-    @cached_property
+    @property
     def frame(self) -> Any:
         """A tidy pandas DataFrame: captor, face, band, quantity, value, standard_error. These are the rows of captors
         in the table of ``--csv``.
@@ -312,12 +339,16 @@ class Result:
         with units of their own, in those); of ratios, whose names stand as ``band``, it is ratio or absorbed_ratio;
         ``face`` is missing for absorbed and absorbed_ratio; ``standard_error`` is NaN where it is not known. Names are categories.
         """
+        return self._frame.copy()
+
+    @cached_property
+    def _frame(self) -> Any:
         values, nearest = self.values, self.nearest
         cells = _arrived(values)
         cells += [(name, nearest[name], nearest[f"{name}_se"]) for name in ("knn_irradiance", "knn_radiance") if nearest]
         return self._with_ratios("captor", values, self._tidy("captor", values, cells))
 
-    @cached_property
+    @property
     def groups(self) -> Any:
         """A tidy pandas DataFrame of the groups of captors: group, face, band, quantity, value, standard_error.
 
@@ -325,6 +356,10 @@ class Result:
         ``irradiance_min`` and ``irradiance_max``, the smallest and the largest irradiance among the captors, and
         ``min_over_mean`` and ``cv`` (coefficient of variation), which say how uniform the light is.
         """
+        return self._groups.copy()
+
+    @cached_property
+    def _groups(self) -> Any:
         values = self.group_values
         cells = _arrived(values)
         ranges = self._found.arrays(True, None)
@@ -358,12 +393,16 @@ class Result:
             table = _with_rows(table, key, values.ids, [None], ("sunlit",), found, errors, faces=(None,))
         return table
 
-    @cached_property
+    @property
     def layers(self) -> Any:
         """A pandas DataFrame of what surface captors absorbed by layers, from the lowest up; None without layers.
 
         Columns: from_m, to_m, area (m2, one side), band, absorbed, standard_error, and per_area (absorbed over area); in scenes with ``sunlit`` also sunlit, the share of the area on which the sun shines, and sunlit_se.
         """
+        return None if self._layers is None else self._layers.copy()
+
+    @cached_property
+    def _layers(self) -> Any:
         found = self._head.get("layers")
         if found is None:
             return None
@@ -567,10 +606,11 @@ class Result:
 
         Standard errors of sums over bands with different factors, and of most ratios of them, are upper bounds.
         """
-        given = [
-            (name, float(factor) if np.ndim(factor) == 0 else [float(one) for one in factor])  # type: ignore[arg-type,union-attr]
-            for name, factor in (factors or {}).items()
-        ]
+        given = []
+        for name, factor in (factors or {}).items():
+            place = f"factors/{name}"
+            found = plain(factor, place)
+            given.append((str(name), [finite(one, place) for one in found] if isinstance(found, list) else finite(found, place)))
         if not self.lights:
             raise wrong(self.scene, _NOT_SPLIT, _SPLIT)
         if isinstance(calibration, Calibration):
@@ -605,6 +645,7 @@ class Result:
             The report of ``phylux calibrate --even``: ``factors`` for each light (one for each band), and ``before``
             and ``after``. ``result.mix(report["factors"])`` is the result with these powers.
         """
+        mean, minimum = (None if value is None else finite(value, name) for name, value in (("mean", mean), ("minimum", minimum)))
         for name, value in (("mean", mean), ("minimum", minimum)):
             if value is not None and not 1e-30 <= value <= 1e30:
                 raise wrong(name, f"{value} is no irradiance above 0", "give a number above 0")
@@ -673,6 +714,7 @@ class Result:
 
     def to_parquet(self, path: str | os.PathLike[str], **options: Any) -> None:
         """Writes `frame` as Parquet; the options are passed to ``DataFrame.to_parquet``, which needs pyarrow."""
+        refuse_read(path, self._found.files)
         self.frame.to_parquet(path, **options)
 
     @classmethod
@@ -702,8 +744,22 @@ class Result:
         names = [field.name for field in fields(Values) if field.name != "ids"]
         shaped = {name: arrays[name].reshape(shapes.get(name, (-1, 2, bands))) for name in names if name in arrays}
         shaped["has_back"] = shaped["has_back"].astype(bool)
-        ids = self._found.ids(True) if groups else self.ids
+        ids = self._found.ids(True) if groups else list(self._ids)
         return Values(ids, **{name: _fixed(array) for name, array in shaped.items()})
+
+
+def refuse_read(path: str | os.PathLike[str], read: Sequence[Path]) -> None:
+    """Raises an error if output at ``path`` would replace one of the files that a scene was read from."""
+    if any(same_file(path, file) for file in read):
+        raise wrong(os.fspath(path), "is a file that is read, which the output would replace", "write elsewhere")
+
+
+def same_file(a: str | os.PathLike[str], b: str | os.PathLike[str]) -> bool:
+    """Returns whether both paths name one file that is there."""
+    try:
+        return os.path.samefile(a, b)
+    except OSError:
+        return False
 
 
 def _arrived(values: Values) -> list[tuple[str, Any, Any]]:

@@ -2,25 +2,36 @@
 
 from __future__ import annotations
 
+import datetime
+import filecmp
+import functools
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import _native, geometry
+from . import _native, geometry, html
 from .commands import command
-from .errors import missing, say, wrong
-from .result import Result
+from .commands import options as _options
+from .errors import InputError, in_python, missing, say, wrong
+from .result import Result, same_file
 from .studies import Calibration, Chart
+from .values import cells, columns, csv_table, finite, is_missing, numbers, plain
+from .values import name as checked
 from .years import Year, run_shards, run_year
 
 #: keys of a scene file whose texts are not names of files
 _NAMES = ("name", "material", "group", "type")
 #: options of `phylux run` that name files to write, and the methods of a result that write these files
 _OUTPUTS = {"output": "save", "csv": "save_csv", "per_captor": "save_per_captor"}
+#: the name of the table of `Scene.weather`, which no table of captors or copies takes
+_WEATHER = "weather"
 
 
 class Scene:
@@ -56,14 +67,40 @@ class Scene:
         self._keys: dict[str, Any] = {"name": name, "unit": unit, "quantity": quantity}
         if bands is not None:
             self._keys["bands"] = _bands(bands)
-        self._keys.update(_plain(keys))
         self._meshes: dict[str, geometry.Mesh] = {}
         self._tables: dict[str, bytes] = {}
         self._path = Path("scene")
+        self._keys.update({key: self._plain(value, key) for key, value in keys.items()})
 
     def __repr__(self) -> str:
         parts = [f"{len(self._keys.get(key, ()))} {key}" for key in ("materials", "objects", "lights", "captors")]
         return f"<Scene {self._keys.get('name', str(self._path))!r}: {', '.join(parts)}>"
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for key in ("materials", "objects", "lights", "captors", "groups"):
+            parts = self._keys.get(key, ())
+            names = [str(part.get("name", "") if isinstance(part, Mapping) else part) for part in parts]
+            more = f" and {len(names) - html.MOST} more" if len(names) > html.MOST else ""
+            rows.append((key, len(names), ", ".join(names[: html.MOST]) + more))
+        return html.table(repr(self), ("", "number", "names"), rows, of=len(rows))
+
+    def _plain(self, value: Any, *place: object) -> Any:
+        """Returns a value of the scene as JSON has it; errors name it by its place in the scene."""
+        keys = [str(key).replace("~", "~0").replace("/", "~1") for key in place]
+        return plain(value, f"{self._path}: /{'/'.join(keys)}")
+
+    def _next(self, key: str) -> tuple[str, int]:
+        """Returns the place of what will be added to a list of the scene."""
+        return key, len(self._keys.get(key, ()))
+
+    def _document(self) -> dict[str, Any]:
+        """Returns the scene as its file has it. Error: something in it has no form there."""
+        return {key: self._plain(value, key) for key, value in self._keys.items()}
+
+    def __getstate__(self) -> dict[str, Any]:
+        # to another process go plain values, for which it needs no package
+        return {**self.__dict__, "_keys": self._document()}
 
     @property
     def keys(self) -> dict[str, Any]:
@@ -80,7 +117,8 @@ class Scene:
             name: the name that objects use.
             keys: as in a scene file; values per band are one number, or one number for each band, in [0, 1].
         """
-        self._keys.setdefault("materials", {})[name] = _plain(keys)
+        name = checked(name, str(self._path), "a material")
+        self._keys.setdefault("materials", {})[name] = self._plain(keys, "materials", name)
 
     def add(self, name: str, shape: Any, *, material: str | None = None, **keys: Any) -> None:
         """Adds an object.
@@ -100,14 +138,18 @@ class Scene:
                 also be (n, 3) numbers x, y, z, with ``turn_deg`` (n, 4) and ``scale`` (n, 5); (n, 3, 4) or (n, 4, 4)
                 numbers, a matrix for each copy; or a DataFrame with the columns of the CSV file.
         """
-        entry: dict[str, Any] = {"name": name, "obj": self._shape(name, shape, group=name)}
-        if material is not None:
-            entry["material"] = material
-        if _is_table(keys.get("instances")):
-            key = _free(name, self._tables)
-            self._tables[key] = _copies(keys["instances"], name)
-            keys["instances"] = {"csv": f"table:{key}"}
-        self._keys.setdefault("objects", []).append({**entry, **_plain(keys)})
+        name = checked(name, str(self._path), "an object")
+        instances = keys.get("instances")
+        table = _copies(instances, name) if _is_table(instances) else None
+        if table is not None:
+            del keys["instances"]
+        entry: dict[str, Any] = {"name": name, "obj": "", "material": material, **self._plain(keys, *self._next("objects"))}
+        if material is None:
+            del entry["material"]
+        entry["obj"] = self._shape(name, shape, group=name)
+        if table is not None:
+            entry["instances"] = {"csv": self._table(name, table)}
+        self._keys.setdefault("objects", []).append(entry)
 
     def light(self, name: str, *, start: Any = None, shape: Any = None, **keys: Any) -> None:
         """Adds a light: ``light("lamp", type="tube", start=[0, 0, 2], to=[1, 0, 2], radius=0.01, power=40)``.
@@ -118,9 +160,10 @@ class Scene:
             shape: the surface of an area light, in any of the forms of `add`, instead of ``vertices``.
             keys: as in a scene file; ``power`` in W or umol/s, one number or one number for each band.
         """
-        entry: dict[str, Any] = {"name": name, **_plain(keys)}
+        name = checked(name, str(self._path), "a light")
         if start is not None:
-            entry["from"] = _plain(start)
+            keys["from"] = start
+        entry: dict[str, Any] = {"name": name, **self._plain(keys, *self._next("lights"))}
         if shape is not None:
             entry["obj"] = self._shape(name, shape)
         self._keys.setdefault("lights", []).append(entry)
@@ -137,11 +180,10 @@ class Scene:
             keys: as in a scene file: ``disc``, ``sphere``, ``grid``, ``line``, ``csv``, ``obj``, ``response``, ``sides``
                 (``"front"`` or ``"both"``), ``group``.
         """
-        entry: dict[str, Any] = {"name": name, **_plain(keys)}
+        name = checked(name, str(self._path), "a captor")
+        entry: dict[str, Any] = {"name": name, **self._plain(keys, *self._next("captors"))}
         if discs is not None:
-            key = _free(name, self._tables)
-            self._tables[key] = _table(discs, name, keys.get("ignore", ()))
-            entry["csv"] = f"table:{key}"
+            entry["csv"] = self._table(name, _table(discs, name, entry.get("ignore", ())))
         if shape is not None:
             entry["obj"] = self._shape(name, shape)
         self._keys.setdefault("captors", []).append(entry)
@@ -153,15 +195,17 @@ class Scene:
             name: name of the group, in `Result.groups`.
             patterns: ``*`` stands for any characters. A captor counts once, and each pattern must match a captor.
         """
-        self._keys.setdefault("groups", {})[name] = list(patterns)
+        name = checked(name, str(self._path), "a group")
+        self._keys.setdefault("groups", {})[name] = self._plain(list(patterns), "groups", name)
 
     def weather(self, table: Any, *, stamp: str, **keys: Any) -> None:
         """Takes the weather from a DataFrame, as pvlib reads it from many sources.
 
         Args:
-            table: a DataFrame whose index has times with a time zone, with columns of irradiances, W/m2: ``ghi``
-                (global horizontal), ``dni`` (direct normal), ``dhi`` (diffuse horizontal); two of them are enough.
-                Other columns are not used. Or all that pvlib's readers return: such a DataFrame, and metadata whose
+            table: a DataFrame of pandas whose index has times with a time zone, or one of polars or arrow with these in
+                the column ``time``, with columns of irradiances, W/m2: ``ghi`` (global horizontal), ``dni`` (direct
+                normal), ``dhi`` (diffuse horizontal); two of them are enough. Missing values are those of hours of
+                which nothing is known. Other columns are not used. Or all that pvlib's readers return: such a DataFrame, and metadata whose
                 latitude and longitude, wherever they stand in it, become the ``site`` of a scene that has none.
             stamp: which moment of its interval the time of a row is: ``"start"``, ``"middle"`` or ``"end"``.
             keys: other keys of ``weather``, such as ``shift_h``.
@@ -178,8 +222,9 @@ class Scene:
         place = None
         if isinstance(table, tuple) and table:
             table, place = table[0], _place(table[1:])
-        self._tables["weather"] = _weather(table)
-        self._keys["weather"] = {"file": "table:weather", "stamp": stamp, **_plain(keys)}
+        given = self._plain({"file": f"table:{_WEATHER}", "stamp": stamp, **keys}, "weather")
+        self._tables[_WEATHER] = _weather(table)
+        self._keys["weather"] = given
         if place is not None:
             site = self._keys.setdefault("site", {})
             if not {"latitude", "longitude"} & site.keys():
@@ -238,6 +283,11 @@ class Scene:
 
         Options that are not given have the values in the scene's ``settings``, or else the defaults of the command.
         """
+        for name in options:
+            if name in _OUTPUTS:
+                raise wrong(name, "names a file to write", f"call {_OUTPUTS[name]} of the result")
+            if name in ("shard", "stats"):
+                raise wrong(name, "is for the command alone", "save the scene, and run it with `phylux run`")
         given = {
             "photons": photons,
             "seed": seed,
@@ -254,16 +304,12 @@ class Scene:
             "threads": threads,
             **options,
         }
-        for name in options:
-            if name in _OUTPUTS:
-                raise wrong(name, "names a file to write", f"call {_OUTPUTS[name]} of the result")
-            if name in ("shard", "stats"):
-                raise wrong(name, "is for the command alone", "save the scene, and run it with `phylux run`")
         loaded = self._load()
         with _progress(progress) as tell:
-            found = loaded.run(_options(given), tell)
+            found = loaded.run(_texts(_options(given)), tell)
         result = Result(found, loaded)
-        say(*result.warnings)
+        # those about files were said when the scene was read
+        say(*(warning for warning in result.warnings if warning not in loaded.warnings))
         return result
 
     def year(
@@ -312,8 +358,6 @@ class Scene:
         Returns:
             the tables ``hours``, ``days``, ``months``, ``total``, ``lamps`` and others, as DataFrames.
         """
-        import tempfile
-
         if (executor is None) != (shards is None):
             raise wrong("shards", "goes with `executor`", "give both, or neither")
         # beside the tables, where all machines see it
@@ -325,7 +369,7 @@ class Scene:
                 control = self._control(control, Path(folder))
             given: dict[str, Any] = {"control": control, "patches": patches, "photons": photons, "seed": seed}
             given |= {"guiding": guiding, "csv": csv, "hours": hours, "results": results, "sun_rays": sun_rays}
-            given |= {"checkpoint": checkpoint, "threads": threads}
+            given |= {"checkpoint": None if checkpoint is None else Path(checkpoint), "threads": threads}
             options, style = _options(given), _options({"width": _inches(width), "png": png})
             if executor is None:
                 year, warned = run_year(scene, Path(output), options + style)
@@ -358,7 +402,7 @@ class Scene:
         docs/calibration.md explains the readings, the models and what is found.
 
         Args:
-            readings: a DataFrame with the columns ``captor`` (or ``x``, ``y``, ``z``), ``band``, ``value`` and, if you
+            readings: a DataFrame (of pandas, polars or arrow) with the columns ``captor`` (or ``x``, ``y``, ``z``), ``band``, ``value`` and, if you
                 like, ``sd``, ``face``, ``use``, ``block``; or the path of a CSV file with them.
             even: in place of readings, a pattern of the groups or captors to light evenly, as in ``"bench*"``.
             mean: with `even`, the mean irradiance to reach; if not given, the present one.
@@ -381,14 +425,12 @@ class Scene:
         >>> found.factors["left"][0] < found.factors["right"][0]
         True
         """
-        import tempfile
-
         if (readings is None) == (even is None):
             raise wrong("readings", "neither readings nor `even`" if even is None else "both readings and `even`", "give one of them")
         given: dict[str, Any] = {"even": even, "mean": mean, "minimum": minimum, "band": band, "group": list(groups)}
         given |= {"photons": photons, "seed": seed, "tolerance": tolerance, "guiding": guiding, "threads": threads}
         if even is None:
-            ranges = [f"{place}={float(low)!r}:{float(high)!r}" for place, (low, high) in (vary or {}).items()]
+            ranges = [f"{place}={_range(ends, f'vary/{place}')}" for place, ends in (vary or {}).items()]
             given |= {"model": model, "prior": "none" if prior is None else prior, "vary": ranges}
         elif vary:
             raise wrong("vary", "goes with readings only", "leave it out")
@@ -397,19 +439,21 @@ class Scene:
             names = self._save(scene)
             files = [scene]
             if readings is not None:
-                files.append(Path(folder, "readings.csv") if hasattr(readings, "to_csv") else Path(readings))
-                if hasattr(readings, "to_csv"):
-                    readings.to_csv(files[1], index=False)
+                table = columns(readings, "readings")
+                files.append(_readings(readings) if table is None else Path(folder, "readings.csv"))
+                if table is not None:
+                    found = {name: [_cell(value) for value in cells(table[name], f"readings: column {name}")] for name in table}
+                    files[1].write_bytes(csv_table(found))
             if result is not None:
                 given["results"] = Path(folder, "result.json")
                 result.save(given["results"])
-            warned = command("calibrate", files, [*_options(given), f"--output={written}"])
-            found = self.copy()
+            warned = command("calibrate", files, _options({**given, "output": written}))
+            calibrated = self.copy()
             own = {file: key for key, file in names.items()}
-            found._keys = _moved(_read(written), own, Path(folder), self._path.parent)
+            calibrated._keys = _moved(_read(written), own, Path(folder), self._path.parent)
             report = _read(Path(folder, "calibration.json"))
         say(*warned)
-        return Calibration(report, found, warned)
+        return Calibration(report, calibrated, warned)
 
     def chart(
         self,
@@ -437,15 +481,14 @@ class Scene:
             png: write the charts as PNG and not as SVG.
             threads: number of threads; 0 uses all processors.
         """
-        import tempfile
-
-        given: dict[str, Any] = {"truth": truth, "photons": photons, "seed": seed, "seeds": seeds, "threads": threads}
+        given: dict[str, Any] = {"photons": photons, "seed": seed, "seeds": seeds, "threads": threads}
+        given |= {"truth": None if truth is None else Path(truth), "output": Path(output)}
         given |= {"width": _inches(width), "png": png}
-        given["k"] = None if k is None else ",".join(map(str, k))
+        given["k"] = None if k is None else ",".join(map(str, plain(k, "k")))
         with tempfile.TemporaryDirectory() as folder:
             scene = Path(folder, "scene.json")
             self._save(scene)
-            warned = command("chart", [scene], [*_options(given), f"--output={Path(output)}"])
+            warned = command("chart", [scene], _options(given))
         say(*warned)
         return Chart(output)
 
@@ -500,10 +543,10 @@ class Scene:
         Returns:
             (height, width, 3), red, green and blue from 0 to 255, for ``matplotlib.pyplot.imshow``.
         """
+        if "output" in options:
+            raise wrong("output", "names a file to write", "save the array that is returned: matplotlib.pyplot.imsave")
         results = options.pop("results", None)
         if isinstance(results, Result):
-            import tempfile
-
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder, "results.json")
                 results.save(path)
@@ -511,8 +554,8 @@ class Scene:
         given = {**options, "results": results}
         for name, separator in (("position", ","), ("look_at", ","), ("up", ","), ("range", ":")):
             if given.get(name) is not None and not isinstance(given[name], str):
-                given[name] = separator.join(repr(float(number)) for number in given[name])
-        width, pixels, found = self._load().render(_options(given))
+                given[name] = separator.join(repr(finite(number, name)) for number in _several(given[name], name))
+        width, pixels, found = self._load().render(_texts(_options(given)))
         if not numbers:
             return pixels.reshape(-1, width, 3)
         if found is None:
@@ -550,27 +593,35 @@ class Scene:
         """Writes the scene file, with an OBJ file for each mesh and a CSV file for each table beside it.
 
         ``phylux run`` with this file gives the same bytes as `run`. Files that the scene names stay where they are.
+        Nothing but the scene file is replaced: where a file with other content has the name of a mesh or table, that gets
+        another name. Errors: the scene reads the file at ``path``; something cannot be written, and then nothing is.
         """
         self._save(path)
 
     def _save(self, path: str | os.PathLike[str]) -> dict[str, str]:
         """Saves the scene. Returns the names of the files of its meshes and tables."""
-        self._load(quiet=True)
-        target = Path(path)
-        folder = target.parent
-        stem = target.stem
+        document, loaded = self._document(), self._load(quiet=True)
+        target, new = Path(path), []
         names: dict[str, str] = {}
-        taken: set[str] = set()
-        for kind, ending, content in (("mesh", "obj", self._meshes), ("table", "csv", self._tables)):
-            for key in content:
-                names[f"{kind}:{key}"] = _file_name(f"{stem}-{key}", ending, taken)
-        moved = _moved(self._keys, names, self._path.parent, folder)
-        text = json.dumps(moved, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+        # the file that the scene was loaded from is its own
+        read = [file for file in loaded.files if not same_file(file, self._path)]
+        writers: dict[str, Callable[[Path], object]] = {}
         for key, mesh in self._meshes.items():
-            _native.write_obj(folder / names[f"mesh:{key}"], mesh.parts(key))
+            writers[f"mesh:{key}"] = functools.partial(_native.write_obj, mesh=mesh.parts(key))
         for key, table in self._tables.items():
-            (folder / names[f"table:{key}"]).write_bytes(table)
-        target.write_text(text, encoding="utf-8")
+            writers[f"table:{key}"] = functools.partial(Path.write_bytes, data=table)
+        try:
+            for own, write in writers.items():
+                kind, _, key = own.partition(":")
+                names[own], is_new = _write_beside(target, key, "obj" if kind == "mesh" else "csv", write)
+                new += [target.parent / names[own]] if is_new else []
+            moved = _moved(document, names, self._path.parent, target.parent)
+            text = json.dumps(moved, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+            _native.write_file(target, text.encode(), read)
+        except BaseException:
+            for file in new:
+                file.unlink(missing_ok=True)
+            raise
         return names
 
     def _control(self, control: Mapping[str, Any] | str | os.PathLike[str], folder: Path) -> Path:
@@ -579,7 +630,7 @@ class Scene:
         Its tables are relative to it (or to the working directory), the files of its changes to the scene's file.
         """
         if isinstance(control, Mapping):
-            keys, place = _plain(control), Path()
+            keys, place = plain(control, "control"), Path()
         else:
             keys, place = _read(Path(control)), Path(control).parent
         states = keys.get("states")
@@ -604,7 +655,7 @@ class Scene:
     def copy(self) -> Scene:
         """Returns a copy of the scene, which can be changed without changing this one. Meshes are shared."""
         scene = type(self).__new__(type(self))
-        scene._keys = json.loads(json.dumps(self._keys))
+        scene._keys = self._document()
         scene._meshes, scene._tables, scene._path = dict(self._meshes), dict(self._tables), self._path
         return scene
 
@@ -615,11 +666,14 @@ class Scene:
         self._meshes[key] = geometry.mesh(shape, name, group)
         return f"mesh:{key}"
 
+    def _table(self, name: str, table: bytes) -> str:
+        """Keeps a table of captors or copies, and returns how the scene calls it."""
+        key = _free(name, {*self._tables, _WEATHER})
+        self._tables[key] = table
+        return f"table:{key}"
+
     def _load(self, quiet: bool = False) -> _native.Loaded:
-        try:
-            text = json.dumps(self._keys, allow_nan=False, default=_plain)
-        except ValueError as error:
-            raise wrong(str(self._path), f"a number that JSON cannot hold ({error})") from None
+        text = json.dumps(self._document())
         meshes = [mesh.parts(key) for key, mesh in self._meshes.items()]
         loaded = _native.load(text, self._path, meshes, self._tables)
         if not quiet:
@@ -633,117 +687,132 @@ class Check(str):
 
     warnings: list[str]
     data: dict[str, Any]
+    _text: str
 
     def __new__(cls, text: str, warnings: list[str], data: str) -> Check:
+        warnings = [in_python(warning) for warning in warnings]
         check = super().__new__(cls, text + "".join(f"warning: {warning}\n" for warning in warnings))
-        check.warnings = warnings
-        check.data = json.loads(data)
+        check._text, check.warnings, check.data = text, warnings, json.loads(data)
         return check
+
+    def __reduce__(self) -> Any:
+        return Check, (self._text, self.warnings, json.dumps(self.data))
+
+    def _repr_html_(self) -> str:
+        return html.text(self._text, self.warnings)
 
 
 def _bands(bands: Any) -> list[Any]:
     if isinstance(bands, Mapping):
-        return [{"name": name, **_ends(name, ends)} for name, ends in bands.items()]
-    return [{"name": band} if isinstance(band, str) else _plain(band) for band in bands]
+        return [{"name": str(name), **_ends(name, ends)} for name, ends in bands.items()]
+    found = plain(bands, "bands")
+    if not isinstance(found, list):
+        raise wrong("bands", f"{bands!r} are no bands", "give {name: (from_nm, to_nm)} or [name, ...]")
+    return [{"name": band} if isinstance(band, str) else band for band in found]
 
 
 def _ends(name: str, ends: Any) -> dict[str, float]:
     """Returns the ends of a band as a scene file has them; none where a band has no wavelengths."""
     if ends is None:
         return {}
+    place = f"bands/{name}"
     try:
-        numbers = [] if isinstance(ends, str) else [float(end) for end in ends]
-    except (TypeError, ValueError):
-        numbers = []
-    if len(numbers) != 2:
-        raise wrong(f"bands/{name}", f"{ends!r} are no ends of a band", "give two wavelengths: (from_nm, to_nm)")
-    return {"from_nm": numbers[0], "to_nm": numbers[1]}
+        found = [] if isinstance(ends, (str, Mapping)) else [finite(end, place) for end in _several(ends, place)]
+    except InputError:
+        found = []
+    if len(found) != 2:
+        raise wrong(place, f"{ends!r} are no ends of a band", "give two wavelengths: (from_nm, to_nm)")
+    return {"from_nm": found[0], "to_nm": found[1]}
 
 
-def _plain(value: Any) -> Any:
-    """Turns a value into the lists, dictionaries, numbers and texts that JSON has."""
-    if isinstance(value, Mapping):
-        plain = {str(key): _plain(entry) for key, entry in value.items()}
-        if len(plain) < len(value):
-            twice = geometry.first_twice([str(key) for key in value])
-            raise wrong("scene", f"two keys that are {twice!r} as text", "give each its own")
-        return plain
-    if isinstance(value, (list, tuple)):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    return value
+def _several(values: Any, place: str) -> list[Any]:
+    """Returns several values as a list."""
+    found = plain(values, place)
+    if not isinstance(found, list):
+        raise wrong(place, f"{values!r} is one value", "give a list")
+    return found
+
+
+def _range(ends: Any, place: str) -> str:
+    """Returns two numbers in the spelling of the command."""
+    found = [finite(end, place) for end in _several(ends, place)]
+    if len(found) != 2:
+        raise wrong(place, f"{len(found)} numbers", "give the ends of the range: (low, high)")
+    return f"{found[0]!r}:{found[1]!r}"
+
+
+def _readings(readings: Any) -> Path:
+    """Returns the path of a file of readings."""
+    if not isinstance(readings, (str, os.PathLike)):
+        raise wrong("readings", f"a {type(readings).__name__}", "give a DataFrame, or the path of a CSV file")
+    return Path(readings)
+
+
+def _cell(value: Any) -> Any:
+    """Returns a value of a table of readings as a text, a number or None."""
+    return value if value is None or isinstance(value, (str, float, int)) and not isinstance(value, bool) else str(value)
 
 
 def _table(discs: Any, name: str, ignore: Sequence[str] = ()) -> bytes:
-    """Returns discs as the bytes of a CSV file; columns of a DataFrame that are to be ignored are left out."""
-    columns = ["x", "y", "z", "radius", "nx", "ny", "nz"]
-    ids: list[str] | None = None
-    if hasattr(discs, "columns"):
-        lacking = [column for column in columns if column not in discs.columns]
+    """Returns discs as the bytes of a CSV file; columns of a table that are to be ignored are left out."""
+    needed = ["x", "y", "z", "radius", "nx", "ny", "nz"]
+    ids: dict[str, list[str]] = {}
+    table = columns(discs, name)
+    if table is not None:
+        lacking = [column for column in needed if column not in table]
         if lacking:
-            raise wrong(name, f"discs without the column {lacking[0]}", f"they need {', '.join(columns)}")
-        other = [str(column) for column in discs.columns if column not in (*columns, "id", *ignore)]
+            raise wrong(name, f"discs without the column {lacking[0]}", f"they need {', '.join(needed)}")
+        other = [column for column in table if column not in (*needed, "id", *ignore)]
         if other:
             remedy = f'leave it out, or give the captor `ignore=["{other[0]}"]`'
             raise wrong(name, f"discs with the column {other[0]}, which says nothing here", remedy)
-        if "id" in discs.columns:
-            ids = [str(id) for id in discs["id"]]
-        discs = discs[columns]
-    try:
-        rows = np.asarray(discs, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise wrong(name, f"discs that are no numbers ({error})") from None
+        if "id" in table:
+            found = cells(table["id"], name)
+            if None in found:
+                raise wrong(name, f"disc {found.index(None)} has no id", "give each one, or leave the column out")
+            ids = {"id": [str(id) for id in found]}
+        rows = np.column_stack([numbers(table[column], name, f"discs, column {column},") for column in needed])
+    else:
+        rows = numbers(discs, name, "discs")
     if rows.ndim != 2 or rows.shape[1] != 7:
         raise wrong(name, f"discs of shape {rows.shape}", "they must be (n, 7): x, y, z, radius, nx, ny, nz")
-    lines = _lines(rows)
-    if ids is not None:
-        quoted = ['"' + id.replace('"', '""') + '"' for id in ids]
-        lines = [f"{id},{line}" for id, line in zip(quoted, lines)]
-        columns = ["id", *columns]
-    return _csv(columns, lines)
+    return csv_table({**ids, **_columns(rows, needed, name, "disc")})
 
 
-def _lines(rows: Any) -> list[str]:
-    """Returns rows of numbers as lines of a CSV file, with all their digits."""
-    return [",".join(map(repr, row)) for row in rows.tolist()]
-
-
-def _csv(columns: Sequence[str], lines: Sequence[str]) -> bytes:
-    return "\n".join([",".join(columns), *lines, ""]).encode()
+def _columns(rows: Any, names: Sequence[str], place: str, what: str) -> dict[str, list[float]]:
+    """Returns the columns of rows of numbers by name. Error: one of them is not finite."""
+    wrongs = ~np.isfinite(rows)
+    if wrongs.any():
+        row, column = np.argwhere(wrongs)[0]
+        raise wrong(place, f"{what} {row}: {names[column]} is {rows[row, column]}, no finite number", "give one, or leave the row out")
+    return dict(zip(names, rows.T.tolist(), strict=True))
 
 
 def _is_table(instances: Any) -> bool:
-    """Returns whether copies are numbers or a DataFrame, and not the keys of a scene file."""
+    """Returns whether copies are numbers or a table, and not the keys of a scene file."""
     if isinstance(instances, (list, tuple)):
         return not all(isinstance(copy, Mapping) for copy in instances)
-    return hasattr(instances, "columns") or isinstance(instances, np.ndarray)
+    return hasattr(instances, "__array__") and np.ndim(instances) > 0 or columns(instances, "instances") is not None
 
 
 def _copies(instances: Any, name: str) -> bytes:
     """Returns copies as the bytes of a CSV file."""
     placed, matrix = ["x", "y", "z", "turn_deg", "scale"], [f"m{row}{column}" for row in range(3) for column in range(4)]
-    columns = [str(column) for column in instances.columns] if hasattr(instances, "columns") else None
-    try:
-        rows = np.asarray(instances, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise wrong(name, f"instances that are no numbers ({error})") from None
-    if columns is None and rows.shape == (4, 4) and (rows[3] == [0, 0, 0, 1]).all():
+    table = columns(instances, name)
+    if table is not None:
+        rows = np.column_stack([numbers(table[column], name, f"instances, column {column},") for column in table])
+        return csv_table(_columns(rows, list(table), name, "copy"))
+    rows = numbers(instances, name, "instances")
+    if rows.shape == (4, 4) and (rows[3] == [0, 0, 0, 1]).all():
         raise wrong(name, "instances that are one matrix", "give a list of matrices, if only of one: shape (1, 4, 4)")
     if rows.ndim == 3 and rows.shape[1:] in ((3, 4), (4, 4)):
         if rows.shape[1] == 4 and not (rows[:, 3] == [0, 0, 0, 1]).all():
             raise wrong(name, "matrices whose last row is not 0 0 0 1", "they must turn, scale, shear and move alone")
-        columns, rows = matrix, rows[:, :3].reshape(len(rows), 12)
-    elif columns is None and rows.ndim == 2 and 3 <= rows.shape[1] <= 5:
-        columns = placed[: rows.shape[1]]
-    elif columns is None:
+        return csv_table(_columns(rows[:, :3].reshape(len(rows), 12), matrix, name, "copy"))
+    if rows.ndim != 2 or not 3 <= rows.shape[1] <= 5:
         remedy = "they must be (n, 3): x, y, z; (n, 4) with turn_deg; (n, 5) with scale; (n, 3, 4) or (n, 4, 4): matrices"
         raise wrong(name, f"instances of shape {rows.shape}", remedy)
-    return _csv(columns, _lines(rows))
+    return csv_table(_columns(rows, placed[: rows.shape[1]], name, "copy"))
 
 
 def _place(metadata: Any) -> dict[str, float] | None:
@@ -762,17 +831,24 @@ def _place(metadata: Any) -> dict[str, float] | None:
 
 
 def _weather(table: Any) -> bytes:
-    """Returns the irradiances of a DataFrame as the bytes of a CSV file."""
-    if not hasattr(table, "columns"):
+    """Returns the irradiances of a table as the bytes of a CSV file."""
+    found = columns(table, "weather")
+    if found is None:
         raise wrong("weather", "no DataFrame", "give one, or what a reader of pvlib returns")
-    columns = [column for column in ("ghi", "dni", "dhi") if column in table.columns]
-    if not columns:
+    kinds = [column for column in ("ghi", "dni", "dhi") if column in found]
+    if not kinds:
         raise wrong("weather", "no column ghi, dni or dhi", "rename the irradiances, or let pvlib do it: map_variables=True")
-    if getattr(table.index, "tz", None) is None:
-        raise wrong("weather", "an index without times of a time zone", "give it one: table.tz_localize(\"Etc/GMT-1\")")
-    cells = [["" if number != number else repr(float(number)) for number in table[column]] for column in columns]
-    rows = zip((time.isoformat() for time in table.index), *cells)
-    return "\n".join([",".join(["time", *columns]), *(",".join(row) for row in rows), ""]).encode()
+    # the index of pandas, or the column of a table without one
+    index = getattr(table, "index", [])
+    times = cells(found["time"], "weather: column time") if "time" in found and getattr(index, "tz", None) is None else list(index)
+    if not times or not all(isinstance(time, datetime.datetime) and not is_missing(time) and time.tzinfo is not None for time in times):
+        raise wrong("weather", "an index without times of a time zone", 'give it one: table.tz_localize("Etc/GMT-1")')
+    written: dict[str, list[Any]] = {"time": [time.isoformat() for time in times]}
+    for column in kinds:
+        place = f"weather: column {column}"
+        values = enumerate(cells(found[column], place))
+        written[column] = [None if value is None else finite(value, f"{place}, row {i}") for i, value in values]
+    return csv_table(written)
 
 
 def _export(
@@ -801,15 +877,13 @@ def _to_pyvista(loaded: _native.Loaded, result: Result | None, *, trace: bool = 
         import pyvista
     except ImportError:
         raise missing("pyvista", "PolyData") from None
-    import tempfile
-
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "scene.vtp")
         _export(loaded, path, result, trace=trace, threads=threads)
         return pyvista.read(path)
 
 
-def _free(name: str, taken: Mapping[str, Any]) -> str:
+def _free(name: str, taken: Iterable[str]) -> str:
     """Returns the name, with a number after it if it is taken."""
     key, n = name, 1
     while key in taken:
@@ -818,14 +892,44 @@ def _free(name: str, taken: Mapping[str, Any]) -> str:
     return key
 
 
-def _file_name(name: str, ending: str, taken: set[str]) -> str:
-    safe = "".join(c if c.isalnum() or c in "-_.#~" else "_" for c in name)[:200]
-    file, n = f"{safe}.{ending}", 1
-    while file.lower() in taken:
-        n += 1
-        file = f"{safe}~{n}.{ending}"
-    taken.add(file.lower())
-    return file
+def _write_beside(target: Path, key: str, ending: str, write: Callable[[Path], object]) -> tuple[str, bool]:
+    """Writes a file beside the scene file under a name that is free, unless a file with this content is there.
+
+    Returns its name, and whether it is new.
+    """
+    # other letters have other names in files whose system does not write UTF-8
+    letters = str.isalnum if sys.getfilesystemencoding() == "utf-8" else lambda c: c.isascii() and c.isalnum()
+    safe = "".join(c if letters(c) or c in "-_.#~" else "_" for c in f"{target.stem}-{key}")
+    safe = safe.encode()[:200].decode(errors="ignore")
+    try:
+        folder = tempfile.TemporaryDirectory(prefix=".phylux-", dir=target.parent)
+    except OSError as error:
+        raise wrong(str(target), f"cannot be written: {error.strerror}", "write elsewhere") from None
+    with folder as unfinished:
+        content = Path(unfinished, "content")
+        write(content)
+        file, n = target.parent / f"{safe}.{ending}", 1
+        while not _put(content, file):
+            if file.is_file() and filecmp.cmp(content, file, shallow=False):
+                return file.name, False
+            n += 1
+            file = target.parent / f"{safe}~{n}.{ending}"
+        return file.name, True
+
+
+def _put(content: Path, file: Path) -> bool:
+    """Gives a complete file its name. Returns whether it was free."""
+    if os.path.lexists(file):
+        return False
+    try:
+        os.link(content, file)
+    except FileExistsError:
+        return False
+    except OSError:
+        # a system of files without links
+        with content.open("rb") as source, file.open("xb") as copy:
+            shutil.copyfileobj(source, copy)
+    return True
 
 
 def _moved(value: Any, names: Mapping[str, str], before: Path, after: Path, key: str = "") -> Any:
@@ -839,7 +943,11 @@ def _moved(value: Any, names: Mapping[str, str], before: Path, after: Path, key:
             return names[value]
         # every file that a scene names has an ending in its name
         if os.path.splitext(value)[1] and not os.path.isabs(value) and (before / value).is_file():
-            return Path(os.path.relpath(before / value, after)).as_posix()
+            try:
+                return Path(os.path.relpath(before / value, after)).as_posix()
+            except ValueError:
+                # another drive
+                return (before / value).resolve().as_posix()
     return value
 
 
@@ -853,6 +961,9 @@ def _read(path: Path) -> dict[str, Any]:
         return keys
 
     try:
+        # reading a device or a pipe may never end
+        if path.exists() and not path.is_file():
+            raise wrong(str(path), "is not a regular file", "name a scene file (JSON)")
         keys = json.loads(path.read_bytes(), object_pairs_hook=once)
     except OSError as error:
         raise wrong(str(path), error.strerror or "cannot be read", "name a scene file (JSON)") from None
@@ -865,24 +976,14 @@ def _read(path: Path) -> dict[str, Any]:
     return keys
 
 
-def _options(given: Mapping[str, Any]) -> list[str]:
-    """Returns options as the command line has them; an option with a list of values is repeated for each value."""
-    options = []
-    for name, values in given.items():
-        option = "--" + name.replace("_", "-")
-        for value in values if isinstance(values, (list, tuple)) else [values]:
-            if value is True:
-                options.append(option)
-            elif value is not None and value is not False:
-                if isinstance(value, (float, np.floating)):
-                    value = int(value) if float(value).is_integer() else repr(float(value))
-                options.append(f"{option}={value}")
-    return options
+def _texts(options: Sequence[str | bytes]) -> list[str]:
+    """Returns options as the native part takes them."""
+    return [option if isinstance(option, str) else os.fsdecode(option) for option in options]
 
 
 def _inches(width: float | None) -> str | None:
     """Returns a width of plots in the spelling of the command."""
-    return None if width is None else f"{width:g}"
+    return None if width is None else f"{finite(width, 'width'):g}"
 
 
 class _progress:
@@ -900,8 +1001,6 @@ class _progress:
         try:
             from tqdm.auto import tqdm
         except ImportError:
-            from .errors import missing
-
             raise missing("tqdm", "progress=True") from None
         self._bar = tqdm(unit=" photons", unit_scale=True)
         return self._tell
@@ -932,8 +1031,8 @@ def _view(
     except ImportError:
         return path
     if inline:
-        import html
+        from html import escape
 
-        page = html.escape(path.read_text(encoding="utf-8"))
+        page = escape(path.read_text(encoding="utf-8"))
         return HTML(f'<iframe srcdoc="{page}" width="{width}" height="{height}" style="border:0"></iframe>')
     return IFrame(str(path), width, height)

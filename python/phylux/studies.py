@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 from collections.abc import Sequence
@@ -9,7 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from . import _native, html
 from .commands import pandas
+from .errors import in_python
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -32,7 +35,7 @@ class Calibration:
     @property
     def factors(self) -> dict[str, list[float]]:
         """For each light, the factor on its power in each band."""
-        return dict(self.report["factors"])
+        return copy.deepcopy(dict(self.report["factors"]))
 
     @property
     def factors_se(self) -> dict[str, list[float | None]] | None:
@@ -50,7 +53,16 @@ class Calibration:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the report (JSON), which ``phylux mix --calibration`` reads."""
-        Path(path).write_text(json.dumps(self.report, indent=2) + "\n", encoding="utf-8")
+        _native.write_file(os.fspath(path), (json.dumps(self.report, indent=2) + "\n").encode(), [])
+
+    def _repr_html_(self) -> str:
+        errors = self.factors_se or {}
+        rows = [
+            (name, ", ".join(f"{value:.4g}" for value in factors), ", ".join("" if e is None else f"{e:.2g}" for e in errors.get(name, [])))
+            for name, factors in self.factors.items()
+        ]
+        heads = ("light", "factors", "standard errors")
+        return html.table("Calibration", heads, rows[: html.MOST], len(rows), self.warnings)
 
 
 class Comparison:
@@ -65,7 +77,8 @@ class Comparison:
     """
 
     def __init__(self, found: tuple[str, str, list[str], int, float, bool, bool]) -> None:
-        self._text, values, self.unmatched, self.few_paths, self.limit, self.agrees, self.dependent = found
+        text, values, self.unmatched, self.few_paths, self.limit, self.agrees, self.dependent = found
+        self._text = in_python(text)
         self._values: list[dict[str, Any]] = json.loads(values)
 
     def __str__(self) -> str:
@@ -73,6 +86,9 @@ class Comparison:
 
     def __repr__(self) -> str:
         return f"<Comparison of {len(self._values)} values: {'they agree' if self.agrees else 'they differ'}>"
+
+    def _repr_html_(self) -> str:
+        return html.text(self._text)
 
     @property
     def frame(self) -> Any:
@@ -93,10 +109,14 @@ class Chart:
     def __repr__(self) -> str:
         return f"<Chart in {self.folder}>"
 
+    def _repr_html_(self) -> str:
+        names = [picture.name for picture in self.pictures] if self.folder.is_dir() else []
+        return html.text("\n".join([repr(self), *names]))
+
     @property
     def rows(self) -> Any:
         """A DataFrame with a row for each run, as docs/accuracy.md explains it."""
-        return pandas().read_csv(self.folder / "rows.csv", keep_default_na=False, na_values=[""])
+        return pandas().read_csv(self.folder / "rows.csv", keep_default_na=False, na_values=[""], dtype={"estimator": str})
 
     @property
     def study(self) -> dict[str, Any]:

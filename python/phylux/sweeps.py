@@ -7,10 +7,11 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from . import _native
-from .errors import missing
+from . import _native, html
+from .errors import missing, wrong
 from .result import Result
-from .scene import Scene, _plain
+from .scene import Scene
+from .values import plain
 
 
 class Sweep(Sequence[Result]):
@@ -33,6 +34,11 @@ class Sweep(Sequence[Result]):
 
     def __repr__(self) -> str:
         return f"<Sweep of {len(self)} runs over {', '.join(self.values[0]) if self.values else 'nothing'}>"
+
+    def _repr_html_(self) -> str:
+        names = list(self.values[0]) if self.values else []
+        rows = [(run, *values.values()) for run, values in enumerate(self.values[: html.MOST])]
+        return html.table(repr(self), ("run", *names), rows, len(self))
 
     @property
     def frame(self) -> Any:
@@ -129,6 +135,8 @@ def sweep(
     return Sweep(named, results)
 
 
+#: columns of the tables of all runs, which no parameter may be named as
+_COLUMNS = ("run", "captor", "group", "face", "band", "quantity", "value", "standard_error")
 #: the place of what is no part of the scene in the documents of runs
 _OPTIONS = "options of runs"
 
@@ -138,10 +146,14 @@ def _runs(build: Any, values: Any, combine: Any) -> list[tuple[dict[str, Any], d
     if not isinstance(values, Mapping):
         rows = [dict(row) for row in values]
         return [(row, keys) for row in rows for _, keys in _runs(build, {name: [value] for name, value in row.items()}, "grid")]
+    taken = next((name for name in values if name in _COLUMNS), None)
+    if taken is not None:
+        raise wrong("sweep", f"a parameter named `{taken}`, as a column of the tables", "name it otherwise")
+    document = build._document() if isinstance(build, Scene) else {}
     if not values:
-        return [({}, dict(build.keys) if isinstance(build, Scene) else {})]
+        return [({}, document)]
     options = inspect.signature(Scene.run).parameters
-    scene: dict[str, Any] = {**build.keys, _OPTIONS: {}} if isinstance(build, Scene) else {_OPTIONS: {}}
+    scene: dict[str, Any] = {**document, _OPTIONS: {}}
     vary: dict[str, Any] = {}
     lists: dict[str, list[Any]] = {}
     labels: dict[str, str] = {name: name for name in values}
@@ -157,10 +169,10 @@ def _runs(build: Any, values: Any, combine: Any) -> list[tuple[dict[str, Any], d
                 lists[name] = list(form["values"])
                 form["values"] = list(range(len(lists[name])))
         vary[labels[name]] = form
-    file = {"scene": "scene", "vary": _plain(vary), "combine": _plain(combine)}
+    file = {"scene": "scene", "vary": plain(vary, "sweep: /vary"), "combine": plain(combine, "sweep: /combine")}
     runs = []
-    for text, document in _native.sweep_runs(json.dumps(file), json.dumps(scene, default=_plain)):
-        planned, keys = json.loads(text), json.loads(document)
+    for text, changed in _native.sweep_runs(json.dumps(file), json.dumps(scene)):
+        planned, keys = json.loads(text), json.loads(changed)
         del keys[_OPTIONS]
         if "settings" not in scene:
             # the plan names a seed, which is that of the run anyway

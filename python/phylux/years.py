@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from . import html
 from .commands import command
+from .commands import options as _options
 from .commands import pandas as _pandas
-from .errors import missing
+from .errors import in_python, missing, wrong
 from .result import Result
+from .values import finite
 
 #: columns of text in the tables
 _TEXTS = ["captor", "time", "day", "month", "period", "unit", "light", "state", "kind", "groups", "ratio"]
@@ -101,64 +104,115 @@ class Year:
             options: those of ``phylux plot`` (docs/plot.md): ``show``, ``band``, ``captors``, ``quantity``, ``day``,
                 ``month``, ``range=(low, high)``.
         """
-        given: list[str] = []
+        given: dict[str, Any] = {"output": Path(path)}
         for name, value in options.items():
-            text = ":".join(str(end) for end in value) if name == "range" else str(value)
-            given += [f"--{name.replace('_', '-')}", text]
-        command("plot", [self.folder], ["-o", os.fspath(path), *given])
+            if name == "range" and value is not None and not isinstance(value, str):
+                value = ":".join(str(finite(end, "range")) for end in value)
+            # several captors have an option each
+            given[name] = value if value is None or isinstance(value, (list, tuple)) else str(value)
+        command("plot", [self.folder], _options(given))
 
     def xarray(self, table: str = "hours") -> Any:
         """Returns ``"hours"``, ``"days"`` or ``"months"`` as an ``xarray.Dataset``: ``front``, ``back``, ``absorbed`` and
-        their ``_se`` by time, captor and band, and ``sunlit`` by time and captor."""
+        their ``_se`` by time, captor and band, and ``sunlit`` by time and captor, with units.
+
+        ``time`` is the start of each hour in UTC, which no change of clocks doubles; the coordinate ``local_time`` is what
+        the clock shows then, and ``utc_offset`` how far that is ahead, h. Of days and months, ``time`` is the date.
+        """
         try:
             import xarray as xr
         except ImportError:
             raise missing("xarray", "a dataset") from None
-        frame = getattr(self, table)
-        time = frame.columns[1]
+        if table not in ("hours", "days", "months"):
+            raise wrong("table", f"no table `{table}`", "there are hours, days and months")
+        frame, facts = getattr(self, table), self.facts
         numbers = [name for name in frame.columns if name not in _TEXTS]
         bands = [name.removesuffix("_front") for name in numbers if name.endswith("_front")]
-        order = {"time": list(dict.fromkeys(frame[time])), "captor": list(dict.fromkeys(frame.captor))}
-        shape = tuple(len(names) for names in order.values())
+        times, captors = (list(dict.fromkeys(frame[name].astype(str))) for name in (frame.columns[1], "captor"))
+        shape = (len(times), len(captors))
         values = {name: frame[name].to_numpy(dtype=float).reshape(shape) for name in numbers}
-        data: dict[str, Any] = {name: (("time", "captor"), values[name]) for name in ("sunlit", "sunlit_se")}
+        if "unit" in frame:
+            units = list(dict.fromkeys(frame["unit"].astype(str)))
+        else:
+            own = {band["name"]: band.get("unit") for band in facts["bands"]}
+            units = [(own.get(band) or facts["unit"])["irradiance"] for band in bands]
+        units = units[:1] if len(set(units)) == 1 else units
+        data: dict[str, Any] = {}
+        for name in ("sunlit", "sunlit_se"):
+            if name in values:
+                data[name] = (("time", "captor"), values[name], _attributes(name, "1"))
         for face in ("front", "back", "absorbed"):
             for name in (face, f"{face}_se"):
                 if f"{bands[0]}_{name}" in values:
                     stacked = np.stack([values[f"{band}_{name}"] for band in bands], axis=-1)
-                    data[name] = (("time", "captor", "band"), stacked)
-        coords: dict[str, Any] = {**order, "band": bands}
-        coords["time"] = _pandas().to_datetime(coords["time"]).tz_localize(None)
-        return xr.Dataset(data, coords=coords)
+                    data[name] = (("time", "captor", "band"), stacked, _attributes(name, units[0] if len(units) == 1 else None))
+        coords: dict[str, Any] = {**_clock(times, table), "captor": captors, "band": bands}
+        if len(units) == len(bands) > 1:
+            # sums in units of their own say them band by band
+            coords["unit"] = ("band", units)
+        about = {name: facts[name] for name in ("scene", "phylux", "seed", "photons", "from")}
+        return xr.Dataset(data, coords, {**about, "table": table})
+
+    def _repr_html_(self) -> str:
+        try:
+            facts = self.facts
+        except (OSError, ValueError):
+            return html.text(repr(self))
+        rows = [(name, str(facts[name])) for name in ("scene", "from", "hours", "photons", "seed") if name in facts]
+        return html.table(repr(self), ("", ""), rows, len(rows), [in_python(sentence) for sentence in facts.get("warnings", ())])
 
     def _table(self, name: str) -> Any:
         if not (self.folder / "year.json").is_file():
-            raise FileNotFoundError(f"{self.folder} holds no whole year: run `phylux year` again")
+            raise FileNotFoundError(f"{self.folder} holds no whole year: make it again with `Scene.year`")
         whole = self.folder / f"{name}.parquet"
         if whole.is_file():
             return _pandas().read_parquet(whole)
-        # a captor may be named "NA", which must not be read as a missing value
+        # a captor may be named "NA" or "007", which is neither a missing value nor a number
         path = self.folder / f"{name}.csv"
         heads = _pandas().read_csv(path, nrows=0).columns
         empty = {column: [""] for column in heads if column not in _TEXTS}
-        return _pandas().read_csv(path, keep_default_na=False, na_values=empty)
+        texts = {column: str for column in heads if column in _TEXTS}
+        return _pandas().read_csv(path, keep_default_na=False, na_values=empty, dtype=texts)
 
 
-def run_year(scene: Path, output: Path, options: list[str]) -> tuple[Year, list[str]]:
+def _attributes(name: str, unit: str | None) -> dict[str, str]:
+    """Returns the attributes of an array of a year."""
+    error = {"long_name": f"standard error (1 sigma) of {name[:-3]}"} if name.endswith("_se") else {}
+    return {**({} if unit is None else {"units": unit}), **error}
+
+
+def _clock(times: list[str], table: str) -> dict[str, Any]:
+    """Returns the coordinates of time: of hours in UTC, with what the clock shows."""
+    pd = _pandas()
+    if table != "hours":
+        return {"time": ("time", pd.to_datetime(times).to_numpy(), {"long_name": "date by the clock of the hours"})}
+    moments = [pd.Timestamp(time) for time in times]
+    offsets = [moment.utcoffset() for moment in moments]
+    local = pd.DatetimeIndex([moment.tz_localize(None) for moment in moments])
+    utc = local - pd.TimedeltaIndex([pd.Timedelta(offset or 0) for offset in offsets])
+    hours = np.array([0.0 if offset is None else offset.total_seconds() / 3600 for offset in offsets])
+    return {
+        "time": ("time", utc.to_numpy(), {"long_name": "start of the hour, UTC"}),
+        "local_time": ("time", local.to_numpy(), {"long_name": "start of the hour by the clock"}),
+        "utc_offset": ("time", hours, {"units": "h", "long_name": "how far the clock is ahead of UTC"}),
+    }
+
+
+def run_year(scene: Path, output: Path, options: list[str | bytes]) -> tuple[Year, list[str]]:
     """Runs ``phylux year``. Returns its tables and its warnings."""
-    warned = command("year", [scene], ["-o", os.fspath(output), *options])
+    warned = command("year", [scene], [*_options({"output": output}), *options])
     return Year(output), warned
 
 
 def run_shards(
-    scene: Path, output: Path, options: list[str], style: list[str], shards: int, executor: Any
+    scene: Path, output: Path, options: list[str | bytes], style: list[str | bytes], shards: int, executor: Any
 ) -> tuple[Year, list[str]]:
     """Runs the shards of ``phylux year`` by an executor, and merges them with plots in the style that options name.
 
     All workers see the folder of ``scene``.
     """
     files = [scene.parent / f"shard{i + 1}" for i in range(shards)]
-    shares = [["-o", os.fspath(file), *options, "--shard", f"{i + 1}/{shards}"] for i, file in enumerate(files)]
+    shares = [[*_options({"output": file}), *options, f"--shard={i + 1}/{shards}"] for i, file in enumerate(files)]
     for done in [executor.submit(command, "year", [scene], share) for share in shares]:
         done.result()
-    return Year(output), command("merge", files, ["-o", os.fspath(output), *style])
+    return Year(output), command("merge", files, [*_options({"output": output}), *style])

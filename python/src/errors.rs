@@ -3,23 +3,19 @@
 use phylux::{Error, ErrorKind};
 use pyo3::{exceptions::PyKeyboardInterrupt, prelude::*};
 
-/// Returns the exception for an error, with its message and, as `.place`, its place.
+/// Returns the exception for an error, with its message in the words of Python and, as `.place`, its
+/// place.
 pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
-    let name = match error.kind() {
-        ErrorKind::Input => "InputError",
-        ErrorKind::Run => "RunError",
+    let failed = match error.kind() {
+        ErrorKind::Input => false,
+        ErrorKind::Run => true,
         ErrorKind::Interrupted => return PyKeyboardInterrupt::new_err(error.to_string()),
     };
-    let made = || -> PyResult<PyErr> {
-        let class = py.import("phylux.errors")?.getattr(name)?;
-        // an option of the command line is an argument of the same name in Python
-        let error = match error.place().strip_prefix("--") {
-            Some(option) => &error.clone().at(option.replace('-', "_")),
-            None => error,
-        };
-        Ok(PyErr::from_value(class.call1((error.to_string(), error.place()))?))
+    let made = || {
+        let of_command = py.import("phylux.errors")?.getattr("of_command")?;
+        of_command.call1((failed, error.to_string(), error.place()))
     };
-    made().unwrap_or_else(|failed| failed)
+    made().map_or_else(|failed| failed, PyErr::from_value)
 }
 
 /// Turns a result of the library into a result of Python.

@@ -42,6 +42,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(prospect, module)?)?;
     module.add_function(wrap_pyfunction!(scene::load, module)?)?;
     module.add_function(wrap_pyfunction!(scene::sweep_runs, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::write_file, module)?)?;
     module.add_function(wrap_pyfunction!(scene::write_obj, module)?)?;
     module.add_class::<scene::Loaded>()?;
     module.add_class::<result::Found>()

@@ -211,6 +211,12 @@ impl Found {
         raised(py, written)
     }
 
+    /// The files that the scene was read from.
+    #[getter]
+    fn files(&self) -> Vec<PathBuf> {
+        self.files.clone()
+    }
+
     /// All fields of the results file except captors and groups, as JSON.
     #[getter]
     fn head(&self) -> &str {

@@ -14,6 +14,7 @@ use phylux::{
     cli::embedded::{self, Rendering, Words},
     formats::{FilesRead, InMemory, Mesh, MeshGroup, OutputFile, Run, Sweep},
     show::{Colours, ExportFormat, RenderPlan, RenderedScene},
+    transport::ThreadCount,
 };
 use pyo3::prelude::*;
 
@@ -87,6 +88,20 @@ fn mesh(
     Mesh::new(groups.iter().map(group).collect::<phylux::Result<_>>()?)
 }
 
+/// Writes a file completely or not at all. It replaces none of the files in `read`.
+#[pyfunction]
+pub fn write_file(
+    py: Python<'_>,
+    path: PathBuf,
+    content: &[u8],
+    read: Vec<PathBuf>,
+) -> PyResult<()> {
+    let written = py.detach(|| {
+        OutputFile::create(&path)?.write(&FilesRead::new(&read), |writer| writer.write_all(content))
+    });
+    raised(py, written)
+}
+
 /// Writes a mesh as an OBJ file from which the same mesh is read.
 #[pyfunction]
 pub fn write_obj(py: Python<'_>, path: PathBuf, mesh: MeshParts<'_>) -> PyResult<()> {
@@ -117,6 +132,12 @@ impl Loaded {
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.loaded.warnings.clone()
+    }
+
+    /// The files that the scene was read from, its own first.
+    #[getter]
+    fn files(&self) -> Vec<PathBuf> {
+        self.loaded.files.clone()
     }
 
     /// Returns the text of `phylux check`, its warnings, and all of it as JSON.
@@ -206,7 +227,7 @@ impl Loaded {
 
     fn __repr__(&self) -> String {
         let scene = &self.loaded.scene;
-        format!("<scene `{}` in {}>", scene.name, self.folder.display())
+        format!("<scene `{}` in {}>", scene.name(), self.folder.display())
     }
 }
 
@@ -226,7 +247,10 @@ impl Loaded {
             check(&loaded.scene)?;
             let file = OutputFile::create(&path)?;
             let own = &loaded.settings;
-            let mut settings = Settings { threads: threads.unwrap_or(own.threads), ..own.clone() };
+            let mut settings = Settings {
+                threads: threads.map_or(Ok(own.threads), ThreadCount::new)?,
+                ..own.clone()
+            };
             if matches!(plan, RenderPlan::Photons) {
                 // the number in the scene is meant for its captors, not for photons to show
                 settings.photons = None;

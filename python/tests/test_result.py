@@ -217,13 +217,14 @@ def test_a_map_has_contours_and_says_ppfd():
     scene.captor("grid", discs=px.grid([0, 1, 2], [0, 1], z=0.5, radius=0.2))
     rows = scene.run(photons=100_000)
     ax = rows.plot("map")
-    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title(loc="left")) == ("x, m", "y, m", "z = 0.5 m")
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title(loc="left")[:9]) == ("x, m", "y, m", "z = 0.5 m")
+    assert "median error " in ax.get_title(loc="left")
     assert ax.figure.axes[-1].get_ylabel() == "PPFD, µmol/m²/s"
-    # colours and lines, where every line lies in the cells whose middles the sensors are
+    # colours and lines, where every line lies between the sensors
     colours, lines = ax.collections[:2]
     assert len(colours.get_paths()) > 20 and any(len(path) for path in lines.get_paths())
     for path in lines.get_paths():
-        assert (path.vertices >= -0.5 - 1e-9).all() and (path.vertices <= [2.5 + 1e-9, 1.5 + 1e-9]).all()
+        assert (path.vertices >= -1e-9).all() and (path.vertices <= [2 + 1e-9, 1 + 1e-9]).all()
     assert rows.plot("map", band="far").figure.axes[-1].get_ylabel() == "irradiance, far, µmol/m²/s"
     # an option of dots selects dots instead of contours
     assert [len(rows.plot("map", **{option: value}).collections) for option, value in (("s", 9), ("marker", "s"))] == [1, 1]
@@ -280,17 +281,39 @@ def test_plots_leave_out_what_would_mislead():
     assert len(dots.collections) == 1 and len(dots.texts) == 3
 
 
-def test_a_map_of_a_grid_reaches_to_the_ends_of_its_cells():
+def test_a_map_leaves_gaps_blank_and_ends_with_its_captors():
     pytest.importorskip("matplotlib")
-    from phylux.plots import _to_cells
+    from phylux.plots import _field
 
-    x, y = (of.ravel().astype(float) for of in np.meshgrid([0, 1, 2, 3], [0, 1, 2]))
-    places = _to_cells(x, y, 100 * x)
-    assert [place.min() for place in places[:2]] == [-0.5, -0.5]
-    assert [place.max() for place in places[:2]] == [3.5, 2.5]
-    np.testing.assert_allclose(places[2], np.maximum(100 * places[0], 0))
+    x, y = (of.ravel().astype(float) for of in np.meshgrid(0.6 * np.arange(8), 0.2 * np.arange(3)))
+    sets = np.zeros(48, int)
+    for gap, filled in ((0.59, 4.2 * (0.8 + 0.59)), (0.61, 2 * 4.2 * 0.4)):
+        two = np.append(x, x), np.append(y, y + 0.4 + gap)
+        across, up, _, triangles = _field(*two, 100 * two[0], sets)
+        assert [across.min(), across.max()] == pytest.approx([0, 4.2]) and up.max() == pytest.approx(0.8 + gap)
+        a, b, c = (np.column_stack([across, up])[triangles[:, i]] for i in range(3))
+        areas = np.abs(np.cross(b - a, c - a)) / 2
+        assert areas.sum() == pytest.approx(filled)
     star = [np.array(of, float) for of in ([0, 1, 2, 1, 1], [1, 0, 1, 2, 1], [1, 2, 3, 4, 5])]
-    assert len(_to_cells(*star)[0]) == 5
+    assert len(_field(*star, np.zeros(5, int))[0]) == 5
+
+
+def test_a_map_has_no_step_finer_than_two_errors():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    from phylux.plots import _contours, _even, _field
+
+    x, y = (of.ravel().astype(float) for of in np.meshgrid(np.arange(6), np.arange(4)))
+    noise = np.where(np.arange(24) % 2, 7.0, -7.0)
+    mean, error = _even(400 + noise, np.full(24, 7.0))
+    assert mean == pytest.approx(400) and error == 7
+    assert _even(400 + noise + 10 * x, np.full(24, 7.0)) == (None, 7)
+    for error in (0.01, 1.0, 4.0, 30.0):
+        ax = matplotlib.figure.Figure().add_subplot()
+        field = _field(x, y, 50 + 10 * x - 3 * y, np.zeros(24, int))
+        drawn, numbers = _contours(ax, field, error, None, {})
+        assert np.diff(drawn.levels).min() >= 2 * error * (1 - 1e-9)
+        assert np.diff(numbers).min() >= 2 * error * (1 - 1e-9)
 
 
 def test_a_map_of_a_grid_is_smooth():

@@ -124,3 +124,62 @@ def test_plots_of_a_year(greenhouse, tmp_path):
         with pytest.raises(px.InputError, match=words):
             year.plot(tmp_path / "wrong.svg", **wrong)
     assert not (tmp_path / "wrong.svg").exists()
+
+
+def test_ids_are_texts(greenhouse, tmp_path):
+    pytest.importorskip("pandas")
+    ids = ["007", "7", "1e3", "NA", "true", "2025-06-21"]
+    for i, name in enumerate(ids):
+        greenhouse.captor(name, disc={"center": [0.1 * i, 0, 1], "normal": [0, 0, 1], "radius": 0.04}, group="00")
+    options = {"photons": 20_000, "seed": 1, "patches": 145, "sun_rays": 2, "threads": 1}
+    years = [greenhouse.year(tmp_path / name, csv=csv, **options) for name, csv in (("parquet", False), ("csv", True))]
+    for year in years:
+        for name in ("hours", "days", "months", "total", "captors"):
+            assert list(dict.fromkeys(getattr(year, name).captor))[1 : len(ids) + 1] == ids, name
+        assert "00" in year.captors.captor.tolist() and "00; 7" in year.captors.groups.tolist()
+        assert len(year.days.merge(year.captors, on="captor")) == len(year.days)
+    assert years[0].hours.captor.tolist() == years[1].hours.captor.tolist()
+
+
+def test_arrays_of_a_change_of_clocks(greenhouse, tmp_path):
+    """The night in which summer time ends has its second hour twice, one hour after the other."""
+    pd = pytest.importorskip("pandas")
+    xr = pytest.importorskip("xarray")
+    times = pd.date_range("2025-10-25T00:00", periods=73, freq="h", tz="Europe/Zurich")
+    light = [max(0.0, 300 - 12 * (time.hour - 13) ** 2) for time in times]
+    greenhouse.weather(pd.DataFrame({"ghi": light, "dhi": light}, index=times), stamp="start")
+    greenhouse.keys["time"] = {"from": "2025-10-25T00:00+02:00", "to": "2025-10-28T00:00+01:00"}
+    options = {"photons": 20_000, "seed": 1, "patches": 145, "sun_rays": 2, "threads": 1}
+    for csv in (False, True):
+        year = greenhouse.year(tmp_path / f"year{csv}", csv=csv, **options)
+        data = year.xarray()
+        assert data.sizes["time"] == len(year.hours.time.unique())
+        steps = np.diff(data.time.values)
+        assert (steps == steps[0]).all() and steps[0] == np.timedelta64(1, "h")
+        # what the tables say: the clock, and how far it is ahead of UTC
+        told = [pd.Timestamp(time) for time in dict.fromkeys(year.hours.time.astype(str))]
+        assert data.local_time.values.tolist() == pd.DatetimeIndex([time.tz_localize(None) for time in told]).as_unit(np.datetime_data(data.local_time.dtype)[0]).values.tolist()
+        assert data.utc_offset.values.tolist() == [time.utcoffset().total_seconds() / 3600 for time in told]
+        assert (data.time + data.utc_offset * np.timedelta64(3600, "s") == data.local_time).all()
+        assert "UTC" in data.time.attrs["long_name"] and data.utc_offset.attrs["units"] == "h"
+        assert data.front.attrs["units"] == data.front_se.attrs["units"] == "umol/m2/s" and data.sunlit.attrs["units"] == "1"
+        days = year.xarray("days")
+        assert days.front.attrs["units"] == "mol/m2/d" and days.sizes["time"] == len(year.days.day.unique())
+        assert data.attrs["seed"] == 1 and data.attrs["scene"] == "day"
+        if not csv:
+            pytest.importorskip("netCDF4")
+            data.to_netcdf(tmp_path / "year.nc")
+            with xr.open_dataset(tmp_path / "year.nc") as again:
+                xr.testing.assert_identical(again.load(), data)
+    with pytest.raises(px.InputError, match="there are hours, days and months"):
+        year.xarray("weeks")
+
+
+def test_sums_of_a_year_say_their_units(greenhouse, tmp_path):
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    greenhouse.keys["bands"] = [{"name": name, "from_nm": low, "to_nm": low + 100} for name, low in (("blue", 400), ("green", 500), ("red", 600))]
+    greenhouse.keys["sums"] = {"PAR": ["blue", "green", "red"], "bright": "photopic"}
+    year = greenhouse.year(tmp_path / "year", photons=20_000, seed=1, patches=145, sun_rays=2, threads=1)
+    data = year.xarray()
+    assert "units" not in data.front.attrs and data.unit.sel(band=["red", "bright"]).values.tolist() == ["umol/m2/s", "lx"]

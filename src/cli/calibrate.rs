@@ -14,12 +14,16 @@ use super::{
     outputs::check_places,
     run,
     summary::{SHOWN_BANDS, short},
+    table::Table,
     terminal,
 };
 use phylux_core::{
     error::{Error, Result},
     transport::{
-        settings::{Checked, Estimator, Guiding, Settings},
+        settings::{
+            Checked, Estimator, Guiding, NearestCount, PhotonCount, Settings, ThreadCount,
+            Tolerance,
+        },
         simulate::{Control, Progress, simulate},
     },
 };
@@ -56,10 +60,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PATTERN", conflicts_with_all = ["measured", "model", "prior", "vary"])]
     even: Option<String>,
     /// With --even: the mean irradiance to reach [default: the present one]
-    #[arg(long, value_name = "VALUE", requires = "even", value_parser = irradiance, allow_negative_numbers = true)]
+    #[arg(long, value_name = "VALUE", requires = "even", value_parser = irradiance, allow_hyphen_values = true)]
     mean: Option<f64>,
     /// With --even: bring each captor at least this irradiance, with the least power
-    #[arg(long, value_name = "VALUE", requires = "even", conflicts_with = "mean", value_parser = irradiance, allow_negative_numbers = true)]
+    #[arg(long, value_name = "VALUE", requires = "even", conflicts_with = "mean", value_parser = irradiance, allow_hyphen_values = true)]
     minimum: Option<f64>,
     /// With --even: the band or sum that counts [default: the only band, or the first sum]
     #[arg(long, value_name = "NAME", requires = "even")]
@@ -76,7 +80,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "auto|common|bands|lamps|product", value_parser = model, default_value = "auto")]
     model: Chosen,
     /// Relative standard deviation of the lamps' factors about the common factor, or `none`
-    #[arg(long, value_name = "FRACTION", value_parser = prior, allow_negative_numbers = true, default_value = "0.2")]
+    #[arg(long, value_name = "FRACTION", value_parser = prior, allow_hyphen_values = true, default_value = "0.2")]
     prior: Prior,
     /// Lights that share their factors, by a pattern of their names, as in "row 1*"; can be given
     /// several times
@@ -87,14 +91,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PLACE=FROM:TO", value_parser = Vary::parse)]
     vary: Vec<Vary>,
     /// Photons to trace in each run [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
-    photons: Option<u64>,
+    #[arg(long, value_name = "N", value_parser = run::photons, allow_hyphen_values = true)]
+    photons: Option<PhotonCount>,
     /// Seed of the random numbers [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = run::count, allow_hyphen_values = true)]
     seed: Option<u64>,
     /// Trace until the relative standard error of every captor is at most this
-    #[arg(long, value_name = "FRACTION", value_parser = run::tolerance, allow_negative_numbers = true)]
-    tolerance: Option<f64>,
+    #[arg(long, value_name = "FRACTION", value_parser = run::tolerance, allow_hyphen_values = true)]
+    tolerance: Option<Tolerance>,
     /// What guides photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_name = "NAME", value_parser = super::choices::guiding())]
     guiding: Option<Guiding>,
@@ -102,8 +106,8 @@ pub(super) struct Arguments {
     #[arg(long, hide = true, value_name = "N", value_parser = run::splitting)]
     splitting: Option<u64>,
     /// Threads; 0 takes all processors. The results do not depend on it
-    #[arg(long, value_name = "N", value_parser = run::threads, allow_negative_numbers = true)]
-    threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = run::threads, allow_hyphen_values = true)]
+    threads: Option<ThreadCount>,
 }
 
 /// The model that is asked for; `None` for `auto`.
@@ -168,7 +172,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let Some(measured) = &arguments.measured else {
         return lit_evenly(arguments, document, &loaded, outputs, &interrupt);
     };
-    let bytes = read_bytes(measured).map_err(|why| Error::input(measured.display(), why))?;
+    let bytes = read_bytes(measured).map_err(|why| Error::unreadable(measured.display(), why))?;
     let rows = measured_csv::parse(&bytes, measured)?;
 
     let plan = CalibrationPlan {
@@ -243,7 +247,7 @@ fn lit_evenly(
         Some(path) => results_of(path, loaded)?,
         None => trace(arguments, loaded, interrupt)?,
     };
-    let found = even(&result, &loaded.scene.watts, &plan)?;
+    let found = even(&result, loaded.scene.watts(), &plan)?;
     let path = &arguments.scene;
     let scene = calibrated_scene(document, path, loaded, &found.factors, true, &outputs.folder)?;
     interrupt.writing();
@@ -273,7 +277,7 @@ fn describe_even(found: &EvenPowers, result: &RunResult) -> String {
     };
     let share = |value: Option<f64>, error| value.map_or("-".into(), |value| with(value, error));
     let both = |of: &dyn Fn(&Lit) -> String| [of(&found.before), of(&found.after)];
-    let _ = writeln!(text, "\n{:<34}{:>24}{:>24}", "", "before", "after");
+    let _ = writeln!(text, "\n{:<34}{:>23}{:>23}", "", "before", "after");
     for (title, [before, after]) in [
         (format!("mean, {irradiance}"), both(&|lit| with(lit.mean, lit.mean_se))),
         (format!("least, {irradiance}"), both(&|lit| with(lit.min, lit.min_se))),
@@ -282,7 +286,7 @@ fn describe_even(found: &EvenPowers, result: &RunResult) -> String {
         ("electricity, W".into(), both(&|lit| lit.watts.map_or("-".into(), short))),
     ] {
         if before != "-" || after != "-" {
-            let _ = writeln!(text, "{title:<34}{before:>24}{after:>24}");
+            let _ = writeln!(text, "{title:<34}{before:>23}{after:>23}");
         }
     }
     text
@@ -305,7 +309,7 @@ fn report_beside(scene: &Path) -> PathBuf {
 fn results_of(path: &Path, loaded: &LoadedScene) -> Result<RunResult> {
     let result = read_json(path)?;
     let lights = result.energy.by_light.iter().flat_map(|lights| lights.keys());
-    let same_lights = lights.eq(loaded.scene.lights.iter().map(|light| &light.name));
+    let same_lights = lights.eq(loaded.scene.lights().iter().map(|light| &light.name));
     let bands = result.bands.iter().map(|band| band.name.as_str());
     let same = same_lights || result.energy.by_light.is_none();
     match same && bands.eq(loaded.scene.band_names()) {
@@ -322,7 +326,7 @@ fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> 
         estimator: Estimator::Photons,
         photons: arguments.photons.or(usual.photons),
         seed: arguments.seed.unwrap_or(usual.seed),
-        k: Some(0),
+        k: Some(NearestCount::NONE),
         guiding: arguments.guiding.unwrap_or(usual.guiding),
         tolerance: arguments.tolerance.or(usual.tolerance),
         tolerance_limit: arguments.photons,
@@ -336,7 +340,7 @@ fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> 
     let simulation = simulate(&loaded.scene, &settings, &control);
     bar.finish_and_clear();
     let simulation = simulation?;
-    Ok(RunResult::new(&loaded.scene, &settings, &simulation))
+    Ok(RunResult::new(&simulation))
 }
 
 /// Finds the values of the varied numbers that explain the readings best, and returns the scene
@@ -378,7 +382,6 @@ fn search(
 
 /// Returns the factors, and how well they predict readings, as tables.
 fn describe(found: &Calibration) -> String {
-    let bands = &found.measured_bands[..found.measured_bands.len().min(SHOWN_BANDS)];
     let mut text = format!("{}: model {}", found.scene, found.model.name());
     let _ = match found.prior {
         Some(prior) => writeln!(text, ", prior {prior}"),
@@ -394,46 +397,45 @@ fn describe(found: &Calibration) -> String {
             short(*to)
         );
     }
-    let mut line = |title: &str, cells: &mut dyn Iterator<Item = String>| {
-        let cells: String = cells.map(|cell| format!(" {cell:>15}")).collect();
-        let _ = writeln!(text, "{}", format!("{title:<34}{cells}").trim_end());
+    let most = terminal::shown(SHOWN_BANDS);
+    let write = |text: &mut String, table: &Table| {
+        text.push('\n');
+        table.write(text, terminal::width(), terminal::is_full());
     };
-    let percent = |values: &[Option<f64>]| {
-        let cell = |value: &Option<f64>| value.map_or("-".into(), |v| format!("{:.1}", 100.0 * v));
-        values.iter().take(SHOWN_BANDS).map(cell).collect::<Vec<_>>().into_iter()
-    };
-    line("", &mut std::iter::empty());
-    let shown = 0..found.bands.len().min(SHOWN_BANDS);
-    line("factors on the power of lights", &mut found.bands[shown.clone()].iter().cloned());
-    for (name, factors) in found.factors.iter().take(LISTED) {
+    let names = || found.bands.iter().take(most).cloned();
+    let mut table = Table::new("factors on the power of lights", names(), "");
+    for (name, factors) in found.factors.iter().take(terminal::shown(LISTED)) {
         let errors = &found.factors_se[name];
         let cell = |b: usize| match errors[b] {
             Some(error) => format!("{:.3} ± {:.3}", factors[b], error),
             None => format!("{:.3}", factors[b]),
         };
-        line(&format!("  {name}"), &mut shown.clone().map(cell));
+        table.row(format!("  {name}"), (0..names().count()).map(cell), "");
     }
-    if found.factors.len() > LISTED {
-        line(&format!("  and {} more", found.factors.len() - LISTED), &mut std::iter::empty());
-    }
-    line("", &mut std::iter::empty());
-    line("RMSE / mean reading, %", &mut bands.iter().cloned());
-    line("  of the fitted readings", &mut percent(&found.fit_rmse));
+    write(&mut text, &table);
+    text.push_str(&terminal::more(found.factors.len(), LISTED));
+    let measured = found.measured_bands.iter().take(most).cloned();
+    let mut table = Table::new("RMSE / mean reading, %", measured, "");
+    let mut percent = |title: &str, values: &[Option<f64>]| {
+        let cell = |value: &Option<f64>| value.map_or("-".into(), |v| format!("{:.1}", 100.0 * v));
+        table.row(title, values.iter().take(most).map(cell), "");
+    };
+    percent("  of the fitted readings", &found.fit_rmse);
     for model in &found.models {
         let title = format!("  left out in blocks, {} ({})", model.model.name(), model.numbers);
-        line(&title, &mut percent(&model.blocked_rmse));
+        percent(&title, &model.blocked_rmse);
     }
-    line("  left out, slope and intercept", &mut percent(&found.slope_intercept.blocked_rmse));
+    percent("  left out, slope and intercept", &found.slope_intercept.blocked_rmse);
+    if found.test_inside.is_some() {
+        percent("  of the test readings", &found.test_rmse);
+        percent("    by slope and intercept", &found.slope_intercept.test_rmse);
+    }
+    write(&mut text, &table);
     if let Some(inside) = found.test_inside {
-        line("  of the test readings", &mut percent(&found.test_rmse));
-        line("    by slope and intercept", &mut percent(&found.slope_intercept.test_rmse));
         let tests = found.readings.iter().filter(|reading| reading.purpose == "test").count();
         let share = short(100.0 * inside);
-        line("", &mut std::iter::empty());
-        line(
-            &format!("{share} % of {tests} test readings lie in their 95 % intervals"),
-            &mut std::iter::empty(),
-        );
+        let inside = "test readings lie in their 95 % intervals";
+        let _ = writeln!(text, "\n{share} % of {tests} {inside}");
     }
     predictions(&mut text, found);
     let _ = writeln!(
@@ -451,13 +453,13 @@ fn predictions(text: &mut String, found: &Calibration) {
     if predicted.is_empty() {
         return;
     }
-    let _ = writeln!(text, "\n{:<46}{:>14}{:>28}", "predicted readings", "", "95 % interval");
+    let _ = writeln!(text, "\n{:<40}{:>12}{:>28}", "predicted readings", "", "95 % interval");
     for reading in predicted.iter().take(LISTED) {
         let back = if reading.face == "back" { ", back" } else { "" };
         let title = format!("  {}{back}, {}", reading.captor, reading.band);
         let [low, high] = reading.interval.map(short);
         let interval = format!("{low} to {high}");
-        let _ = writeln!(text, "{title:<46}{:>14}{interval:>28}", short(reading.calibrated));
+        let _ = writeln!(text, "{title:<40}{:>12}{interval:>28}", short(reading.calibrated));
     }
     if predicted.len() > LISTED {
         let _ = writeln!(text, "  and {} more, in the file", predicted.len() - LISTED);

@@ -20,7 +20,7 @@ use super::{
 use phylux_core::{
     error::{Error, Result},
     transport::{
-        settings::Settings,
+        settings::{Checked, NearestCount, PhotonCount, Settings, ThreadCount},
         simulate::{Control, Progress},
     },
 };
@@ -36,15 +36,15 @@ use phylux_studies::convergence::{ConvergencePlan, ConvergenceStudy, Reference, 
 #[derive(Args)]
 struct ChartTracing {
     /// Photons of the largest budget, e.g. 5e6 [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
-    photons: Option<u64>,
+    #[arg(long, value_name = "N", value_parser = run::photons, allow_hyphen_values = true)]
+    photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same errors. CPU seconds are measured, so
     /// that they, their charts and the words about them differ each time [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = run::count, allow_hyphen_values = true)]
     seed: Option<u64>,
     /// Threads; 0 takes all processors. The errors do not depend on it [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::threads, allow_negative_numbers = true)]
-    threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = run::threads, allow_hyphen_values = true)]
+    threads: Option<ThreadCount>,
 }
 
 /// The tables of the runs: as rows, and all that was found.
@@ -74,7 +74,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = SEEDS, value_parser = clap::value_parser!(u64).range(2..=1000))]
     seeds: u64,
     /// Values of k for the k-nearest estimates, separated by commas
-    #[arg(long, value_name = "N", default_values_t = NEAREST, value_delimiter = ',', value_parser = run::k)]
+    #[arg(long, value_name = "N", default_values_t = NEAREST, value_delimiter = ',', value_parser = k)]
     k: Vec<usize>,
     #[command(flatten)]
     plots: Plots,
@@ -91,7 +91,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
                 .remedy("write elsewhere")
         })?;
     }
-    let drawn = draw(arguments, &interrupt, new);
+    let held = interrupt.hold(folder);
+    let drawn = held.as_ref().map_err(Error::clone).and_then(|_| draw(arguments, &interrupt, new));
+    drop(held);
     if new && drawn.is_err() {
         // this fails, as it should, if anything was written into the folder
         let _ = fs::remove_dir(folder);
@@ -124,11 +126,11 @@ fn draw(arguments: &Arguments, interrupt: &Interrupt, new: bool) -> Result<()> {
     let mut write = |name: &str, content: &[u8]| {
         let file = files.remove(name).ok_or_else(|| Error::run(name, "is no file of a chart"))?;
         let mut file = written.begin(name, file.open(&read)?);
-        file.write_all(content).map_err(|e| Error::run(name, format!("cannot be written: {e}")))?;
+        file.write_all(content).map_err(|e| Error::unwritable(name, e))?;
         complete.push(file.complete()?);
         Ok(())
     };
-    let failed = |e: io::Error| Error::run(folder.display(), format!("cannot be written: {e}"));
+    let failed = |e: io::Error| Error::unwritable(folder.display(), e);
     write(ROWS, &rows(&found.rows).map_err(failed)?)?;
     let mut study = serde_json::to_vec_pretty(&found).map_err(|e| failed(e.into()))?;
     study.push(b'\n');
@@ -156,7 +158,8 @@ fn drawn_before(arguments: &Arguments) -> Result<Option<ConvergenceStudy>> {
         return Ok(None);
     }
     let ChartTracing { photons, seed, threads } = arguments.tracing;
-    let needs_runs = photons.or(seed).is_some()
+    let needs_runs = photons.is_some()
+        || seed.is_some()
         || threads.is_some()
         || arguments.truth.is_some()
         || arguments.seeds != SEEDS
@@ -185,7 +188,7 @@ fn traced(
     outputs::check_places(&places, &read)?;
     let scene = &loaded.scene;
     super::terminal::warn(&loaded.warnings);
-    if scene.captors.is_empty() {
+    if scene.captors().is_empty() {
         return Err(Error::input(
             format!("{}: /captors", arguments.scene.display()),
             "the scene has no captor, so there is nothing to compare",
@@ -197,11 +200,11 @@ fn traced(
     let tracing = TracingArguments { photons, seed, threads };
     let Settings { photons, seed, threads, .. } = tracing.settings(&loaded.settings);
     let plan = ConvergencePlan {
-        photons: photons.unwrap_or(Settings::DEFAULT_PHOTONS),
+        photons: photons.map_or(Settings::DEFAULT_PHOTONS, PhotonCount::get),
         seed,
         seeds: arguments.seeds,
         k: arguments.k.iter().copied().filter(|k| *k > 0).collect(),
-        threads,
+        threads: threads.get(),
     };
 
     let bar = terminal_bar("{bar:30} {percent}% {human_pos} photons, {speed}, {eta} left");
@@ -210,6 +213,11 @@ fn traced(
     let found = study(scene, &plan, truth, &control);
     bar.finish_and_clear();
     Ok((found?, read))
+}
+
+/// Parses a number of photons of a k-nearest estimate.
+fn k(text: &str) -> Checked<usize> {
+    run::k(text).map(NearestCount::get)
 }
 
 fn rows(rows: &[Row]) -> io::Result<Vec<u8>> {

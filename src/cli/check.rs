@@ -7,11 +7,7 @@ use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use super::{
-    interrupt::Interrupt,
-    summary::{SHOWN_BANDS, short},
-    terminal,
-};
+use super::{interrupt::Interrupt, summary::short, table::Table, terminal};
 use phylux_core::{
     error::{Error, Result},
     scene::{
@@ -117,9 +113,9 @@ struct Powers<'a> {
 
 impl<'a> Powers<'a> {
     fn of(scene: &'a Scene, light: &'a Light) -> Self {
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         let sums = scene.with_sums(&light.power).split_off(bands);
-        let names = scene.sums.iter().map(|sum| sum.name.as_str());
+        let names = scene.sums().iter().map(|sum| sum.name.as_str());
         Self {
             name: &light.name,
             power: &light.power,
@@ -146,8 +142,8 @@ struct Captors {
 
 impl Captors {
     fn of(scene: &Scene) -> Self {
-        let surface = scene.captors.iter().filter(|c| c.kind == CaptorKind::Surface).count();
-        Self { sensors: scene.captors.len() - surface, surface }
+        let surface = scene.captors().iter().filter(|c| c.kind == CaptorKind::Surface).count();
+        Self { sensors: scene.captors().len() - surface, surface }
     }
 }
 
@@ -156,16 +152,16 @@ impl<'a> Checked<'a> {
         let scene = &loaded.scene;
         let averages = loaded.averages.iter();
         let averages = averages.map(|a| Average { at: &a.pointer, means: &a.means });
-        let lights = scene.lights.iter();
+        let lights = scene.lights().iter();
         let sun = loaded.open_field.as_ref().and_then(|field| field.sun).map(|sun| Sun {
             elevation: sun.elevation.to_degrees(),
             azimuth: sun.azimuth.to_degrees(),
         });
         Self {
-            scene: &scene.name,
+            scene: scene.name(),
             size: summary.size.to_array(),
-            bands: scene.bands.iter().map(|band| band.name.as_str()).collect(),
-            unit: scene.quantity.unit_names().flux.to_string(),
+            bands: scene.bands().iter().map(|band| band.name.as_str()).collect(),
+            unit: scene.quantity().unit_names().flux.to_string(),
             surfaces: &summary.surfaces,
             objects: &summary.objects,
             lights: lights.map(|light| Powers::of(scene, light)).collect(),
@@ -173,7 +169,7 @@ impl<'a> Checked<'a> {
             averages: averages.collect(),
             sun,
             captors: Captors::of(scene),
-            groups: &scene.groups,
+            groups: scene.groups(),
             notes: &summary.notes,
             warnings: &summary.warnings,
         }
@@ -187,7 +183,10 @@ pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
     let decimals = decimals(size.max_element(), 3);
     let mut text = format!(
         "{}: {:.decimals$} x {:.decimals$} x {:.decimals$} m\n",
-        scene.name, size.x, size.y, size.z
+        scene.name(),
+        size.x,
+        size.y,
+        size.z
     );
     surfaces(&mut text, summary);
     objects(&mut text, summary);
@@ -210,11 +209,14 @@ fn surfaces(text: &mut String, summary: &SceneSummary) {
         text.push_str("\nno surfaces: free space\n");
         return;
     }
-    let whole: Show = |count| format!("{count}");
-    let columns = vec![("triangles".into(), whole), ("area, m2".into(), short as Show)];
+    let columns = vec!["triangles".into(), "area, m2".into()];
     let rows = summary.surfaces.iter();
     let rows = rows.map(|s| (s.material.as_str(), vec![s.triangles as f64, s.area]));
-    Table { title: "surfaces".into(), columns, rows: rows.collect() }.write(text);
+    let show = |column: usize, value: f64| match column {
+        0 => format!("{value}"),
+        _ => short(value),
+    };
+    with_total(text, "surfaces".into(), columns, rows.collect(), show);
 }
 
 /// Writes where each object is, so that one sees a wrong unit, scale or axis.
@@ -222,61 +224,52 @@ fn objects(text: &mut String, summary: &SceneSummary) {
     if summary.objects.is_empty() {
         return;
     }
-    text.push('\n');
     let digits = decimals(summary.size.max_element(), 4);
-    let mut line = |cells: [String; 5]| {
-        let [name, from, to, height, up] = cells;
-        let _ = writeln!(text, "{name:<24}{from:>26}{to:>26}{height:>18}{up:>11}");
-    };
-    line(["", "", "", "above the", "facing"].map(String::from));
-    line(["objects, m", "from", "to", "lowest point", "up"].map(String::from));
-    for object in summary.objects.iter().take(LISTED) {
+    let mut table = Table::new("objects, m", ["from", "to", "above lowest", "facing up"], "");
+    for object in summary.objects.iter().take(terminal::shown(LISTED)) {
         // rounded first, and 0 added, so that no minus stands before a zero
         let shown = 10_f64.powi(digits as i32);
         let show = |x: f64| format!("{:.digits$}", (x * shown).round() / shown + 0.0);
         let point = |p: glam::DVec3| p.to_array().map(show).join(" ");
-        line([
-            format!("  {}", object.object),
+        let cells = [
             point(object.from),
             point(object.to),
             object.height.map(show).join(" to "),
             format!("{:.0} %", 100.0 * object.facing_up),
-        ]);
+        ];
+        table.row(format!("  {}", object.object), cells, "");
     }
-    if summary.objects.len() > LISTED {
-        let _ = writeln!(text, "  and {} more", summary.objects.len() - LISTED);
-    }
+    write(text, &table);
+    text.push_str(&terminal::more(summary.objects.len(), LISTED));
+}
+
+/// Writes a table below an empty line.
+fn write(text: &mut String, table: &Table) {
+    text.push('\n');
+    table.write(text, terminal::width(), terminal::is_full());
 }
 
 /// Writes the powers of the lights, per band and for the sums over bands, and where those face that
 /// do not shine to all sides alike.
 fn lights(text: &mut String, scene: &Scene) {
-    let shown = scene.bands.len().min(SHOWN_BANDS);
-    let unit = scene.quantity.unit_names().flux;
+    let unit = scene.quantity().unit_names().flux;
     let of_sum = |sum: &BandSum| match sum.unit.map(|unit| unit.names()[0]) {
         Some(own) if own != unit => format!("{}, {own}", sum.name),
         _ => sum.name.clone(),
     };
-    let names = scene.bands[..shown].iter().map(|band| band.name.clone());
-    let names = names.chain(scene.sums.iter().map(of_sum));
-    let columns = names.map(|name| (name, short as Show)).collect();
-    let rows = scene.lights.iter().map(|light| {
-        let mut powers = scene.with_sums(&light.power);
-        powers.drain(shown..scene.bands.len());
-        (light.name.as_str(), powers)
-    });
-    let mut title = format!("lights, {unit}");
-    if shown < scene.bands.len() {
-        let _ = write!(title, ", {shown} of {} bands", scene.bands.len());
-    }
-    Table { title, columns, rows: rows.collect() }.write(text);
+    let names = scene.bands().iter().map(|band| band.name.clone());
+    let names = names.chain(scene.sums().iter().map(of_sum));
+    let rows = scene.lights().iter();
+    let rows = rows.map(|light| (light.name.as_str(), scene.with_sums(&light.power)));
+    let title = format!("lights, {unit}");
+    with_total(text, title, names.collect(), rows.collect(), |_, value| short(value));
 
-    let facing = scene.lights.iter().filter_map(|light| Some((&light.name, light.facing()?)));
+    let facing = scene.lights().iter().filter_map(|light| Some((&light.name, light.facing()?)));
     let facing: Vec<_> = facing.collect();
     if !facing.is_empty() {
         text.push_str("\nlights face\n");
     }
-    for (name, (facing, both)) in facing.iter().take(LISTED) {
+    for (name, (facing, both)) in facing.iter().take(terminal::shown(LISTED)) {
         let [x, y, z] = facing.to_array().map(|x| (100.0 * x).round() / 100.0 + 0.0);
         let how = match facing.z {
             ..-0.99 => ", down",
@@ -286,9 +279,7 @@ fn lights(text: &mut String, scene: &Scene) {
         let both = if *both { ", and the opposite way" } else { "" };
         let _ = writeln!(text, "  {name:<22} ({x}, {y}, {z}){how}{both}");
     }
-    if facing.len() > LISTED {
-        let _ = writeln!(text, "  and {} more", facing.len() - LISTED);
-    }
+    text.push_str(&terminal::more(facing.len(), LISTED));
 }
 
 /// Writes which spectrum each lamp has.
@@ -297,12 +288,10 @@ fn lamp_spectra(text: &mut String, loaded: &LoadedScene) {
     if !all.is_empty() {
         text.push_str("\nspectra of lamps\n");
     }
-    for [lamp, spectrum] in all.iter().take(LISTED) {
+    for [lamp, spectrum] in all.iter().take(terminal::shown(LISTED)) {
         let _ = writeln!(text, "  {lamp:<22} {spectrum}");
     }
-    if all.len() > LISTED {
-        let _ = writeln!(text, "  and {} more", all.len() - LISTED);
-    }
+    text.push_str(&terminal::more(all.len(), LISTED));
 }
 
 /// Writes the mean of each spectrum over each band.
@@ -310,14 +299,13 @@ fn averages(text: &mut String, loaded: &LoadedScene) {
     if loaded.averages.is_empty() {
         return;
     }
-    let bands = &loaded.scene.bands[..loaded.scene.bands.len().min(SHOWN_BANDS)];
-    let _ = writeln!(text, "\naverages of spectra");
+    let names = loaded.scene.bands().iter().map(|band| band.name.clone());
+    let mut table = Table::new("averages of spectra", names, "");
     for average in &loaded.averages {
-        let means = bands.iter().zip(&average.means);
-        let means: Vec<String> =
-            means.map(|(band, mean)| format!("{} {mean:.4}", band.name)).collect();
-        let _ = writeln!(text, "  {}: {}", average.pointer, means.join(", "));
+        let means = average.means.iter().map(|mean| format!("{mean:.4}"));
+        table.row(format!("  {}", average.pointer), means, "");
     }
+    write(text, &table);
 }
 
 /// Writes where the sun stands and how bright it is in the open, so that one sees a wrong clock or
@@ -345,8 +333,8 @@ fn daylight(text: &mut String, open_field: &OpenField) {
 
 fn captors(text: &mut String, scene: &Scene) {
     let Captors { sensors, surface } = Captors::of(scene);
-    let groups = scene.groups.len();
-    let _ = match scene.captors.len() {
+    let groups = scene.groups().len();
+    let _ = match scene.captors().len() {
         0 => writeln!(text, "\nno captors, so nothing to run"),
         _ => {
             writeln!(text, "\ncaptors: {sensors} virtual, {surface} surface; groups: {groups}")
@@ -354,41 +342,30 @@ fn captors(text: &mut String, scene: &Scene) {
     };
 }
 
-type Show = fn(f64) -> String;
-
-/// A table of named rows of numbers, with a total if there are several rows.
-struct Table<'a> {
+/// Writes a table of named rows of numbers, with a total if there are several rows.
+fn with_total(
+    text: &mut String,
     title: String,
-    columns: Vec<(String, Show)>,
-    rows: Vec<(&'a str, Vec<f64>)>,
-}
-
-impl Table<'_> {
-    fn write(&self, text: &mut String) {
-        let shown = &self.rows[..self.rows.len().min(LISTED)];
-        let longest = shown.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
-        let width = longest.max(22) + 2;
-        let mut line = |name: &str, cells: &mut dyn Iterator<Item = String>| {
-            let cells: String = cells.map(|cell| format!(" {cell:>10}")).collect();
-            let _ = writeln!(text, "{}", format!("{name:<width$}{cells}").trim_end());
-        };
-        let show = |values: &[f64]| {
-            let cells = self.columns.iter().zip(values).map(|((_, show), value)| show(*value));
-            cells.collect::<Vec<_>>().into_iter()
-        };
-        line("", &mut std::iter::empty());
-        line(&self.title, &mut self.columns.iter().map(|(name, _)| name.clone()));
-        for (name, values) in shown {
-            line(&format!("  {name}"), &mut show(values));
-        }
-        if self.rows.len() > LISTED {
-            let more = format!("  and {} more", self.rows.len() - LISTED);
-            line(&more, &mut std::iter::empty());
-        }
-        if self.rows.len() > 1 {
-            let sum = |column: usize| self.rows.iter().map(|(_, values)| values[column]).sum();
-            let total: Vec<f64> = (0..self.columns.len()).map(sum).collect();
-            line("  total", &mut show(&total));
-        }
+    columns: Vec<String>,
+    rows: Vec<(&str, Vec<f64>)>,
+    show: impl Fn(usize, f64) -> String,
+) {
+    let cells = |values: &[f64]| -> Vec<String> {
+        values.iter().enumerate().map(|(column, value)| show(column, *value)).collect()
+    };
+    let count = columns.len();
+    let mut table = Table::new(title, columns, "");
+    for (name, values) in rows.iter().take(terminal::shown(LISTED)) {
+        table.row(format!("  {name}"), cells(values), "");
     }
+    let more = terminal::more(rows.len(), LISTED);
+    if !more.is_empty() {
+        table.row(more.trim_end(), [], "");
+    }
+    if rows.len() > 1 {
+        let sum = |column: usize| rows.iter().map(|(_, values)| values[column]).sum();
+        let total: Vec<f64> = (0..count).map(sum).collect();
+        table.row("  total", cells(&total), "");
+    }
+    write(text, &table);
 }

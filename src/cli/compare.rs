@@ -8,7 +8,7 @@ use std::{
 
 use clap::Args;
 
-use super::{interrupt::Interrupt, outputs::check_places, summary::short};
+use super::{interrupt::Interrupt, outputs::check_places, summary::short, table::Table, terminal};
 use phylux_core::error::Result;
 use phylux_files::{
     csv_text,
@@ -84,26 +84,16 @@ pub(super) fn text(
 
 fn describe(text: &mut String, comparison: &Comparison, worst: usize) {
     let listed = &comparison.differences[..worst.min(comparison.differences.len())];
-    let width = listed.iter().map(|d| d.captor.chars().count()).max().unwrap_or(0).max(7);
-    let _ = writeln!(
-        text,
-        "\n{:<width$}  {:<9} {:<12}{:>12}{:>12}{:>9}{:>8}",
-        "captor", "what", "band", "a", "b", "b/a - 1", "z"
-    );
+    let mut table = Table::new("captor", ["what", "band", "a", "b", "b/a - 1", "z"], "");
     for d in listed {
         let relative =
             if d.a == 0.0 { "-".into() } else { format!("{:+.2} %", 100.0 * (d.b / d.a - 1.0)) };
         let z = d.z.map_or("-".into(), |z| format!("{z:+.2}"));
-        let _ = writeln!(
-            text,
-            "{:<width$}  {:<9} {:<12}{:>12}{:>12}{relative:>9}{z:>8}",
-            d.captor,
-            d.what,
-            d.band,
-            short(d.a),
-            short(d.b)
-        );
+        let cells = [d.what.to_string(), d.band.to_string(), short(d.a), short(d.b), relative, z];
+        table.row(d.captor.to_string(), cells, "");
     }
+    text.push('\n');
+    table.write(text, terminal::width(), terminal::is_full());
     let n = comparison.differences.len();
     let rms = comparison.rms().map_or(String::new(), |rms| format!(", rms z {rms:.2}"));
     let _ = writeln!(
@@ -114,7 +104,7 @@ fn describe(text: &mut String, comparison: &Comparison, worst: usize) {
     if comparison.few_paths > 0 {
         let _ = writeln!(
             text,
-            "{} more values are left out: their errors rest on few paths and say little",
+            "{} more values are left out: their errors rest on few paths, or nothing arrived, and say little",
             comparison.few_paths
         );
     }

@@ -65,8 +65,13 @@ pub fn found(loaded: &LoadedScene, options: &[String], control: &Control) -> Res
     loaded.check_captors()?;
     let (scene, settings) = (&loaded.scene, arguments.settings(loaded.settings.clone())?);
     let checkpoint = arguments.checkpoint(scene, &settings);
-    let simulation = arguments.simulate(scene, &settings, control, checkpoint.as_ref())?;
-    let result = RunResult::new(scene, &settings, &simulation);
+    let simulation = arguments.simulate(scene, &settings, control, checkpoint.as_ref());
+    // the place of an error about a setting is the argument's name or, if there is none, the scene's
+    let simulation = simulation.map_err(|error| match arguments.gives(error.place()) {
+        true => error,
+        false => loaded.placed(error),
+    })?;
+    let result = RunResult::new(&simulation).with_warnings_of_scene(run::warnings_of(loaded)?);
     if let Some(checkpoint) = checkpoint {
         checkpoint.remove();
     }
@@ -88,10 +93,12 @@ pub fn compared(a: &ResultsFile, b: &ResultsFile) -> Result<(Comparison, String)
     Ok((comparison, text))
 }
 
-/// Returns the summary that `phylux run` prints at its end.
+/// Returns the summary that `phylux run` prints at its end, with all warnings of the result.
 pub fn summarise(result: &RunResult) -> Words {
     let found = summary(result, "");
-    Words { text: found.text, warnings: found.warnings }
+    let mut warnings = result.warnings_of_scene();
+    warnings.extend(found.warnings);
+    Words { text: found.text, warnings }
 }
 
 /// Returns what the run would have found with these factors on the powers of its lights; the name
@@ -113,6 +120,8 @@ pub fn mixed(
 pub fn picture(loaded: &LoadedScene, options: &[String], stop: &AtomicBool) -> Result<Rendering> {
     let parsed: RenderOptions = parse(&["phylux", "scene", "--output=picture.png"], options)?;
     render::check(&parsed.arguments)?;
+    // the standard error is not that of a command
+    super::terminal::begin(true, false);
     let render::Made { picture, pixels, .. } = render::make(&parsed.arguments, loaded, stop)?;
     Ok(Rendering { picture, pixels })
 }
@@ -160,8 +169,8 @@ mod tests {
     #[test]
     fn options_mean_what_they_mean_on_the_command_line() {
         let found = settings(&["--photons=1e3", "--by-light"]).unwrap();
-        assert_eq!((found.photons, found.seed, found.by_light), (Some(1000), 7, true));
-        assert_eq!(found.tolerance_limit, Some(1000));
+        assert_eq!((found.photons_or_default(), found.seed, found.by_light), (1000, 7, true));
+        assert_eq!(found.tolerance_limit, found.photons);
     }
 
     #[test]
@@ -174,7 +183,10 @@ mod tests {
     #[test]
     fn errors_name_the_option() {
         let error = settings(&["--max-time=0"]).unwrap_err();
-        assert_eq!(error.to_string(), "max_time: 0 s, must be above 0 and below 1e19 s");
+        assert_eq!(
+            error.to_string(),
+            "max_time: 0 s, must be above 0 and below 1e19 s; leave it out for no limit"
+        );
         let error = settings(&["--fotons=1"]).unwrap_err();
         assert!(error.to_string().starts_with("fotons: unexpected argument"), "{error}");
         assert!(error.to_string().ends_with("; did you mean --photons?"), "{error}");

@@ -19,6 +19,7 @@ use cpu_time::ProcessTime;
 use super::terminal;
 use phylux_core::error::{Error, NOTHING_WRITTEN, Result, lock};
 use phylux_files::{
+    held_file::HeldFile,
     output::{OutputFile, Temporary},
     result_file::OutputFolder,
     unfinished::GONE,
@@ -111,6 +112,14 @@ impl Interrupt {
     pub fn folder(&self, path: &Path) -> Result<OutputFolder> {
         check_folder(path)?;
         self.make(|| OutputFolder::create(path), |folder| Some(folder.temporary()))
+    }
+
+    /// Says that this process is at work in a folder. Error: another one is.
+    pub fn hold(&self, folder: &Path) -> Result<HeldFile> {
+        self.make(
+            || HeldFile::folder(folder),
+            |held| (!held.kept).then(|| Temporary::File(held.place.clone())),
+        )
     }
 
     /// Makes something that is removed if a signal ends the command at once; such an end waits

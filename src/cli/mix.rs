@@ -1,10 +1,7 @@
 //! `phylux mix`: says what a run would have found with other powers of its lights, without a new
 //! run.
 
-use std::{
-    fmt::Write,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -12,6 +9,8 @@ use super::{
     interrupt::Interrupt,
     outputs::{OutputArguments, Outputs, check_places, place_of},
     summary::{SHOWN_BANDS, short, summary},
+    table::Table,
+    terminal,
 };
 use phylux_core::error::{Error, Result};
 use phylux_files::{
@@ -171,24 +170,14 @@ pub(super) fn factors(
 /// Returns a table of the power of each light in the mix.
 fn powers(mixed: &RunResult) -> String {
     let lights = mixed.energy.by_light.iter().flatten();
-    let bands = mixed.bands.len().min(SHOWN_BANDS);
-    let mut text = format!("\n{:<24}", format!("power of lights, {}", mixed.unit.flux));
-    mixed.bands[..bands].iter().for_each(|band| {
-        let _ = write!(text, "{:>11}", band.name);
-    });
-    text.push('\n');
-    for (name, light) in lights.clone().take(LISTED) {
-        let _ = write!(text, "  {name:<22}");
-        light.power[..bands].iter().for_each(|power| {
-            let _ = write!(text, "{:>11}", short(*power));
-        });
-        text.push('\n');
+    let bands = mixed.bands.len().min(terminal::shown(SHOWN_BANDS));
+    let heads = mixed.bands[..bands].iter().map(|band| band.name.as_str());
+    let mut table = Table::new(format!("power of lights, {}", mixed.unit.flux), heads, "");
+    for (name, light) in lights.clone().take(terminal::shown(LISTED)) {
+        table.row(format!("  {name}"), light.power[..bands].iter().map(|p| short(*p)), "");
     }
-    match lights.count().saturating_sub(LISTED) {
-        0 => {}
-        more => {
-            let _ = writeln!(text, "  and {more} more");
-        }
-    }
+    let mut text = String::from("\n");
+    table.write(&mut text, terminal::width(), terminal::is_full());
+    text.push_str(&terminal::more(lights.count(), LISTED));
     text
 }

@@ -1,6 +1,6 @@
 //! The command line: the list of commands, how one is chosen and run, and its exit code. Each
 //! command has a file of its own with its arguments and their help. What several commands share is
-//! in `outputs`, `progress`, `interrupt`, `terminal`, `tracing`, `rendered` and `summary`.
+//! in `outputs`, `progress`, `interrupt`, `terminal`, `table`, `tracing`, `rendered` and `summary`.
 
 mod calibrate;
 mod chart;
@@ -23,6 +23,7 @@ mod shell;
 mod style;
 mod summary;
 mod sweep;
+mod table;
 mod terminal;
 mod tracing;
 mod view;
@@ -47,6 +48,9 @@ struct Cli {
     /// Print no summary and no progress; warnings, errors and exit codes stay
     #[arg(short, long, global = true, display_order = 998)]
     quiet: bool,
+    /// Print all rows and bands of tables, and names however long
+    #[arg(long, global = true, display_order = 998)]
+    full: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -125,7 +129,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return 0;
         }
     };
-    terminal::begin(cli.quiet);
+    terminal::begin(cli.quiet, cli.full);
     let outcome = match cli.command {
         Command::Run(arguments) => return finish(run::run(&arguments)),
         Command::Check(arguments) => check::run(&arguments),

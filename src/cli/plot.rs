@@ -33,11 +33,13 @@ pub(super) struct Arguments {
     /// band]
     #[arg(long, value_name = "NAME")]
     band: Option<String>,
-    /// Plot only the captors with this id; `ID*` stands for all ids that begin so, as
-    /// `bench-grid/*`
-    #[arg(long, value_name = "ID")]
-    captors: Option<String>,
-    /// Of a year: light on fronts, on backs, or absorbed per area
+    /// Plot only captors and groups with these ids, in which `*` stands for any characters, as
+    /// `bench-grid/*`; a group stands for its captors. Several have commas between them, or an option
+    /// each
+    #[arg(long, value_name = "ID,...")]
+    captors: Vec<String>,
+    /// Of a year's months, carpet or day: light on fronts (the default), on backs, or absorbed per
+    /// area; of a map: the daily light integral (the default of a year that has it), or the mean
     #[arg(long, value_enum)]
     quantity: Option<Quantity>,
     /// With --show day: the day, such as 2005-06-21 [default: the one with the most light]
@@ -49,7 +51,7 @@ pub(super) struct Arguments {
     month: Option<String>,
     /// With --show map or carpet: values at the ends of the colour bar [default: chosen for the
     /// values]
-    #[arg(long, value_name = "LOW:HIGH", value_parser = render::range, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = render::range, allow_hyphen_values = true)]
     range: Option<(f64, f64)>,
     #[command(flatten)]
     style: Style,
@@ -85,6 +87,17 @@ enum Quantity {
     Back,
     /// Light that surfaces absorb, per area
     Absorbed,
+    /// Of a map: the daily light integral
+    Dli,
+    /// Of a map: the mean irradiance
+    Mean,
+}
+
+impl Quantity {
+    /// Whether it is one of maps, and not of the tables of a year.
+    fn is_of_maps(self) -> bool {
+        matches!(self, Self::Dli | Self::Mean)
+    }
 }
 
 impl What {
@@ -125,7 +138,18 @@ impl Arguments {
                 is_year && !of_tables,
                 "map, profile or plants of a year",
             ),
-            ("--quantity", self.quantity.is_some(), of_tables, "months, carpet or day"),
+            (
+                "--quantity dli, mean",
+                self.quantity.is_some_and(Quantity::is_of_maps),
+                show == What::Map,
+                "map",
+            ),
+            (
+                "--quantity",
+                self.quantity.is_some_and(|quantity| !quantity.is_of_maps()),
+                of_tables,
+                "months, carpet or day",
+            ),
         ];
         match goes.into_iter().find(|(_, given, goes, _)| *given && !goes) {
             None => Ok(()),
@@ -140,12 +164,12 @@ impl Arguments {
         YearPlotRequest {
             kind,
             face: match self.quantity.unwrap_or(Quantity::Front) {
-                Quantity::Front => Face::Front,
+                Quantity::Front | Quantity::Dli | Quantity::Mean => Face::Front,
                 Quantity::Back => Face::Back,
                 Quantity::Absorbed => Face::Absorbed,
             },
             band: self.band.as_deref(),
-            captors: self.captors.as_deref(),
+            captors: &self.captors,
             day: self.day.as_deref(),
             range: self.range,
         }
@@ -198,8 +222,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             let request = PlotRequest {
                 kind: kind.unwrap_or(PlotKind::Map),
                 band: arguments.band.as_deref(),
-                captors: arguments.captors.as_deref(),
+                captors: &arguments.captors,
                 range: arguments.range,
+                daily: match arguments.quantity {
+                    None => is_year,
+                    quantity => quantity == Some(Quantity::Dli),
+                },
+                of: arguments.month.as_deref(),
             };
             let plot = Plot::new(&result, request).map_err(|error| match error.place() {
                 "results" => error.at(file.display()),

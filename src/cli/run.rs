@@ -22,11 +22,15 @@ use phylux_core::{
     error::{Error, ErrorKind, NOTHING_WRITTEN, Result, percent},
     scene::world::Scene,
     transport::{
-        settings::{Checked, Estimator, Guiding, Settings, Target},
+        settings::{
+            Checked, Estimator, Guiding, MapLimit, NearestCount, PhotonCount, Settings, Target,
+            ThreadCount, TimeLimit, Tolerance,
+        },
         shard::Shard,
         simulate::{
-            Control, End, Keeper, KeptArrivals, Plan, Progress, RunState, ShardSums, Simulation,
-            check_shardable, other_estimator, simulate, simulate_kept, simulate_shard,
+            Control, End, Keeper, KeptArrivals, OtherEstimator, Plan, Progress, RunState,
+            ShardSums, Simulation, check_shardable, other_estimator, simulate, simulate_kept,
+            simulate_shard,
         },
     },
 };
@@ -51,15 +55,15 @@ pub(super) struct Arguments {
     #[arg(long, value_parser = super::choices::estimator())]
     estimator: Option<Estimator>,
     /// Photons (or paths over all captors) to trace, e.g. 5e6; with --tolerance: the most to trace
-    #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
-    photons: Option<u64>,
+    #[arg(long, value_name = "N", value_parser = photons, allow_hyphen_values = true)]
+    photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte
-    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
     seed: Option<u64>,
     /// Go on until the relative standard error of every captor, face and band is at most this. If a
     /// limit ends the run earlier, the results are written and the exit code is 3
-    #[arg(long, help_heading = ENDS, value_name = "FRACTION", value_parser = tolerance, allow_negative_numbers = true)]
-    tolerance: Option<f64>,
+    #[arg(long, help_heading = ENDS, value_name = "FRACTION", value_parser = tolerance, allow_hyphen_values = true)]
+    tolerance: Option<Tolerance>,
     /// What --tolerance is asked of, in place of the irradiance of all faces: captors or groups by
     /// a pattern of their names, a quantity (irradiance, back or absorbed) and a band, as in
     /// "plant*:absorbed:PAR"; can be given several times
@@ -68,15 +72,15 @@ pub(super) struct Arguments {
     /// End soon after this time, if --photons or --tolerance have not ended the run before: give a
     /// large --photons. The number of photons that the run reports, given as --photons, gives the
     /// same results
-    #[arg(long, help_heading = ENDS, value_name = "SECONDS", value_parser = max_time, allow_negative_numbers = true)]
-    max_time: Option<Duration>,
+    #[arg(long, help_heading = ENDS, value_name = "SECONDS", value_parser = max_time, allow_hyphen_values = true)]
+    max_time: Option<TimeLimit>,
     /// Photons of each k-nearest estimate; 0 makes no such estimates and stores no photons
     /// [default: the scene's, or the number of photons on the face to the power 2/3, at least 50]
-    #[arg(long, value_name = "N", value_parser = k, allow_negative_numbers = true)]
-    k: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = k, allow_hyphen_values = true)]
+    k: Option<NearestCount>,
     /// The most arrivals to store for k-nearest estimates
-    #[arg(long, value_name = "N", value_parser = map_photons, allow_negative_numbers = true)]
-    map_photons: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = map_photons, allow_hyphen_values = true)]
+    map_photons: Option<MapLimit>,
     /// What guides photons to captors that light hardly reaches [default: the scene's, or what a
     /// trial finds cheapest]
     #[arg(long, value_name = "NAME", value_parser = super::choices::guiding())]
@@ -97,10 +101,10 @@ pub(super) struct Arguments {
     checkpoint: Option<PathBuf>,
     /// With --checkpoint: least time between two writings of the file
     #[arg(long, help_heading = LONG_RUNS, value_name = "SECONDS", value_parser = max_time, default_value = "60", requires = "checkpoint")]
-    checkpoint_every: Duration,
+    checkpoint_every: TimeLimit,
     /// Threads; 0 takes all processors. The results do not depend on it
-    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
-    threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
+    threads: Option<ThreadCount>,
     #[command(flatten)]
     outputs: OutputArguments,
     /// Also write times and speeds (JSON)
@@ -135,6 +139,37 @@ impl Arguments {
         }
     }
 
+    /// Returns whether an option gives this setting, by the name that it has in files.
+    pub(super) fn gives(&self, setting: &str) -> bool {
+        match setting {
+            "estimator" => self.estimator.is_some(),
+            "photons" => self.photons.is_some(),
+            "tolerance" => self.tolerance.is_some(),
+            "of" => !self.of.is_empty(),
+            "max_time" => self.max_time.is_some(),
+            "k" => self.k.is_some(),
+            "map_photons" => self.map_photons.is_some(),
+            "guiding" => self.guiding.is_some(),
+            "by_light" => self.by_light,
+            "shard" => self.shard.is_some(),
+            "checkpoint" => self.checkpoint.is_some(),
+            "threads" => self.threads.is_some(),
+            _ => false,
+        }
+    }
+
+    /// Returns the error of a run. Where a setting is the reason, its place is that which the value
+    /// came from: an option, or the scene file.
+    fn placed(&self, error: Error, loaded: &LoadedScene) -> Error {
+        match self.gives(error.place()) {
+            true => {
+                let option = format!("--{}", error.place().replace('_', "-"));
+                error.at(option)
+            }
+            false => loaded.placed(error),
+        }
+    }
+
     /// Returns the checkpoint of a run of this scene with these settings; `None` without
     /// `--checkpoint`.
     pub(super) fn checkpoint(&self, scene: &Scene, settings: &Settings) -> Option<Checkpoint> {
@@ -142,16 +177,18 @@ impl Arguments {
     }
 
     /// Runs the scene, and goes on from the checkpoint if its file exists.
-    pub(super) fn simulate(
+    pub(super) fn simulate<'s>(
         &self,
-        scene: &Scene,
+        scene: &'s Scene,
         settings: &Settings,
         control: &Control,
         checkpoint: Option<&Checkpoint>,
-    ) -> Result<Simulation> {
+    ) -> Result<Simulation<'s>> {
         match checkpoint {
             None => simulate(scene, settings, control),
-            Some(checkpoint) => kept(scene, settings, control, checkpoint, self.checkpoint_every),
+            Some(checkpoint) => {
+                kept(scene, settings, control, checkpoint, self.checkpoint_every.get())
+            }
         }
     }
 }
@@ -168,20 +205,30 @@ pub(super) fn count(text: &str) -> Checked<u64> {
     }
 }
 
+/// Parses a whole number that counts things in memory.
+fn size(text: &str) -> Checked<usize> {
+    Ok(usize::try_from(count(text)?).unwrap_or(usize::MAX))
+}
+
 fn number(text: &str) -> Checked<f64> {
     text.parse().map_err(|_| format!("must be a number{}", percent(text)))
 }
 
-pub(super) fn photons(text: &str) -> Checked<u64> {
-    Settings::check_photons(count(text)?)
+/// Makes a number of the settings for an option, which is the place of its errors.
+fn setting<T>(made: Result<T>) -> Checked<T> {
+    made.map_err(|error| error.message())
 }
 
-pub(super) fn k(text: &str) -> Checked<usize> {
-    Settings::check_k(count(text)?)
+pub(super) fn photons(text: &str) -> Checked<PhotonCount> {
+    setting(PhotonCount::new(count(text)?))
 }
 
-pub(super) fn map_photons(text: &str) -> Checked<usize> {
-    Settings::check_map_photons(count(text)?)
+pub(super) fn k(text: &str) -> Checked<NearestCount> {
+    setting(NearestCount::new(size(text)?))
+}
+
+pub(super) fn map_photons(text: &str) -> Checked<MapLimit> {
+    setting(MapLimit::new(size(text)?))
 }
 
 /// Refuses an option that no longer exists.
@@ -190,16 +237,16 @@ pub(super) fn splitting(_: &str) -> Checked<u64> {
         .into())
 }
 
-pub(super) fn threads(text: &str) -> Checked<usize> {
-    Settings::check_threads(count(text)?)
+pub(super) fn threads(text: &str) -> Checked<ThreadCount> {
+    setting(ThreadCount::new(size(text)?))
 }
 
-pub(super) fn tolerance(text: &str) -> Checked<f64> {
-    Settings::check_tolerance(number(text)?)
+pub(super) fn tolerance(text: &str) -> Checked<Tolerance> {
+    setting(Tolerance::new(number(text)?))
 }
 
-pub(super) fn max_time(text: &str) -> Checked<Duration> {
-    Settings::check_max_time(number(text)?)
+pub(super) fn max_time(text: &str) -> Checked<TimeLimit> {
+    setting(TimeLimit::new(number(text)?))
 }
 
 /// Times and speeds of a run. They are not in the results, which are the same each time.
@@ -234,21 +281,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         None => Ok((scene_file::load(&arguments.scene)?, String::new())),
     })?;
     loaded.check_captors()?;
-    let LoadedScene { scene, settings, warnings, files, .. } = loaded;
-    let read = FilesRead::new(&files);
-    let ids = scene.captors.iter().map(|captor| captor.id.as_str());
+    let scene = &loaded.scene;
+    let read = FilesRead::new(&loaded.files);
+    let ids = scene.captors().iter().map(|captor| captor.id.as_str());
     places.extend(outputs.captor_places(ids, &read)?);
     check_places(&places, &read)?;
+    let warnings = warnings_of(&loaded)?;
     super::terminal::warn(&warnings);
-    super::terminal::warn(&check_meshes(&scene)?);
-    let settings = arguments.settings(settings)?;
-    let loaded = Instant::now();
+    let settings = arguments.settings(loaded.settings.clone())?;
+    let placed = |error| arguments.placed(error, &loaded);
+    let scene_read = Instant::now();
 
     if let Some(shard) = arguments.shard {
         // the trial is made here, since the file of the shard must say what it has chosen
         let quiet = Control { stop: interrupt.stop(), progress: &|_| {} };
-        check_shardable(&settings)?;
-        let plan = Plan::make(&scene, &settings, &quiet)?;
+        check_shardable(&settings).map_err(placed)?;
+        let plan = Plan::make(scene, &settings, &quiet).map_err(placed)?;
         let kept = KeptSettings::new(&plan.settings, plan.choice.as_ref());
         let head = WorkHead::new(Work::Run, arguments.scene.display().to_string(), digest, &kept);
         let head = head.of_shard(shard);
@@ -256,31 +304,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
             interrupt.writing();
             outputs.write_shard(&read, |writer| write_shard(&head, shard_sums, writer))
         };
-        run_shard(&scene, &plan, shard, &interrupt, write)?;
+        run_shard(scene, &plan, shard, &interrupt, write).map_err(placed)?;
         return Ok(0);
     }
     let bar = progress_bar(&settings);
     let progress = |progress: Progress| {
         if let Some(worst) = progress.worst {
-            let said = far_off(&WorstResult::new(&scene, &worst));
+            let said = far_off(&WorstResult::new(scene, &worst));
             bar.set_message(terminal::harmless(&said).into_owned());
         }
         show(&bar, progress);
     };
     let control = Control { stop: interrupt.stop(), progress: &progress };
-    let checkpoint = arguments.checkpoint(&scene, &settings);
+    let checkpoint = arguments.checkpoint(scene, &settings);
     places.extend(checkpoint.as_ref().and_then(Checkpoint::place));
     check_places(&places, &read)?;
-    let simulate = || arguments.simulate(&scene, &settings, &control, checkpoint.as_ref());
+    let simulate = || arguments.simulate(scene, &settings, &control, checkpoint.as_ref());
     let simulation = match checkpoint {
         None => simulate(),
         // what was traced is kept
         Some(_) => interrupt.listening(None, simulate),
     };
     bar.finish_and_clear();
-    let simulation = simulation?;
+    let simulation = simulation.map_err(placed)?;
     let traced = Instant::now();
-    let result = during("estimating", || RunResult::new(&scene, &settings, &simulation));
+    let result = during("estimating", || RunResult::new(&simulation));
+    let result = result.with_warnings_of_scene(warnings);
     let estimated = Instant::now();
     if interrupt.stop().load(Ordering::Relaxed) {
         return Err(Error::interrupted("run", NOTHING_WRITTEN));
@@ -288,13 +337,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     interrupt.writing();
 
     during("writing", || outputs.write(&read, &result))?;
-    let trace_seconds = (traced - loaded).as_secs_f64();
-    let totals = &simulation.totals;
+    let trace_seconds = (traced - scene_read).as_secs_f64();
+    let totals = simulation.totals();
     let stats = Stats {
         photons: totals.histories,
         segments: totals.segments,
-        threads: simulation.threads,
-        load_seconds: (loaded - started).as_secs_f64(),
+        threads: simulation.threads(),
+        load_seconds: (scene_read - started).as_secs_f64(),
         trace_seconds,
         estimate_seconds: (estimated - traced).as_secs_f64(),
         photons_per_second: totals.histories as f64 / trace_seconds,
@@ -309,7 +358,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     if let Some(checkpoint) = checkpoint {
         checkpoint.remove();
     }
-    let summary = summary(&result, reason(simulation.end, &result));
+    let summary = summary(&result, reason(simulation.end(), &result));
     super::terminal::warn(&summary.warnings);
     let speed = format!(
         "\n{:.1} s on {} thread{}, {:.2e} {}/s; wrote {}\n",
@@ -317,14 +366,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         stats.threads,
         if stats.threads == 1 { "" } else { "s" },
         stats.photons_per_second,
-        simulation.estimator,
+        simulation.estimator(),
         place_of(&arguments.outputs.output),
     );
     let other = match terminal::is_quiet() {
         true => None,
-        false => other_estimator(&scene, &settings, &simulation, &control)?,
+        false => other_estimator(&simulation, &control)?,
     };
-    let other = other.map_or(String::new(), |said| format!("{said}\n"));
+    let other = other.map_or(String::new(), |OtherEstimator { estimator, times }| {
+        format!(
+            "--estimator {estimator} would take about {times:.0} times less work for the same errors\n"
+        )
+    });
     super::terminal::print(&(summary.text + &speed + &other))?;
     Ok(match result.tolerance {
         Some(ToleranceResult { met: false, .. }) => TOLERANCE_NOT_MET,
@@ -332,15 +385,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     })
 }
 
+/// Returns the warnings about a scene and the files that it comes from. Error: threads cannot be
+/// started.
+pub(super) fn warnings_of(loaded: &LoadedScene) -> Result<Vec<String>> {
+    let mut warnings = loaded.warnings.clone();
+    warnings.extend(check_meshes(&loaded.scene)?);
+    Ok(warnings)
+}
+
 /// Runs the scene, or goes on with a run that `checkpoint` holds, and keeps what is done there; it
 /// is written at most once in `every`.
-fn kept(
-    scene: &Scene,
+fn kept<'s>(
+    scene: &'s Scene,
     settings: &Settings,
     control: &Control,
     checkpoint: &Checkpoint,
     every: Duration,
-) -> Result<Simulation> {
+) -> Result<Simulation<'s>> {
     let resumed = checkpoint.open()?;
     let path = checkpoint.path().display();
     let written = AtomicBool::new(resumed.is_some());
@@ -374,7 +435,7 @@ fn run_shard(
     let shard_sums = simulate_shard(scene, plan, shard, &control);
     bar.finish_and_clear();
     let shard_sums = shard_sums?;
-    let text = format!("shard {shard} of {}: {} batches\n", scene.name, shard_sums.batches.len());
+    let text = format!("shard {shard} of {}: {} batches\n", scene.name(), shard_sums.batches.len());
     write(shard_sums)?;
     super::terminal::print(&text)
 }

@@ -2,7 +2,8 @@
 
 use std::{collections::HashSet, fmt::Write};
 
-use phylux_core::transport::settings::Guiding;
+use super::{table::Table, terminal};
+use phylux_core::{math::pattern::copied, transport::settings::Guiding};
 use phylux_results::result::{
     AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult, RunResult,
     Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
@@ -14,6 +15,10 @@ pub(super) const SHOWN_BANDS: usize = 8;
 const SHOWN_GROUPS: usize = 20;
 /// The most layers that are shown.
 const SHOWN_LAYERS: usize = 20;
+/// So many copies of a thing have one row together.
+const MANY: usize = 3;
+/// The head of relative errors.
+const ERRORS: &str = "error: median (range)";
 /// Share of a captor's area above which the disc of a k-nearest estimate is no longer local.
 const WIDE_DISC: f64 = 0.5;
 
@@ -117,10 +122,17 @@ pub(super) fn far_off(worst: &WorstResult) -> String {
 
 /// Returns the bands and sums that are shown, by index: all, or the first bands and the sums.
 fn shown_bands(result: &RunResult) -> Vec<usize> {
+    let most = terminal::shown(SHOWN_BANDS);
     let (bands, sums): (Vec<usize>, Vec<usize>) =
         (0..result.bands.len()).partition(|&band| result.bands[band].sum_of.is_none());
-    let sums = &sums[..sums.len().min(SHOWN_BANDS)];
-    bands.into_iter().take(SHOWN_BANDS - sums.len()).chain(sums.iter().copied()).collect()
+    let sums = &sums[..sums.len().min(most)];
+    bands.into_iter().take(most - sums.len()).chain(sums.iter().copied()).collect()
+}
+
+/// Writes a table below an empty line.
+fn write(text: &mut String, table: &Table) {
+    text.push('\n');
+    table.write(text, terminal::width(), terminal::is_full());
 }
 
 fn energy(text: &mut String, result: &RunResult) {
@@ -129,49 +141,36 @@ fn energy(text: &mut String, result: &RunResult) {
         return;
     }
     let unit = &result.unit.flux;
+    let mut columns = vec![
+        ("emitted", &energy.emitted),
+        ("absorbed", &energy.absorbed),
+        ("escaped", &energy.escaped),
+        ("lost", &energy.lost),
+    ];
     // only daylight can miss the scene
-    let daylight = !energy.missed.is_empty();
-    let missed = if daylight { format!("{:>11}", "missed") } else { String::new() };
-    let _ = writeln!(
-        text,
-        "\n{:<24}{:>11}{:>11}{:>11}{:>11}{missed}",
-        format!("energy, {unit}"),
-        "emitted",
-        "absorbed",
-        "escaped",
-        "lost"
-    );
+    if !energy.missed.is_empty() {
+        columns.push(("missed", &energy.missed));
+    }
+    let heads = columns.iter().map(|(head, _)| *head);
+    let mut table = Table::new(format!("energy, {unit}"), heads, "");
     let shown = shown_bands(result);
     for &b in &shown {
         let name = named(&result.bands[b], |own| &own.flux, unit);
-        let missed =
-            if daylight { format!("{:>11}", short(energy.missed[b])) } else { String::new() };
-        let _ = writeln!(
-            text,
-            "  {name:<22}{:>11}{:>11}{:>11}{:>11}{missed}",
-            short(energy.emitted[b]),
-            short(energy.absorbed[b]),
-            short(energy.escaped[b]),
-            short(energy.lost[b])
-        );
+        let cells = columns.iter().map(|(_, values)| short(values[b]));
+        table.row(format!("  {name}"), cells, "");
     }
+    write(text, &table);
     if shown.len() < result.bands.len() {
         let more = result.bands.len() - shown.len();
-        let _ = writeln!(text, "  and {more} more bands, here and below: the files have all");
+        let _ = writeln!(text, "  and {more} more bands, here and below (--full has all)");
     }
 }
 
 fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
     let count = result.captors.iter().filter(|captor| captor.kind == kind).count();
     let s = if count == 1 { "" } else { "s" };
-    let _ = writeln!(
-        text,
-        "\n{:<24}{:>11}{:>11}{:>11}   relative error",
-        format!("{count} {noun}{s}, {}", result.unit.irradiance),
-        "min",
-        "median",
-        "max"
-    );
+    let title = format!("{count} {noun}{s}, {}", result.unit.irradiance);
+    let mut table = Table::new(title, ["min", "median", "max"], ERRORS);
     type Face = fn(&CaptorResult) -> Option<&FaceResult>;
     let faces: [(&str, Face); 2] =
         [("front", |captor| Some(&captor.front)), ("back", |captor| captor.back.as_ref())];
@@ -184,35 +183,20 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
         for b in shown_bands(result) {
             let irradiance = Spread::of(faces.iter().map(|face| face.irradiance[b]).collect());
             let relative = |face: &&FaceResult| Some(face.flux_se[b]? / face.flux[b]);
-            let errors: Vec<f64> = faces.iter().filter_map(relative).collect();
-            let errors = match errors.is_empty() {
-                true => "-".to_string(),
-                false => Spread::of(errors).percent(),
-            };
-            let _ = writeln!(
-                text,
-                "  {:<22}{:>11}{:>11}{:>11}   {errors}",
-                format!("{name} {}", named_per_area(result, b)),
-                short(irradiance.min),
-                short(irradiance.median),
-                short(irradiance.max),
-            );
+            let errors = percent_of(faces.iter().filter_map(relative).collect());
+            let name = format!("  {name} {}", named_per_area(result, b));
+            table.row(name, irradiance.cells(), errors);
             let unit = &result.unit.dli;
             let dli = faces.iter().map(|face| face.dli.as_ref()?[b]).collect::<Option<Vec<_>>>();
             if let (Some(dli), Some(unit)) = (dli.map(Spread::of), unit) {
-                let _ = writeln!(
-                    text,
-                    "  {:<22}{:>11}{:>11}{:>11}",
-                    format!("  DLI, {unit}"),
-                    short(dli.min),
-                    short(dli.median),
-                    short(dli.max),
-                );
+                table.row(format!("    DLI, {unit}"), dli.cells(), "");
             }
         }
     }
     let faces = result.captors.iter().filter(|c| c.kind == kind).flat_map(CaptorResult::faces);
-    nearest(text, faces.filter_map(|face| face.knn.as_ref()?.as_ref()).collect());
+    let below = nearest(&mut table, faces.filter_map(|face| face.knn.as_ref()?.as_ref()).collect());
+    write(text, &table);
+    text.push_str(&below);
 }
 
 /// Returns the name of a band or sum, with that of its own units that counts where it is not the
@@ -232,8 +216,8 @@ fn named_per_area(result: &RunResult, band: usize) -> String {
 
 /// Writes the ratios of the light on captors, and those of groups of several with their errors.
 fn ratios(text: &mut String, result: &RunResult) {
-    let mut title = "ratios";
-    for (r, ratio) in result.ratios.iter().enumerate().take(SHOWN_BANDS) {
+    let mut table = Table::new("ratios", ["min", "median", "max"], "standard error");
+    for (r, ratio) in result.ratios.iter().enumerate().take(terminal::shown(SHOWN_BANDS)) {
         for (noun, kind) in [("sensors", "virtual"), ("surfaces", "surface")] {
             type Face = fn(&CaptorResult) -> Option<&FaceResult>;
             let faces: [(&str, Face); 2] =
@@ -245,42 +229,53 @@ fn ratios(text: &mut String, result: &RunResult) {
                 if found.is_empty() {
                     continue;
                 }
-                if !std::mem::take(&mut title).is_empty() {
-                    let _ = writeln!(
-                        text,
-                        "\n{:<24}{:>11}{:>11}{:>11}   standard error",
-                        "ratios", "min", "median", "max"
-                    );
-                }
                 let errors: Vec<f64> = found.iter().filter_map(|(_, error)| *error).collect();
                 let errors = match errors.is_empty() {
                     true => "-".to_string(),
                     false => format!("median {}", short(Spread::of(errors).median)),
                 };
                 let values = Spread::of(found.iter().map(|(value, _)| *value).collect());
-                let _ = writeln!(
-                    text,
-                    "  {:<22}{:>11}{:>11}{:>11}   {errors}",
-                    format!("{}, {noun} {name}", ratio.name),
-                    short(values.min),
-                    short(values.median),
-                    short(values.max),
-                );
+                let name = format!("  {}, {noun} {name}", ratio.name);
+                table.row(name, values.cells(), errors);
             }
         }
         let several = result.groups.iter().filter(|group| group.captors > 1);
-        for group in several.take(SHOWN_GROUPS) {
+        for group in several.take(terminal::shown(SHOWN_GROUPS)) {
             let found = [("mean", &group.front.ratios), ("absorbed", &group.absorbed_ratios)];
             for (what, found) in found {
                 let Some((value, error)) = found.as_ref().and_then(|found| found.get(r)) else {
                     continue;
                 };
+                let cells = [String::new(), short(value), String::new()];
                 let error = error.map_or("-".into(), short);
-                let name = format!("    {}, {what}", group.id);
-                let _ = writeln!(text, "{name:<35}{:>11}{:>11}   {error}", short(value), "");
+                table.row(format!("    {}, {what}", group.id), cells, error);
             }
         }
     }
+    if !table.is_empty() {
+        write(text, &table);
+    }
+}
+
+/// A row of the table of groups: one of them, or all copies of one thing.
+struct GroupRow<'a> {
+    name: String,
+    groups: Vec<&'a GroupResult>,
+}
+
+/// Returns the rows of the table of groups; the copies of a thing, if they are many, are one.
+fn group_rows<'a>(groups: &[&'a GroupResult]) -> Vec<GroupRow<'a>> {
+    let mut rows: Vec<GroupRow> = Vec::new();
+    let many = |thing: &str| groups.iter().filter(|g| copied(&g.id) == Some(thing)).count() >= MANY;
+    for &group in groups {
+        let thing = copied(&group.id).filter(|thing| !terminal::is_full() && many(thing));
+        let name = thing.map_or(group.id.clone(), |thing| format!("each {thing}#"));
+        match rows.iter_mut().find(|row| thing.is_some() && row.name == name) {
+            Some(row) => row.groups.push(group),
+            None => rows.push(GroupRow { name, groups: vec![group] }),
+        }
+    }
+    rows
 }
 
 /// Writes the mean irradiance of the fronts of each group of several captors, and what its surfaces
@@ -290,109 +285,120 @@ fn groups(text: &mut String, result: &RunResult) {
     if several.is_empty() {
         return;
     }
+    let rows = group_rows(&several);
     let bands = shown_bands(result);
+    let heads = bands.iter().map(|&band| named_per_area(result, band));
+    let heads = ["captors".to_string()].into_iter().chain(heads);
     let title = format!("groups, mean {}", result.unit.irradiance);
-    let _ = write!(text, "\n{title:<24}{:>9}", "captors");
-    for &band in &bands {
-        let _ = write!(text, "{:>11}", named_per_area(result, band));
-    }
-    text.push_str("   relative error\n");
-    let row = |text: &mut String, name: &str, values: &[f64], errors: &[Option<f64>]| {
-        let values: Vec<f64> = bands.iter().map(|&band| values[band]).collect();
-        let errors: Vec<Option<f64>> = bands.iter().map(|&band| errors[band]).collect();
-        line(text, name, &values, &errors);
-    };
-    for group in several.iter().take(SHOWN_GROUPS) {
-        let GroupResult { id, captors, front, absorbed, absorbed_se, .. } = group;
-        let name = format!("  {id:<22}{captors:>9}");
-        row(text, &name, &front.irradiance, &front.irradiance_se);
-        if let (Some(absorbed), Some(errors)) = (absorbed, absorbed_se) {
-            let name = format!("{:<33}", format!("    absorbed in all, {}", result.unit.flux));
-            row(text, &name, absorbed, errors);
-        }
-        if let (Some(share), Some(error)) = (group.sunlit, group.sunlit_se) {
-            line(text, &format!("{:<33}", "    sunlit, of the area"), &[share], &[Some(error)]);
-        }
-        if let Some(faces) = &group.absorbed_by_face {
-            let AbsorbedByFace { front, front_se, back, back_se } = faces;
-            for (face, values, errors) in [("front", front, front_se), ("back", back, back_se)] {
-                let name = format!("{:<33}", format!("      of light on the {face}"));
-                row(text, &name, values, errors);
+    let mut table = Table::new(title, heads, ERRORS);
+    type Values<'a> = (&'a [f64], &'a [Option<f64>]);
+    type Of = for<'a> fn(&'a GroupResult) -> Option<Values<'a>>;
+    let kinds: [(String, Of); 4] = [
+        (String::new(), |group| Some((&group.front.irradiance, &group.front.irradiance_se))),
+        (format!("    absorbed in all, {}", result.unit.flux), |group| {
+            Some((group.absorbed.as_ref()?, group.absorbed_se.as_ref()?))
+        }),
+        ("      of light on the front".into(), |group| {
+            let AbsorbedByFace { front, front_se, .. } = group.absorbed_by_face.as_ref()?;
+            Some((front, front_se))
+        }),
+        ("      of light on the back".into(), |group| {
+            let AbsorbedByFace { back, back_se, .. } = group.absorbed_by_face.as_ref()?;
+            Some((back, back_se))
+        }),
+    ];
+    for GroupRow { name, groups } in rows.iter().take(terminal::shown(SHOWN_GROUPS)) {
+        let count = groups.len();
+        for (k, (kind, of)) in kinds.iter().enumerate() {
+            let found: Option<Vec<Values>> = groups.iter().map(|group| of(group)).collect();
+            let Some(found) = found else { continue };
+            let cells = bands.iter().map(|&band| {
+                Spread::of(found.iter().map(|(values, _)| values[band]).collect()).range()
+            });
+            let relative = found.iter().flat_map(|(values, errors)| {
+                bands.iter().filter_map(|&band| Some(errors[band]? / values[band]))
+            });
+            let (name, captors) = match (k, count) {
+                (0, 1) => (format!("  {name}"), groups[0].captors.to_string()),
+                (0, _) => {
+                    let all = || groups.iter().map(|group| group.captors);
+                    let [least, most] = [all().min(), all().max()].map(Option::unwrap_or_default);
+                    let captors =
+                        if least == most { format!("{least}") } else { format!("{least}-{most}") };
+                    (format!("  {name} ({count})"), captors)
+                }
+                _ => (kind.clone(), String::new()),
+            };
+            table.row(name, [captors].into_iter().chain(cells), percent_of(relative.collect()));
+            let sunlit: Option<Vec<(f64, f64)>> =
+                groups.iter().map(|group| group.sunlit.zip(group.sunlit_se)).collect();
+            if let (0, Some(sunlit)) = (k, sunlit) {
+                let relative = sunlit.iter().filter(|(share, _)| *share > 0.0);
+                let relative = relative.map(|(share, error)| error / share).collect();
+                let share = Spread::of(sunlit.iter().map(|(share, _)| *share).collect()).range();
+                let cells = [String::new(), share];
+                table.row("    sunlit, of the area", cells, percent_of(relative));
             }
         }
     }
-    if several.len() > SHOWN_GROUPS {
-        let _ = writeln!(text, "  and {} more", several.len() - SHOWN_GROUPS);
-    }
+    write(text, &table);
+    text.push_str(&terminal::more(rows.len(), SHOWN_GROUPS));
 }
 
 /// Writes what the light of each lamp costs, where it goes, and what groups have of it.
 fn electricity(text: &mut String, result: &RunResult) {
     let Some(found) = &result.electricity else { return };
     let bands = shown_bands(result);
-    let head = |text: &mut String, title: &str, column: &str| {
-        let _ = write!(text, "\n{title:<24}{column:>9}");
-        bands.iter().for_each(|&b| {
-            let _ = write!(text, "{:>11}", result.bands[b].name);
-        });
+    let names = || bands.iter().map(|&b| result.bands[b].name.clone());
+    let cells = |of: &[Option<f64>]| -> Vec<String> {
+        bands.iter().map(|&b| of[b].map_or("-".into(), short)).collect()
     };
-    let cells = |value: &dyn Fn(usize) -> Option<f64>| -> String {
-        let cell = |value: Option<f64>| value.map_or("-".into(), short);
-        bands.iter().map(|&b| format!("{:>11}", cell(value(b)))).collect()
+    let with_watts = |watts: f64, values: &[f64]| {
+        [short(watts)]
+            .into_iter()
+            .chain(bands.iter().map(|&b| short(values[b])))
+            .collect::<Vec<_>>()
     };
-    let known = |values: &[f64]| cells(&|b| Some(values[b]));
-    head(text, "light per electricity", "W");
-    let _ = write!(text, "\n{:<33}", "");
-    bands.iter().for_each(|&b| {
-        let _ = write!(text, "{:>11}", found.unit[b]);
-    });
-    text.push('\n');
-    for (name, lamp) in found.lights.iter().take(SHOWN_GROUPS) {
-        let _ = writeln!(text, "  {name:<22}{:>9}{}", short(lamp.watts), known(&lamp.per_watt));
+    let heads = ["W".to_string()].into_iter().chain(names());
+    let mut table = Table::new("light per electricity", heads, "");
+    let units = bands.iter().map(|&b| found.unit[b].to_string());
+    table.row("", [String::new()].into_iter().chain(units), "");
+    for (name, lamp) in found.lights.iter().take(terminal::shown(SHOWN_GROUPS)) {
+        table.row(format!("  {name}"), with_watts(lamp.watts, &lamp.per_watt), "");
     }
-    if found.lights.len() > SHOWN_GROUPS {
-        let _ = writeln!(text, "  and {} more", found.lights.len() - SHOWN_GROUPS);
+    let more = terminal::more(found.lights.len(), SHOWN_GROUPS);
+    if !more.is_empty() {
+        table.row(more.trim_end(), [], "");
     }
-    let _ = writeln!(text, "  {:<22}{:>9}{}", "all", short(found.watts), known(&found.per_watt));
+    table.row("  all", with_watts(found.watts, &found.per_watt), "");
+    write(text, &table);
     let Some(groups) = &found.groups else {
         text.push_str(
             "  where it goes is not known, as other lights shine too: run with --by-light\n",
         );
         return;
     };
-    let line = |text: &mut String, name: &str, of: &[Option<f64>], errors: &[Option<f64>]| {
+    let line = |table: &mut Table, name: &str, of: &[Option<f64>], errors: &[Option<f64>]| {
         if bands.iter().any(|&b| of[b].is_some()) {
             let most = bands.iter().filter_map(|&b| errors[b]).fold(0.0, f64::max);
-            let cells = cells(&|b| of[b]);
-            let _ = writeln!(text, "  {name:<31}{cells}   at most {}", short(most));
+            table.row(format!("  {name}"), cells(of), format!("at most {}", short(most)));
         }
     };
     if let Some(all) = &found.shares {
-        head(text, "share of the light", "");
-        text.push_str("   standard error\n");
+        let mut table = Table::new("share of the light", names(), "standard error");
         for (name, Share { share, share_se }) in all.all() {
-            line(text, name, share, share_se);
+            line(&mut table, name, share, share_se);
         }
+        write(text, &table);
     }
-    head(text, "share of groups", "");
-    text.push_str("   standard error\n");
-    for (name, group) in groups.iter().take(SHOWN_GROUPS) {
+    let mut table = Table::new("share of groups", names(), "standard error");
+    for (name, group) in groups.iter().take(terminal::shown(SHOWN_GROUPS)) {
         let title = format!("{name}, {}", group.of);
-        line(text, &title, &group.share.share, &group.share.share_se);
-        line(text, "  mol/kWh", &group.mol_per_kwh, &group.mol_per_kwh_se);
+        line(&mut table, &title, &group.share.share, &group.share.share_se);
+        line(&mut table, "  mol/kWh", &group.mol_per_kwh, &group.mol_per_kwh_se);
     }
-    if groups.len() > SHOWN_GROUPS {
-        let _ = writeln!(text, "  and {} more", groups.len() - SHOWN_GROUPS);
-    }
-}
-
-/// Writes a line of values, with the range of their relative errors.
-fn line(text: &mut String, name: &str, values: &[f64], errors: &[Option<f64>]) {
-    let relative = values.iter().zip(errors).filter_map(|(value, error)| Some((*error)? / value));
-    let relative: Vec<f64> = relative.collect();
-    let spread = if relative.is_empty() { "-".into() } else { Spread::of(relative).percent() };
-    let values: String = values.iter().map(|value| format!("{:>11}", short(*value))).collect();
-    let _ = writeln!(text, "{name}{values}   {spread}");
+    write(text, &table);
+    text.push_str(&terminal::more(groups.len(), SHOWN_GROUPS));
 }
 
 /// Writes how even the irradiance on the fronts of each group of several sensors is; surfaces are
@@ -409,78 +415,67 @@ fn uniformity(text: &mut String, result: &RunResult) {
         (Some(value), None) => format!("{value:.4}"),
         (None, _) => "-".into(),
     };
-    let _ = writeln!(text, "\n{:<33}{:>20}{:>20}", "uniformity of groups", "min / mean", "CV");
-    for (name, even) in even.iter().take(SHOWN_GROUPS) {
+    let mut table = Table::new("uniformity of groups", ["min / mean", "CV"], "");
+    for (name, even) in even.iter().take(terminal::shown(SHOWN_GROUPS)) {
         for b in shown_bands(result) {
-            let band = &result.bands[b];
             let least = cell(even.min_over_mean[b], even.min_over_mean_se[b]);
             let cv = cell(even.cv[b], even.cv_se[b]);
-            let name = format!("  {name} {}", band.name);
-            let _ = writeln!(text, "{name:<33}{least:>20}{cv:>20}");
+            table.row(format!("  {name} {}", result.bands[b].name), [least, cv], "");
         }
     }
-    if even.len() > SHOWN_GROUPS {
-        let _ = writeln!(text, "  and {} more", even.len() - SHOWN_GROUPS);
-    }
+    write(text, &table);
+    text.push_str(&terminal::more(even.len(), SHOWN_GROUPS));
 }
 
 /// Writes which shares of the light of sun and sky plants and ground take, per band.
 fn canopy(text: &mut String, result: &RunResult) {
     let Some(canopy) = &result.canopy else { return };
     let bands = shown_bands(result);
-    let names: String = bands.iter().map(|&b| format!("{:>20}", result.bands[b].name)).collect();
-    let _ = writeln!(text, "\n{:<27}{names}", "share of sun and sky");
+    let heads = bands.iter().map(|&b| result.bands[b].name.clone());
+    let mut table = Table::new("share of sun and sky", heads, "");
     for (name, shares, errors) in canopy.shares() {
         let cell = |&b: &usize| match (shares[b], errors[b]) {
-            (share, Some(error)) => format!("{:>20}", format!("{share:.4} ± {error:.4}")),
-            (share, None) => format!("{share:>20.4}"),
+            (share, Some(error)) => format!("{share:.4} ± {error:.4}"),
+            (share, None) => format!("{share:.4}"),
         };
-        let cells: String = bands.iter().map(cell).collect();
         let what = match name {
             "absorbed" => "absorbed by all but ground",
             "reflected" => "reflected upwards",
             "transmitted" => "arrived on the ground",
             _ => "absorbed by the ground",
         };
-        let _ = writeln!(text, "  {what:<27}{}", cells.trim_end().get(2..).unwrap_or_default());
+        table.row(format!("  {what}"), bands.iter().map(cell), "");
     }
+    write(text, &table);
 }
 
 /// Writes what the surface captors of each layer absorb per area, from the highest layer down.
 fn layers(text: &mut String, result: &RunResult) {
     let Some(layers) = &result.layers else { return };
     let bands = shown_bands(result);
-    let names: String = bands.iter().map(|&b| format!("{:>14}", result.bands[b].name)).collect();
-    let unit = &result.unit.irradiance;
-    let sunlit = if layers.iter().any(|layer| layer.sunlit.is_some()) { "   sunlit" } else { "" };
-    let _ = writeln!(
-        text,
-        "\n{:<24}{:>10}{sunlit}{names}   {unit}",
-        "absorbed by layer, m", "area, m2"
-    );
-    for layer in layers.iter().rev().take(SHOWN_LAYERS) {
-        let name = format!("  {} to {}", short(layer.from), short(layer.to));
+    let sunlit = layers.iter().any(|layer| layer.sunlit.is_some());
+    let heads = ["area, m2".to_string()].into_iter().chain(sunlit.then(|| "sunlit".into()));
+    let heads = heads.chain(bands.iter().map(|&b| result.bands[b].name.clone()));
+    let title = format!("absorbed by layer, m: {}", result.unit.irradiance);
+    let mut table = Table::new(title, heads, "");
+    for layer in layers.iter().rev().take(terminal::shown(SHOWN_LAYERS)) {
         let per_area = |&b: &usize| match layer.area > 0.0 {
-            true => format!("{:>14}", short(layer.absorbed[b] / layer.area)),
-            false => format!("{:>14}", "-"),
+            true => short(layer.absorbed[b] / layer.area),
+            false => "-".into(),
         };
-        let cells: String = bands.iter().map(per_area).collect();
-        let share = match (layer.sunlit, sunlit) {
-            (_, "") => String::new(),
-            (Some(share), _) => format!("{:>7.1} %", 100.0 * share),
-            (None, _) => format!("{:>9}", "-"),
-        };
-        let _ = writeln!(text, "{name:<24}{:>10}{share}{cells}", short(layer.area));
+        let share = layer.sunlit.map_or("-".into(), |share| format!("{:.1} %", 100.0 * share));
+        let cells = [short(layer.area)].into_iter().chain(sunlit.then_some(share));
+        let name = format!("  {} to {}", short(layer.from), short(layer.to));
+        table.row(name, cells.chain(bands.iter().map(per_area)), "");
     }
-    if layers.len() > SHOWN_LAYERS {
-        let _ = writeln!(text, "  and {} more", layers.len() - SHOWN_LAYERS);
-    }
+    write(text, &table);
+    text.push_str(&terminal::more(layers.len(), SHOWN_LAYERS));
 }
 
-/// Writes how large the errors of the k-nearest estimates are, and how much of its captor each
-/// covers.
-fn nearest(text: &mut String, found: Vec<&NearestResult>) {
-    let bands = |knn: &&NearestResult| knn.irradiance.len().min(SHOWN_BANDS);
+/// Adds how large the errors of the k-nearest estimates are, and how much of its captor each covers;
+/// returns a line about those that cover much.
+fn nearest(table: &mut Table, found: Vec<&NearestResult>) -> String {
+    let bands = |knn: &&NearestResult| knn.irradiance.len().min(terminal::shown(SHOWN_BANDS));
     let errors: Vec<f64> = found
         .iter()
         .flat_map(|knn| {
@@ -488,22 +483,19 @@ fn nearest(text: &mut String, found: Vec<&NearestResult>) {
         })
         .collect();
     if errors.is_empty() {
-        return;
+        return String::new();
     }
     let shares = found.iter().map(|knn| knn.coverage).collect();
-    for (what, spread) in [
-        ("  error of the k nearest, at the middle", errors),
-        ("    share of the captor that they cover", shares),
-    ] {
-        let _ = writeln!(text, "{what:<57}   {}", Spread::of(spread).percent());
+    let rows = [("  k nearest, at the middle", errors), ("    area that they cover", shares)];
+    for (what, values) in rows {
+        table.row(what, [String::new(), String::new(), String::new()], percent_of(values));
     }
-    let wide = found.iter().filter(|knn| knn.coverage > WIDE_DISC).count();
-    if wide > 0 {
-        let faces = found.len();
-        let _ = writeln!(
-            text,
-            "    (more than half on {wide} of {faces} faces: there irradiance says more than knn)"
-        );
+    match found.iter().filter(|knn| knn.coverage > WIDE_DISC).count() {
+        0 => String::new(),
+        wide => format!(
+            "    (more than half on {wide} of {} faces: there irradiance says more than knn)\n",
+            found.len()
+        ),
     }
 }
 
@@ -521,16 +513,58 @@ impl Spread {
         Self { min, median: values[values.len() / 2], max }
     }
 
-    fn percent(&self) -> String {
-        if self.min == self.max {
-            return format!("{:.2} %", 100.0 * self.min);
+    /// Returns the three numbers as cells.
+    fn cells(&self) -> [String; 3] {
+        [self.min, self.median, self.max].map(short)
+    }
+
+    /// Returns the least and the greatest number, once if they look the same.
+    fn range(&self) -> String {
+        let [low, high] = [self.min, self.max].map(short);
+        if low == high { low } else { format!("{low}-{high}") }
+    }
+}
+
+/// Returns the median of shares in percent, with the least and the greatest; `-` without any.
+fn percent_of(shares: Vec<f64>) -> String {
+    if shares.is_empty() {
+        return "-".into();
+    }
+    let Spread { min, median, max } = Spread::of(shares);
+    let [min, median, max] = [min, median, max].map(|share| two_digits(100.0 * share));
+    match min == max {
+        true => format!("{median} %"),
+        false => format!("{median} ({min} to {max}) %"),
+    }
+}
+
+/// Formats a number with two significant digits, and at most four decimals.
+fn two_digits(value: f64) -> String {
+    match value.abs() {
+        v if v < 5e-5 => "0".into(),
+        v if v < 1e6 => {
+            let decimals = (1 - v.log10().floor() as i32).clamp(0, 4) as usize;
+            format!("{value:.decimals$}")
         }
-        format!(
-            "{:.2} to {:.2} %, median {:.2} %",
-            100.0 * self.min,
-            100.0 * self.max,
-            100.0 * self.median
-        )
+        _ => format!("{value:.0e}"),
+    }
+}
+
+/// Formats a value with its standard error, both with the digits that the error leaves: one of it, or
+/// two if the first is 1.
+pub(super) fn with_error(value: f64, error: f64) -> String {
+    if error <= 0.0 || !error.is_finite() {
+        return short(value);
+    }
+    let power = error.log10().floor();
+    let first = (error / 10f64.powf(power)).floor();
+    let decimals = -power + if first < 2.0 { 1.0 } else { 0.0 };
+    match (-6.0..7.0).contains(&decimals) {
+        true => {
+            let decimals = decimals.max(0.0) as usize;
+            format!("{value:.decimals$} ± {error:.decimals$}")
+        }
+        false => format!("{} ± {error:.0e}", short(value)),
     }
 }
 

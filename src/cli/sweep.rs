@@ -21,7 +21,7 @@ use super::{
 use phylux_core::{
     error::{Error, Result},
     transport::{
-        settings::Checked,
+        settings::{Checked, PhotonCount},
         shard::Shard,
         simulate::{Control, Progress},
     },
@@ -63,7 +63,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     tracing: TracingArguments,
     /// The most runs at the same time; 0 takes as many as there are threads. Fewer take less memory
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = jobs, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = jobs, allow_hyphen_values = true)]
     jobs: usize,
     #[command(flatten)]
     plots: Plots,
@@ -94,9 +94,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
     arguments.output.as_deref().map_or(Ok(()), check_folder)?;
     let TracingArguments { photons, seed, threads } = arguments.tracing;
-    let file = Sweep::load(&arguments.sweep)?.with_settings(photons, seed);
+    let file = during("reading the sweep", || Sweep::load(&arguments.sweep))?;
+    let file = file.with_settings(photons.map(PhotonCount::get), seed);
     let base = during("reading the scene", || load_base(&file))?;
-    let threads = threads.unwrap_or(base.settings.threads);
+    let threads = threads.unwrap_or(base.settings.threads).get();
     let plan = SweepPlan { shard: arguments.shard, threads, jobs: arguments.jobs };
     super::terminal::warn(&base.warnings);
     super::terminal::warn(&check_meshes(&base.scene)?);
@@ -173,6 +174,7 @@ fn watched<T>(
 ) -> Result<T> {
     interrupt.writing();
     let bar = terminal_bar("{bar:30} {msg}, {elapsed} so far, {eta} left");
+    bar.set_message("planning the runs");
     let progress = |progress| show(&bar, progress);
     let control = SweepControl { stop: interrupt.stop(), progress: &progress, plots };
     let late = Error::interrupted("sweep", "what is done stays in its folder")

@@ -16,15 +16,46 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 /// error.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Begins a command: says whether it is quiet, and frees the standard output.
-pub fn begin(quiet: bool) {
+/// Whether tables have all their rows and bands (`--full`).
+static FULL: AtomicBool = AtomicBool::new(false);
+/// The least width of tables, which is theirs where no terminal says how wide it is.
+const WIDTH: usize = 80;
+
+/// Begins a command: says whether it is quiet and whether its tables are full, and frees the standard
+/// output.
+pub fn begin(quiet: bool, full: bool) {
     QUIET.store(quiet, Ordering::Relaxed);
+    FULL.store(full, Ordering::Relaxed);
     TAKEN.store(false, Ordering::Relaxed);
 }
 
 /// Whether only results, warnings and errors are printed.
 pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
+}
+
+/// Whether tables have all their rows and bands.
+pub fn is_full() -> bool {
+    FULL.load(Ordering::Relaxed)
+}
+
+/// Returns how many of the rows of a table are shown: so many, or all if these are asked for.
+pub fn shown(most: usize) -> usize {
+    if is_full() { usize::MAX } else { most }
+}
+
+/// Returns the line that stands below a table if it has more rows than are shown; nothing otherwise.
+pub fn more(count: usize, most: usize) -> String {
+    match count.saturating_sub(shown(most)) {
+        0 => String::new(),
+        more => format!("  and {more} more (--full has all)\n"),
+    }
+}
+
+/// Returns the width of the terminal in characters, at least 80.
+pub fn width() -> usize {
+    let size = terminal_size::terminal_size_of(io::stdout());
+    size.map_or(WIDTH, |(width, _)| usize::from(width.0).max(WIDTH))
 }
 
 /// Takes the standard output for a result. Error: another result has taken it.

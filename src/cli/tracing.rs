@@ -3,22 +3,22 @@
 use clap::Args;
 
 use super::run;
-use phylux_core::transport::settings::Settings;
+use phylux_core::transport::settings::{PhotonCount, Settings, ThreadCount};
 
 /// Options that are the same in several commands that trace; the scene's settings hold for those
 /// that are not given.
 #[derive(Args)]
 pub struct TracingArguments {
     /// Photons to trace, e.g. 5e6 [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
-    pub photons: Option<u64>,
+    #[arg(long, value_name = "N", value_parser = run::photons, allow_hyphen_values = true)]
+    pub photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same output, byte for byte [default: the
     /// scene's]
-    #[arg(long, value_name = "N", value_parser = run::count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = run::count, allow_hyphen_values = true)]
     pub seed: Option<u64>,
     /// Threads; 0 takes all processors. The results do not depend on it [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::threads, allow_negative_numbers = true)]
-    pub threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = run::threads, allow_hyphen_values = true)]
+    pub threads: Option<ThreadCount>,
 }
 
 impl TracingArguments {

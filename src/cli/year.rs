@@ -18,7 +18,9 @@ use super::{
     progress::{during, show, terminal_bar},
     run::{LONG_RUNS, photons, threads},
     style::Plots,
-    summary::short,
+    summary::{short, with_error},
+    table::Table,
+    terminal,
 };
 use asked::{Asked, Ready};
 use phylux_core::{
@@ -26,7 +28,7 @@ use phylux_core::{
     scene::captor::Channel,
     transport::{
         direct_sun::SunRays,
-        settings::Guiding,
+        settings::{Guiding, PhotonCount, ThreadCount},
         shard::Shard,
         simulate::{Control, Progress},
     },
@@ -63,11 +65,11 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "577")]
     patches: Patches,
     /// Photons to trace, e.g. 5e7, for all hours together [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = photons, allow_negative_numbers = true)]
-    photons: Option<u64>,
+    #[arg(long, value_name = "N", value_parser = photons, allow_hyphen_values = true)]
+    photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte [default:
     /// the scene's]
-    #[arg(long, value_name = "N", value_parser = super::run::count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = super::run::count, allow_hyphen_values = true)]
     seed: Option<u64>,
     /// What guides photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_name = "NAME", value_parser = super::choices::guiding())]
@@ -81,7 +83,7 @@ pub(super) struct Arguments {
     hours: Option<HoursOf>,
     /// Points of each captor from which the sun is looked for in every hour [default: 16, or fewer
     /// for more than 5000 captors]
-    #[arg(long, value_name = "N", value_parser = sun_rays, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = sun_rays, allow_hyphen_values = true)]
     sun_rays: Option<u64>,
     /// Write the tables of hours, days, months and the whole period as CSV, not as Parquet
     #[arg(long)]
@@ -101,8 +103,8 @@ pub(super) struct Arguments {
     #[arg(long, help_heading = LONG_RUNS, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
     /// Threads; 0 takes all processors. The results do not depend on it
-    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
-    threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
+    threads: Option<ThreadCount>,
 }
 
 fn sun_rays(text: &str) -> std::result::Result<u64, String> {
@@ -200,17 +202,23 @@ fn in_folder(
 ) -> Result<()> {
     check_folder(folder)?;
     let made = make_folder(folder, interrupt)?;
+    let held = interrupt.hold(folder);
     let mut places = Vec::new();
-    let tables = YearTables::create(folder, asked.tables.csv, asked.plots, |path| {
+    let file = |path: &Path| {
         let file = interrupt.file(path)?;
         places.extend(file.place().map(Path::to_path_buf));
         Ok(file)
-    });
+    };
+    let tables = held
+        .as_ref()
+        .map_err(Error::clone)
+        .and_then(|_| YearTables::create(folder, asked.tables.csv, asked.plots, file));
     // at an immediate end the files in the folder are removed first, and then the folder if it was
     // made here and is empty
     let gone = |_: &Result<YearTables>| made.then(|| Temporary::IfEmpty(folder.to_path_buf()));
     let tables = interrupt.make(|| Ok(tables), gone)?;
     let done = tables.and_then(|tables| work(tables, &mut places));
+    drop(held);
     if made && done.is_err() {
         // this removes the folder only if it is empty
         let _ = fs::remove_dir(folder);
@@ -295,7 +303,7 @@ fn find(
         places.extend(file.place().map(Path::to_path_buf));
         Ok(file)
     };
-    if !loaded.scene.ratios.is_empty() {
+    if !loaded.scene.ratios().is_empty() {
         tables = tables.with_ratios(&mut file)?;
     }
     if let (Some(hourly), true) = (&loaded.hourly, asked.tables.results) {
@@ -354,46 +362,38 @@ fn trace_shard(
     interrupt.writing();
     during("writing", || file.write(&ready.read, |writer| kept.write_shard(shard, writer)))?;
     kept.remove();
-    let name = &ready.scenes.scenes[0].loaded.scene.name;
+    let name = ready.scenes.scenes[0].loaded.scene.name();
     let text = format!("shard {shard} of {name}; wrote {}\n", place_of(output));
     super::terminal::print(&text)
 }
 
 fn describe(loaded: &LoadedScene, year: &Year) -> Result<String> {
     let hours = year.slots.len();
-    let lights = loaded.scene.lights.len();
+    let lights = loaded.scene.lights().len();
     let mut text = format!(
         "{}: {hours} hours from {} photons of {lights} lights, seed {}\n",
-        loaded.scene.name, year.photons, year.seed
+        loaded.scene.name(),
+        year.photons,
+        year.seed
     );
-    let months: Vec<&String> = year.months.keys().take(MONTHS).collect();
+    let months: Vec<&String> = year.months.keys().take(terminal::shown(MONTHS)).collect();
     let sums: Vec<_> = (0..months.len()).map(|m| year.month(m)).collect::<Result<_>>()?;
     let ids = &year.places.ids;
     // if there are groups, they are shown in place of captors, for they say more
     let first = if ids.len() > year.places.captors { year.places.captors } else { 0 };
     for (b, band) in year.bands.iter().enumerate().filter(|(b, _)| year.integrated[*b]) {
-        let _ = write!(text, "\n{:<24}", format!("{}, {}", band.name, year.unit));
-        months.iter().for_each(|name| {
-            let _ = write!(text, "{name:>9}");
-        });
+        let heads = months.iter().map(|name| name.as_str());
+        let mut table = Table::new(format!("{}, {}", band.name, year.unit), heads, "");
+        for (i, id) in ids.iter().enumerate().skip(first).take(terminal::shown(SHOWN)) {
+            let cells = sums.iter().map(|sums| {
+                let light = sums.light(i, Channel::Front, b);
+                light.map_or("-".into(), |light| with_error(light.mean, light.variance.sqrt()))
+            });
+            table.row(format!("  {id}"), cells, "");
+        }
         text.push('\n');
-        for (i, id) in ids.iter().enumerate().skip(first).take(SHOWN) {
-            let _ = write!(text, "  {id:<22}");
-            for sums in &sums {
-                let _ = write!(
-                    text,
-                    "{:>9}",
-                    short(sums.light(i, Channel::Front, b).map_or(0.0, |light| light.mean))
-                );
-            }
-            text.push('\n');
-        }
-        match ids.len().saturating_sub(first + SHOWN) {
-            0 => {}
-            more => {
-                let _ = writeln!(text, "  and {more} more");
-            }
-        }
+        table.write(&mut text, terminal::width(), terminal::is_full());
+        text.push_str(&terminal::more(ids.len() - first, SHOWN));
     }
     if !year.lamps.is_empty() {
         let all = || 0..year.slots.len();

@@ -14,6 +14,7 @@ use phylux::{
         NamedMaterial, SceneParts, Sensor, SurfacePart,
         daylight::{InfiniteLight, InfinitePart, InfiniteShape, RadianceMap},
     },
+    transport::{NearestCount, PhotonCount},
 };
 
 use crate::{
@@ -80,12 +81,17 @@ fn run(width: f64, light: LightSource, captors: Vec<CaptorPart>, seed: u64) -> R
         ..SceneParts::default()
     })
     .unwrap_or_else(|e| panic!("{e}"));
-    let settings =
-        Settings { photons: Some(30_000), seed, k: Some(0), estimator, ..Settings::default() };
+    let settings = Settings {
+        photons: PhotonCount::new(30_000).ok(),
+        seed,
+        k: Some(NearestCount::NONE),
+        estimator,
+        ..Settings::default()
+    };
     let control = Control::default();
     let simulation =
         phylux::simulate(&scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
-    RunResult::new(&scene, &settings, &simulation)
+    RunResult::new(&simulation)
 }
 
 /// Returns the flux that the leaves absorb from a lamp of power 1 above them.

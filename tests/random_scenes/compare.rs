@@ -1,6 +1,10 @@
 //! Compares one room by photons, by paths and by complete paths.
 
-use phylux::{Control, Estimator, Scene, Settings, math::Running, transport::Totals};
+use phylux::{
+    Control, Estimator, Scene, Settings,
+    math::Running,
+    transport::{PhotonCount, ThreadCount, Totals},
+};
 
 /// Number of batches from which both errors come.
 pub const BATCHES: u64 = 128;
@@ -88,25 +92,25 @@ fn against(
     (estimator, seed): (Estimator, u64),
     length: Length,
 ) -> Vec<Compared> {
-    let faces: usize = scene.captors.iter().map(|captor| captor.kind.faces().len()).sum();
+    let faces: usize = scene.captors().iter().map(|captor| captor.kind.faces().len()).sum();
     let settings = Settings {
         estimator,
-        photons: Some(length.paths * PATHS * BATCHES * faces as u64),
+        photons: PhotonCount::new(length.paths * PATHS * BATCHES * faces as u64).ok(),
         seed,
-        threads: 1,
+        threads: ThreadCount::ONE,
         ..Settings::default()
     };
     let control = Control::default();
     let run = phylux::simulate(of_paths, &settings, &control).expect("a run of paths");
     let uncertain = |channel: usize| {
         let concentrated = |r: &Running| r.concentration(BATCHES) > CONCENTRATED;
-        if run.totals.running(channel).iter().any(concentrated) {
+        if run.totals().running(channel).iter().any(concentrated) {
             return Some(LeftOut::FewPaths);
         }
-        run.too_small.get(channel).is_some_and(|&it| it).then_some(LeftOut::ByChance)
+        run.too_small().get(channel).is_some_and(|&it| it).then_some(LeftOut::ByChance)
     };
     let mut all = Vec::new();
-    for captor in &scene.captors {
+    for captor in scene.captors() {
         let faces: Vec<_> = (0..captor.kind.faces().len())
             .map(|face| uncertain(captor.first_channel + face))
             .collect();
@@ -115,8 +119,8 @@ fn against(
             let channel = captor.first_channel + c;
             // the power absorbed comes from all faces
             let uncertain = faces.get(c).copied().unwrap_or(faces.iter().copied().flatten().next());
-            for (b, band) in scene.bands.iter().enumerate() {
-                let [x, y] = [found, &run.totals].map(|totals| totals.running(channel)[b]);
+            for (b, band) in scene.bands().iter().enumerate() {
+                let [x, y] = [found, run.totals()].map(|totals| totals.running(channel)[b]);
                 if let Some(z) = z(&x, &y) {
                     let z = z.and_then(|z| uncertain.map_or(Ok(z), Err));
                     let what = format!("{} {name} {}, {estimator}", captor.id, band.name);

@@ -67,11 +67,12 @@ impl Tried {
     /// Adds the values of one room.
     pub fn add(&mut self, scene: &Scene, values: &[Compared]) {
         let mut inside: Vec<String> = scene
-            .materials
+            .materials()
             .iter()
             .map(|named| format!("room with {}", kind(&named.name)))
             .collect();
-        inside.extend(scene.lights.iter().map(|light| format!("room with {}", kind(&light.name))));
+        inside
+            .extend(scene.lights().iter().map(|light| format!("room with {}", kind(&light.name))));
         inside.sort();
         inside.dedup();
         for value in values {

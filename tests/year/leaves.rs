@@ -5,6 +5,7 @@ use phylux::{
     formats::SkyDivision,
     scene::Channel,
     studies::{HoursOf, Value, Values, Year, YearOptions},
+    transport::PhotonCount,
 };
 use serde_json::json;
 
@@ -20,7 +21,7 @@ const ALL: [Channel; 3] = [Channel::Front, Channel::Back, Channel::Absorbed];
 fn year(scene: &TestScene, photons: u64, options: &YearOptions) -> Year {
     let loaded = phylux::formats::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
     let loaded = loaded.expect("a scene");
-    let settings = Settings { photons: Some(photons), ..loaded.settings.clone() };
+    let settings = Settings { photons: PhotonCount::new(photons).ok(), ..loaded.settings.clone() };
     find(loaded, options, &settings)
 }
 
@@ -38,7 +39,8 @@ fn share(value: Option<Value>) -> f64 {
 
 /// A leaf alone under the sun: the face that sees the sun gets 600 W/m2 times the cosine, whichever
 /// face it is, and the leaf absorbs 1 - R - T of it. Hours in which the sun's disc lies in the plane
-/// of the leaf are left out, so that chance is only in where on the disc the 16 rays go.
+/// of the leaf are left out, so that chance is only in which of the suns of an hour, and where on its
+/// disc, the rays of a point go.
 #[test]
 fn both_faces_of_a_leaf_see_the_sun() {
     let normal = [0.6, 0.0, 0.8];
@@ -64,26 +66,30 @@ fn both_faces_of_a_leaf_see_the_sun() {
             assert!(values.sunlit(leaf).is_none() && !year.has_sun(s));
             continue;
         };
-        let sun = hourly.hours[hour].sun.direction(hourly.north);
-        let cos = sun.dot(glam::DVec3::from(normal));
-        if cos.abs() < 0.02 || sun.z < 0.02 {
+        let suns: Vec<_> = hourly.hours[hour].suns(hourly.north).collect();
+        let normal = glam::DVec3::from(normal);
+        if suns.iter().any(|(sun, _)| sun.dot(normal).abs() < 0.02 || sun.z < 0.02) {
             continue;
         }
-        let [front, back] = [cos, -cos].map(|cos| 600.0 * cos.max(0.0));
+        let on = |face: glam::DVec3| -> f64 {
+            suns.iter().map(|(sun, light)| light * sun.dot(face).max(0.0)).sum()
+        };
+        let [front, back] = [normal, -normal].map(on);
         let expected = [front, back, 0.6 * (front + back)];
         for (found, expected) in light(&values, leaf).into_iter().zip(expected) {
-            assert!((found - expected).abs() < 1.5, "hour {s}: {found}, not {expected}");
+            assert!((found - expected).abs() < 3.0, "hour {s}: {found}, not {expected}");
         }
+        let expected = on(glam::DVec3::Z);
+        let (is_front, is_back) = (front > back, back > front);
         let [front, back, absorbed] = light(&values, black);
-        let expected = 600.0 * sun.z;
         assert!(front == 0.0 && (absorbed - back).abs() < 1e-3, "{front}, {back}, {absorbed}");
-        assert!((back - expected).abs() < 1.5, "hour {s}: {back}, not {expected}");
+        assert!((back - expected).abs() < 3.0, "hour {s}: {back}, not {expected}");
         assert_eq!([leaf, black, sensor].map(|id| share(values.sunlit(id))), [1.0; 3]);
         assert!(values.light(sensor, Channel::Back, 0).is_none());
         assert!(values.light(sensor, Channel::Absorbed, 0).is_none());
-        (fronts, backs) = (fronts + usize::from(cos > 0.0), backs + usize::from(cos < 0.0));
+        (fronts, backs) = (fronts + usize::from(is_front), backs + usize::from(is_back));
     }
-    assert!(fronts > 5 && backs > 3, "{fronts} fronts, {backs} backs");
+    assert!(fronts > 5 && backs > 1, "{fronts} fronts, {backs} backs");
     // the day is the sum of its hours
     let day = light(&year.day(0).expect("a day"), leaf);
     let hours = (0..24).map(|s| light(&year.hour(s).expect("an hour"), leaf)[2]);

@@ -1,6 +1,10 @@
 //! Ratios of the light of days, months and the whole period, and their errors.
 
-use phylux::{formats::SkyDivision, scene::Channel};
+use phylux::{
+    formats::SkyDivision,
+    scene::Channel,
+    transport::{NearestCount, PhotonCount},
+};
 use serde_json::json;
 
 use super::{UP, first_days, room_with_window, world, written, year};
@@ -28,7 +32,7 @@ fn room(seed: u64) -> TestScene {
 fn ratios_are_those_of_a_period_with_errors_of_their_spread() {
     let period = run_file(&room(1).path("scene.json"), |settings| {
         settings.estimator = phylux::Estimator::Paths;
-        (settings.photons, settings.k) = (Some(200_000), Some(0));
+        (settings.photons, settings.k) = (PhotonCount::new(200_000).ok(), Some(NearestCount::NONE));
     });
     let exact = front(&period, "far").ratios.clone().expect("ratios").get(0).expect("a ratio");
     let (mut values, mut errors, mut apart) = (Vec::new(), 0.0, 0.0);

@@ -7,6 +7,7 @@ use phylux::{
     formats::{ControlFile, SkyDivision},
     scene::Channel,
     studies::{Year, YearOptions, YearScenes},
+    transport::PhotonCount,
 };
 use serde_json::{Value, json};
 
@@ -43,7 +44,7 @@ pub fn find(scene: &TestScene, control: &Value, photons: u64) -> phylux::Result<
     let scenes =
         YearScenes::load(&scene.path("scene.json"), SkyDivision::Tregenza, Some((&file, &path)))?;
     let settings = &scenes.scenes[0].loaded.settings;
-    let settings = Settings { photons: Some(photons), ..settings.clone() };
+    let settings = Settings { photons: PhotonCount::new(photons).ok(), ..settings.clone() };
     let watched = Control::default();
     let control = Some((&file, path_text.as_str()));
     let options = YearOptions { control, ..YearOptions::default() };
@@ -111,7 +112,8 @@ fn a_leaf_absorbs_by_its_states() {
         for s in 0..24 {
             let [arrived, absorbed] = light(&year, s, "leaf");
             let [without, _] = light(&plain, s, "leaf");
-            assert!((arrived - without).abs() < 2.0, "case {i}, hour {s}: {arrived}, {without}");
+            let off = (arrived - without).abs();
+            assert!(off < 2.0 + 0.02 * without, "case {i}, hour {s}: {arrived}, {without}");
             let expected = absorptance(s) * arrived;
             let off = (absorbed - expected).abs();
             assert!(off <= 3e-3 * expected, "case {i}, hour {s}: {absorbed}, not {expected}");
@@ -133,7 +135,10 @@ fn blackout_is_dark() {
         let [[arrived, absorbed], [all, _]] = [&year, &plain].map(|year| light(year, s, "leaf"));
         match (10..14).contains(&s) {
             true => assert_eq!([arrived, absorbed], [0.0; 2], "hour {s}"),
-            false => assert!((arrived - all).abs() < 2.0, "hour {s}: {arrived}, {all}"),
+            false => {
+                let off = (arrived - all).abs();
+                assert!(off < 2.0 + 0.02 * all, "hour {s}: {arrived}, {all}");
+            }
         }
     }
     assert_eq!(year.states[0].1.iter().sum::<f64>(), 4.0);

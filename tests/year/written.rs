@@ -68,12 +68,12 @@ fn folders_of_years_are_plotted() {
         assert!(texts.iter().all(|text| svg.contains(text)), "{show}: {svg}");
         assert!(svg == fs::read_to_string(scene.path("c.svg")).expect("a plot"), "{show}");
     }
-    // beside those of the colour bar each day has hours in the dark, in the light and in the dark
+    // beside the 64 colours of the bar each day has hours in the dark, in the light and in the dark
     let rectangles = |svg: &str| svg.matches("<rect").count();
     let carpets = ["plot", "y", "--show", "carpet", "--quantity", "absorbed", "--captors", "*"];
     done(&folder, &[&carpets[..], &["-o", "a.svg"]].concat());
     let absorbed = fs::read_to_string(scene.path("a.svg")).expect("a plot");
-    assert!(rectangles(&absorbed) > 282 + 3 * 2 * 3 - 1, "{}", rectangles(&absorbed));
+    assert!(rectangles(&absorbed) > 64 + 3 * 2 * 3 - 1, "{}", rectangles(&absorbed));
     done(
         &folder,
         &["plot", "y", "--show", "day", "--day", "2025-06-21", "--captors", "s*", "-o", "d.png"],

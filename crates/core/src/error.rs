@@ -20,6 +20,9 @@ pub enum ErrorKind {
 /// What an interrupted command usually says about its files; the end of an error message.
 pub const NOTHING_WRITTEN: &str = "nothing was written";
 
+/// What to do where the system starts no threads; the remedy of an error.
+pub const NO_THREADS: &str = "end other programs, or raise the limit on threads (`ulimit -u`)";
+
 /// An error as a sentence for a person: where the problem is, what is wrong there, and what would
 /// mend it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,6 +71,22 @@ impl Error {
         Self::new(ErrorKind::Interrupted, place, format!("interrupted, {left}"))
     }
 
+    /// Makes an error for a file at `place` that cannot be written.
+    pub fn unwritable(place: impl fmt::Display, why: impl fmt::Display) -> Self {
+        Self::run(place, format!("cannot be written: {why}"))
+            .remedy("make room there, see that you may write there, or write elsewhere")
+    }
+
+    /// Makes an error for a file at `place` that cannot be read.
+    pub fn unreadable(place: impl fmt::Display, why: impl fmt::Display) -> Self {
+        Self::input(place, why).remedy("name a file that you may read")
+    }
+
+    /// Makes an error for a file at `place` that the memory does not hold.
+    pub fn too_large(place: impl fmt::Display, why: impl fmt::Display) -> Self {
+        Self::input(place, why).remedy("end other programs, or take a machine with more memory")
+    }
+
     fn new(kind: ErrorKind, place: impl fmt::Display, problem: impl fmt::Display) -> Self {
         let (place, problem) = (place.to_string(), problem.to_string());
         Self { kind, place, problem, remedy: None }
@@ -105,6 +124,14 @@ impl Error {
         &self.place
     }
 
+    /// Returns the problem and what to do about it, without the place.
+    pub fn message(&self) -> String {
+        match &self.remedy {
+            Some(remedy) => format!("{}; {}", OneLine(&self.problem), OneLine(remedy)),
+            None => OneLine(&self.problem).to_string(),
+        }
+    }
+
     /// Whose fault the error is.
     pub fn kind(&self) -> ErrorKind {
         self.kind
@@ -113,11 +140,7 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", OneLine(&self.place), OneLine(&self.problem))?;
-        match &self.remedy {
-            Some(remedy) => write!(f, "; {}", OneLine(remedy)),
-            None => Ok(()),
-        }
+        write!(f, "{}: {}", OneLine(&self.place), self.message())
     }
 }
 

@@ -32,7 +32,7 @@ pub struct Factors {
 /// Reads the calibration file at `path`. Errors: the file cannot be read, or it is not a
 /// calibration.
 pub fn read(path: &Path) -> Result<Factors> {
-    let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+    let bytes = read_bytes(path).map_err(|why| Error::unreadable(path.display(), why))?;
     parse(&bytes, path)
 }
 
@@ -41,7 +41,7 @@ fn parse(bytes: &[u8], path: &Path) -> Result<Factors> {
         Error::input(path.display(), format!("is no calibration: {why}"))
             .remedy("name a file such as `calibration.json` that `phylux calibrate` has written")
     };
-    json::check_memory(bytes).map_err(|why| Error::input(path.display(), why))?;
+    json::check_memory(bytes).map_err(|why| Error::too_large(path.display(), why))?;
     let calibration: Factors = serde_json::from_slice(bytes).map_err(|e| none(e.to_string()))?;
     for (light, factors) in &calibration.factors {
         if factors.len() != calibration.bands.len() {

@@ -149,9 +149,19 @@ const IS_JSON: &str = "it must be a JSON file";
 
 /// Reads `value` (the content of `file`) into a type. Errors name the JSON pointer.
 pub fn read<T: DeserializeOwned>(file: &str, value: Value) -> Result<T> {
+    read_with(file, value, |_| None)
+}
+
+/// Reads like [`read`]. `home` says of a key that is unknown where it stands where it belongs, if
+/// it belongs anywhere.
+pub fn read_with<T: DeserializeOwned>(
+    file: &str,
+    value: Value,
+    home: impl Fn(&str) -> Option<String>,
+) -> Result<T> {
     typed(value).map_err(|Misplaced { pointer, problem }| {
         let error = Error::input(place(file, &pointer), plain_words(&problem));
-        match known_names(&problem).or_else(|| missing_key(&problem)) {
+        match known_names(&problem, home).or_else(|| missing_key(&problem)) {
             Some(remedy) => error.remedy(remedy),
             None => error,
         }
@@ -422,12 +432,9 @@ fn plain_type(expected: &str) -> &str {
     }
 }
 
-/// Keys that are reserved for later versions.
-const RESERVED: [&str; 4] = ["sun", "sky", "intensity", "periodic"];
-
-/// Returns the remedy for an unknown key or value: the most similar known name, and all known
-/// names.
-fn known_names(problem: &str) -> Option<String> {
+/// Returns the remedy for an unknown key or value: the place where the key belongs or the most
+/// similar known name, and all known names.
+fn known_names(problem: &str, home: impl Fn(&str) -> Option<String>) -> Option<String> {
     let what = match problem {
         _ if problem.starts_with("unknown field") => "keys",
         _ if problem.starts_with("unknown variant") => "values",
@@ -440,11 +447,14 @@ fn known_names(problem: &str) -> Option<String> {
     let known: Vec<&str> =
         known.split('`').skip(1).step_by(2).filter(|name| !name.starts_with('$')).collect();
     let all = format!("{what} here: {}", known.join(", "));
-    Some(match nearest(name, known.iter().copied()) {
-        _ if RESERVED.contains(&name) => format!("it is kept for a later version ({all})"),
-        // a short value is similar to every other short value
-        Some(name) if what == "keys" => format!("did you mean `{name}`? ({all})"),
-        _ => all,
+    // a short value is similar to every other short value
+    let near = nearest(name, known.iter().copied()).filter(|_| what == "keys");
+    let is_typo = near.is_some_and(|near| near.starts_with(name) || name.starts_with(near));
+    let home = home(name).filter(|_| what == "keys" && !is_typo);
+    Some(match (home, near) {
+        (Some(home), _) => format!("{home} ({all})"),
+        (None, Some(near)) => format!("did you mean `{near}`? ({all})"),
+        (None, None) => all,
     })
 }
 

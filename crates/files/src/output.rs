@@ -175,7 +175,7 @@ impl OutputFile {
 }
 
 fn unwritten(path: &Path, e: io::Error) -> Error {
-    Error::run(path.display(), format!("cannot be written: {e}"))
+    Error::unwritable(path.display(), e)
 }
 
 /// A file that is being written; it is moved to its place only by [`finish`](Self::finish).

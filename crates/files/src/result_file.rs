@@ -170,7 +170,7 @@ impl OutputFolder {
     }
 
     fn unwritten(&self, e: io::Error) -> Error {
-        Error::run(self.path.display(), format!("cannot be written: {e}"))
+        Error::unwritable(self.path.display(), e)
     }
 
     fn stage(&self, result: &RunResult) -> io::Result<Vec<String>> {

@@ -22,7 +22,10 @@ use phylux_core::{
     scene::world::Scene,
     transport::{
         photon_map::TaskKey,
-        settings::{Estimator, Guiding, Settings, Target},
+        settings::{
+            Estimator, Guiding, MapLimit, NearestCount, PhotonCount, Settings, Target, ThreadCount,
+            Tolerance,
+        },
         simulate::{Choice, KeptArrivals, Resumed, RunState, ShardSums},
         tally::Sums,
     },
@@ -49,17 +52,17 @@ pub struct KeptSettings {
 impl KeptSettings {
     /// Takes the settings of a run, and the reason for its estimator if a trial chose it.
     pub fn new(settings: &Settings, choice: Option<&Choice>) -> Self {
-        let tolerance = settings.tolerance;
+        let tolerance = settings.tolerance.map(Tolerance::get);
         Self {
             estimator: settings.estimator,
-            photons: settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS),
+            photons: settings.photons_or_default(),
             seed: settings.seed,
-            k: settings.k,
-            map_photons: settings.map_photons,
+            k: settings.k.map(NearestCount::get),
+            map_photons: settings.map_photons.get(),
             guiding: settings.guiding,
             by_light: settings.by_light,
             tolerance,
-            tolerance_limit: settings.tolerance_limit.filter(|_| tolerance.is_some()),
+            tolerance_limit: tolerance.and(settings.tolerance_limit).map(PhotonCount::get),
             of: settings.of.iter().map(Target::to_string).collect(),
             chosen: choice.map(|choice| choice.why.clone()),
         }
@@ -67,17 +70,17 @@ impl KeptSettings {
 
     /// Returns the settings of a shard on so many threads, or `None` if they contain a value that no
     /// shard may have.
-    pub fn settings(&self, threads: usize) -> Option<Settings> {
+    pub fn settings(&self, threads: ThreadCount) -> Option<Settings> {
         let (estimator, guiding) = (self.estimator, self.guiding);
         if estimator == Estimator::Auto || guiding == Guiding::Auto || self.tolerance.is_some() {
             return None;
         }
         Some(Settings {
             estimator,
-            photons: Some(Settings::check_photons(self.photons).ok()?),
+            photons: Some(PhotonCount::new(self.photons).ok()?),
             seed: self.seed,
-            k: self.k.map(|k| Settings::check_k(k as u64)).transpose().ok()?,
-            map_photons: Settings::check_map_photons(self.map_photons as u64).ok()?,
+            k: self.k.map(NearestCount::new).transpose().ok()?,
+            map_photons: MapLimit::new(self.map_photons).ok()?,
             guiding,
             by_light: self.by_light,
             threads,
@@ -130,7 +133,7 @@ impl RunRecord {
     }
 
     fn parse(reader: &WorkReader, content: &[u8]) -> Result<Self> {
-        json::check_memory(content).map_err(|why| Error::input(reader.path.display(), why))?;
+        json::check_memory(content).map_err(|why| Error::too_large(reader.path.display(), why))?;
         serde_json::from_slice(content).map_err(|_| reader.spoiled())
     }
 }
@@ -177,7 +180,7 @@ impl Checkpoint {
     /// file.
     pub fn new(path: &Path, scene: &Scene, settings: &Settings) -> Self {
         let settings = KeptSettings::new(settings, None);
-        let head = WorkHead::new(Work::Run, scene.name.clone(), scene.digest(), &settings);
+        let head = WorkHead::new(Work::Run, scene.name().to_string(), scene.digest(), &settings);
         Self { path: path.to_path_buf(), head, held: Mutex::default() }
     }
 
@@ -282,7 +285,12 @@ mod tests {
     ];
 
     fn settings() -> Settings {
-        Settings { photons: Some(20_000), k: Some(5), threads: 1, ..Settings::default() }
+        Settings {
+            photons: PhotonCount::new(20_000).ok(),
+            k: NearestCount::new(5).ok(),
+            threads: ThreadCount::ONE,
+            ..Settings::default()
+        }
     }
 
     /// Two checkpoints, the first and the last, of a run of 20,000 photons that was saved as often

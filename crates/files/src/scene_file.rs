@@ -82,10 +82,14 @@ pub struct LoadedScene {
     pub unit: LengthUnit,
     /// Settings that the file asks a run to use.
     pub settings: Settings,
+    /// The names of those settings that the file gives.
+    pub given_settings: Vec<String>,
     /// The view that the file asks a picture to show; `None` where it has no camera.
     pub view: Option<View>,
     /// What a user should know before trusting a result.
     pub warnings: Vec<String>,
+    /// What was done as the files ask for, and may surprise.
+    pub notes: Vec<String>,
     /// Materials of the file that no surface has.
     pub unused_materials: Vec<String>,
     /// Names of the suns and skies without a `ground`: no light comes to the scene from below the
@@ -110,14 +114,30 @@ pub struct LoadedScene {
 }
 
 impl LoadedScene {
+    /// Returns the error of a run. Where a setting of the file is the reason, the place of the error
+    /// is that of the setting in the file.
+    pub fn placed(&self, error: Error) -> Error {
+        match self.given_settings.iter().any(|name| name == error.place()) {
+            true => {
+                let pointer = format!("/settings/{}", error.place());
+                error.at(json::place(&self.place(), &pointer))
+            }
+            false => error,
+        }
+    }
+
+    /// Returns the scene file as the place of an error; empty for a scene in memory.
+    fn place(&self) -> String {
+        self.files.first().map_or(String::new(), |file| file.display().to_string())
+    }
+
     /// Refuses a scene without captors, since a run would find nothing.
     pub fn check_captors(&self) -> Result<()> {
-        if !self.scene.captors.is_empty() {
+        if !self.scene.captors().is_empty() {
             return Ok(());
         }
-        let place = self.files.first().map_or(String::new(), |file| file.display().to_string());
         Err(Error::input(
-            json::place(&place, "/captors"),
+            json::place(&self.place(), "/captors"),
             "the scene has no captor, so there is nothing to run",
         )
         .remedy("add a captor, or `\"captor\": true` to an object"))
@@ -225,8 +245,28 @@ fn load_in_memory(scene: Value, path: &Path, sources: &Sources) -> Result<Loaded
 }
 
 fn load_sources(value: Value, path: &Path, sources: &Sources) -> Result<LoadedScene> {
-    let file: SceneSpec = json::read(&path.display().to_string(), value)?;
-    Loader::new(path, &file, sources)?.load(&file)
+    let settings = value.get("settings").and_then(Value::as_object);
+    let given_settings = settings.into_iter().flat_map(|all| all.keys().cloned()).collect();
+    let file: SceneSpec = json::read_with(&path.display().to_string(), value, home)?;
+    let loaded = Loader::new(path, &file, sources)?.load(&file)?;
+    Ok(LoadedScene { given_settings, ..loaded })
+}
+
+/// Says where a key belongs that stands where a scene file has no such key.
+fn home(key: &str) -> Option<String> {
+    let schema = schemars::schema_for!(SceneSpec);
+    let has = |keys: &str| schema.pointer(keys).is_some_and(|keys| keys.get(key).is_some());
+    Some(match key {
+        _ if has("/properties") => format!("`{key}` is a key of the scene itself"),
+        _ if has("/$defs/SettingsSpec/properties") => {
+            format!("`{key}` is a key of the scene's `settings`")
+        }
+        "point" | "spot" | "tube" | "area" | "rad" | "sun" | "sky" | "environment" => {
+            format!("a light with `\"type\": \"{key}\"` stands in the scene's list `lights`")
+        }
+        "intensity" => "the file of a lamp's intensity by direction is its `photometry`".into(),
+        _ => return None,
+    })
 }
 
 impl Loader<'_> {
@@ -310,8 +350,10 @@ impl Loader<'_> {
             scene,
             unit: file.unit,
             settings,
+            given_settings: Vec::new(),
             view,
             warnings: self.warnings,
+            notes: self.notes,
             unused_materials,
             hourly: self.sources.by_hour.is_some().then_some(self.hourly),
             open_field,
@@ -339,7 +381,7 @@ fn lamp_spectra(file: &SceneSpec) -> Vec<[String; 2]> {
 /// Says that light is missing that would come in by way of surfaces outside openings.
 fn outside_openings(file: &str, scene: &Scene, outside: &Outside) -> String {
     let Outside { lights, share, names } = outside;
-    let lights = lights.iter().map(|&light| format!("`{}`", scene.lights[light].name));
+    let lights = lights.iter().map(|&light| format!("`{}`", scene.lights()[light].name));
     let percent = 100.0 * share;
     let names = some(names.iter().map(|name| format!("`{name}`")), LISTED);
     format!(

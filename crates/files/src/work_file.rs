@@ -25,7 +25,7 @@ use phylux_core::{
 
 /// The version of the files, of random numbers and of sums, and of their order. It is raised by one
 /// when one of them changes, so that work from before and after the change is not put together.
-pub const FORMAT: u32 = 8;
+pub const FORMAT: u32 = 9;
 /// The version of phylux that writes the files.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Says that a file was written by another [`FORMAT`].
@@ -299,7 +299,7 @@ impl WorkReader {
             return Ok(None);
         }
         if size > SMALL {
-            json::check_left(size).map_err(|why| Error::input(self.path.display(), why))?;
+            json::check_left(size).map_err(|why| Error::too_large(self.path.display(), why))?;
         }
         let mut content = vec![0; size as usize];
         let mut hash = self.hash.clone();

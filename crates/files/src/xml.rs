@@ -2,7 +2,11 @@
 
 use std::path::Path;
 
-use quick_xml::{Reader, escape::resolve_predefined_entity, events::Event};
+use quick_xml::{
+    Reader, XmlVersion,
+    escape::resolve_predefined_entity,
+    events::{BytesRef, Event},
+};
 
 use crate::input::{from_utf16, quoted};
 use phylux_core::error::{Error, Result};
@@ -71,7 +75,7 @@ pub fn is_xml(bytes: &[u8]) -> bool {
 }
 
 /// Reads the outermost element of a file. Errors, at the line: it is no XML in UTF-8 or UTF-16, or is
-/// larger or nested deeper than any file of data.
+/// larger or nested deeper than any file of data; it has an entity that XML itself does not define.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Element> {
     let decoded = from_utf16(bytes);
     let text = match &decoded {
@@ -113,8 +117,13 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Element> {
                 continue;
             }
             Event::GeneralRef(name) => {
+                let text = replacement(&name).ok_or_else(|| {
+                    let what = quoted(&format!("&{};", &*name));
+                    Error::input(format!("{}:{line}", path.display()), unknown_entity(&what))
+                        .remedy(WRITE_IT_OUT)
+                })?;
                 if let Some(element) = open.last_mut() {
-                    element.text += resolve_predefined_entity(&name).unwrap_or_default();
+                    element.text += &text;
                 }
                 continue;
             }
@@ -136,7 +145,12 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Element> {
         for attribute in start.attributes() {
             let attribute = attribute.map_err(|e| wrong(e.to_string()))?;
             let name = attribute.key.local_name().as_ref().to_string();
-            element.attributes.push((name, attribute.value.trim().to_string()));
+            let value = attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|_| {
+                let what = format!("attribute {} ({})", quoted(&name), quoted(&attribute.value));
+                Error::input(format!("{}:{line}", path.display()), unknown_entity(&what))
+                    .remedy(WRITE_IT_OUT)
+            })?;
+            element.attributes.push((name, value.trim().to_string()));
         }
         open.push(element);
         if ends {
@@ -151,6 +165,23 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Element> {
         (None, Some(root)) => Ok(root),
         (None, None) => Err(Error::input(path.display(), "has no element of XML")
             .remedy("fetch the file again, or export it anew")),
+    }
+}
+
+/// What to do about an entity that is not known.
+const WRITE_IT_OUT: &str = "write its text in its place";
+
+fn unknown_entity(what: &str) -> String {
+    format!("{what} has an entity that is none of XML's own, and those of a file are not read")
+}
+
+/// Returns the text for which a reference to a character or to one of the entities of XML itself
+/// stands, such as `&#48;` and `&lt;`; `None` for any other.
+fn replacement(name: &BytesRef) -> Option<String> {
+    match name.resolve_char_ref() {
+        Ok(Some(character)) => Some(character.into()),
+        Ok(None) => resolve_predefined_entity(name).map(str::to_owned),
+        Err(_) => None,
     }
 }
 
@@ -177,6 +208,26 @@ mod tests {
         assert_eq!((b.text.as_str(), b.line, b.attribute("w")), ("1 & 2", 4, "4"));
         assert_eq!(root.all("b").count(), 2);
         assert_eq!(root.text_of("c"), "");
+    }
+
+    /// Characters by their numbers and the entities of XML are replaced. Others, which a file may
+    /// define or not, are refused: left out, they would make another number of `4&y;2`.
+    #[test]
+    fn entities_are_replaced_or_refused() {
+        let read = |text: &str| parse(text.as_bytes(), Path::new("a.xml"));
+        let root = read("<a w='&#x31;&#50;&lt;'>4&#46;5&amp;</a>").unwrap();
+        assert_eq!((root.text.as_str(), root.attribute("w")), ("4.5&", "12<"));
+        let defined = "<!DOCTYPE a [<!ENTITY y \"7\">]>\n";
+        for (text, line) in [
+            ("<a>\n<b>4&y;2</b></a>", 2),
+            (&*format!("{defined}<a>4&y;2</a>"), 2),
+            (&*format!("{defined}<a><b w='4&y;2'/></a>"), 2),
+            ("<a>4&#x110000;2</a>", 1),
+        ] {
+            let error = read(text).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("a.xml:{line}: ")), "{error}");
+            assert!(error.contains("none of XML's own"), "{error}");
+        }
     }
 
     #[test]

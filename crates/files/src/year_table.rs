@@ -130,7 +130,8 @@ impl YearFolder {
         let facts = serde_json::from_slice(&bytes)
             .map_err(|e| none(format!("does not tell of a year: {e}")))?;
         let path = folder.join(Self::CAPTORS);
-        let bytes = input::read_bytes(&path).map_err(|why| Error::input(path.display(), why))?;
+        let bytes =
+            input::read_bytes(&path).map_err(|why| Error::unreadable(path.display(), why))?;
         let mut rows = records(&bytes, &path);
         let head = rows.next().transpose()?;
         let column = head.and_then(|(_, head)| head.iter().position(|name| name == "groups"));
@@ -160,7 +161,8 @@ impl YearFolder {
         if !path.is_file() {
             return Ok(HashMap::new());
         }
-        let bytes = input::read_bytes(&path).map_err(|why| Error::input(path.display(), why))?;
+        let bytes =
+            input::read_bytes(&path).map_err(|why| Error::unreadable(path.display(), why))?;
         let mut found = HashMap::new();
         for record in records(&bytes, &path).skip(1) {
             let (place, record) = record?;

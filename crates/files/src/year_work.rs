@@ -111,8 +111,7 @@ impl YearWork {
     /// Begins a file without a name in `folder`, which is gone in the end in any case.
     pub fn temporary(folder: &Path, head: WorkHead) -> Result<Self> {
         let begun = tempfile::tempfile_in(folder).and_then(|file| WorkWriter::begin(file, &head));
-        let writer =
-            begun.map_err(|e| Error::run(folder.display(), format!("cannot be written: {e}")))?;
+        let writer = begun.map_err(|e| Error::unwritable(folder.display(), e))?;
         let open = Open { writer, known: BTreeMap::new(), held: None };
         Ok(Self { path: folder.into(), head, place: None, open: Mutex::new(open) })
     }

@@ -9,32 +9,51 @@ use phylux_core::error::{Error, Result};
 
 /// Odds of a false alarm over all values of a comparison.
 pub const ODDS: f64 = 1e-3;
+/// Half the width of an interval of 95 %, in standard errors.
+const HALF_WIDTH: f64 = 1.98;
+/// Names of an estimator, and of a kind of guiding, in results.
+const PHOTONS: &str = "photons";
+const FULL: &str = "full";
 
 impl ResultsFile {
     /// Returns every value with its captor, face and band, in the order of the file.
     fn values(&self) -> Vec<(Key<'_>, Value)> {
         let mut all = Vec::new();
         for captor in &self.captors {
-            let mut add = |what, values: &[f64], errors: &[Option<f64>], few_paths| {
-                for ((band, &mean), &error) in self.bands.iter().zip(values).zip(errors) {
-                    all.push((
-                        (captor.id.as_str(), what, band.name.as_str()),
-                        Value { mean, error, few_paths },
-                    ));
+            let mut add = |what, values: &[f64], errors: &[Option<f64>], area, few_paths| {
+                let powers = self.energy.power.iter();
+                for (((band, power), &mean), &error) in
+                    self.bands.iter().zip(powers).zip(values).zip(errors)
+                {
+                    let nothing = mean == 0.0 && error.is_none() && *power > 0.0;
+                    let error = if nothing { self.of_nothing(*power, area) } else { error };
+                    let unknown = nothing && error.is_none();
+                    let key = (captor.id.as_str(), what, band.name.as_str());
+                    all.push((key, Value { mean, error, few_paths, unknown }));
                 }
             };
             let mut few_paths = false;
             for (what, face) in [("front", Some(&captor.front)), ("back", captor.back.as_ref())] {
                 if let Some(face) = face {
-                    add(what, &face.irradiance, &face.irradiance_se, face.few_paths);
+                    let (values, errors) = (&face.irradiance, &face.irradiance_se);
+                    add(what, values, errors, captor.area, face.few_paths);
                     few_paths |= face.few_paths;
                 }
             }
             if let (Some(values), Some(errors)) = (&captor.absorbed, &captor.absorbed_se) {
-                add("absorbed", values, errors, few_paths);
+                add("absorbed", values, errors, 1.0, few_paths);
             }
         }
         all
+    }
+
+    /// Returns the standard error of light of which nothing arrived, where the lights have this power,
+    /// per area, m2: so large that the interval of 95 % ends at the bound 3 power / photons. `None`
+    /// where no bound is known: for paths, and where splitting changes the power of photons.
+    fn of_nothing(&self, power: f64, area: f64) -> Option<f64> {
+        let is_plain = self.estimator == PHOTONS && self.guiding.as_deref() != Some(FULL);
+        let bound = 3.0 * power / self.photons as f64 / area;
+        (is_plain && bound > 0.0).then_some(bound / HALF_WIDTH)
     }
 }
 
@@ -46,6 +65,8 @@ struct Value {
     mean: f64,
     error: Option<f64>,
     few_paths: bool,
+    /// Whether nothing arrived, and it is not known how much there may be.
+    unknown: bool,
 }
 
 /// One value, of a captor, face and band, as both results have it.
@@ -73,7 +94,7 @@ pub struct Comparison {
     /// The differences, worst first: those without a known standard error, then the others by |z|.
     pub differences: Vec<Difference>,
     /// Number of further common values, which are not compared, because their standard error rests
-    /// on few paths in one of the results.
+    /// on few paths in one of the results, or because nothing arrived and no bound of it is known.
     pub few_paths: usize,
     /// Captors, faces and bands that only one of the results has.
     pub unmatched: Vec<String>,
@@ -106,7 +127,8 @@ impl Comparison {
             return Err(Error::input("results", "they have no captor and band in common")
                 .remedy("compare results of one scene"));
         }
-        let sure = common.iter().filter(|(_, a, b)| !a.few_paths && !b.few_paths);
+        let unknown = |a: &Value, b: &Value| (a.unknown || b.unknown) && a.mean != b.mean;
+        let sure = common.iter().filter(|(_, a, b)| !a.few_paths && !b.few_paths && !unknown(a, b));
         let mut differences: Vec<_> = sure.map(|&(key, a, b)| difference(key, a, b)).collect();
         let few_paths = common.len() - differences.len();
         // by Gauss's tail, P(|z| > x) <= exp(-x^2 / 2), for all of them together
@@ -146,10 +168,12 @@ impl Difference {
 }
 
 fn difference((captor, what, band): Key, a: Value, b: Value) -> Difference {
-    // where nothing has arrived there is no error, and only the error of the other value is known
+    // one batch has no error, and then only the error of the other value is known
     let variance = |value: Value| value.error.map(|error| error * error);
     let known = [variance(a), variance(b)].into_iter().flatten();
     let error = known.sum::<f64>().sqrt();
-    let z = (error > 0.0).then(|| (b.mean - a.mean) / error);
+    // two values of 0 agree, and say nothing of their errors
+    let any = error > 0.0 && (a.mean, b.mean) != (0.0, 0.0);
+    let z = any.then(|| (b.mean - a.mean) / error);
     Difference { captor: captor.into(), what, band: band.into(), a: a.mean, b: b.mean, z }
 }

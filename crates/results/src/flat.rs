@@ -2,11 +2,8 @@
 
 use phylux_core::{
     math::stats::Estimate,
-    scene::{
-        captor::{CHANNELS, Channel},
-        world::Scene,
-    },
-    transport::tally::Totals,
+    scene::captor::{CHANNELS, Channel},
+    transport::simulate::Simulation,
 };
 
 /// Fluxes of all captors with their standard errors, W or umol/s, in arrays of captor x channel x
@@ -28,9 +25,10 @@ pub struct FlatResult {
 }
 
 impl FlatResult {
-    /// Makes the arrays from the totals of a run of `scene`, or from those of one of its lights.
-    pub fn new(scene: &Scene, totals: &Totals) -> Self {
-        let (captors, columns) = (scene.captors.len(), scene.bands.len() + scene.sums.len());
+    /// Makes the arrays of a run.
+    pub fn new(simulation: &Simulation) -> Self {
+        let (scene, totals) = (simulation.scene(), simulation.totals());
+        let (captors, columns) = (scene.captors().len(), scene.bands().len() + scene.sums().len());
         let cells = captors * CHANNELS.len();
         let mut flat = Self {
             captors,
@@ -39,7 +37,7 @@ impl FlatResult {
             flux_se: vec![f64::NAN; cells * columns],
             photons: vec![0; cells],
         };
-        for (c, captor) in scene.captors.iter().enumerate() {
+        for (c, captor) in scene.captors().iter().enumerate() {
             for channel in 0..captor.kind.channels() {
                 let cell = c * CHANNELS.len() + channel;
                 let of_scene = captor.first_channel + channel;

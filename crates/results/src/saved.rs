@@ -24,6 +24,9 @@ pub struct ResultsFile {
     pub photons: u64,
     /// Name of the estimator that made the results.
     pub estimator: String,
+    /// What guided the photons, if anything did.
+    #[serde(default)]
+    pub guiding: Option<String>,
     #[serde(default)]
     warnings: Vec<String>,
     #[serde(default)]
@@ -272,11 +275,11 @@ impl ResultsFile {
                 }
             }
         }
-        let unit = scene.quantity.unit_names().flux;
+        let unit = scene.quantity().unit_names().flux;
         if self.unit.flux != unit {
             return refuse(format!("they are in {}, it is in {unit}", self.unit.flux));
         }
-        for (ours, theirs) in scene.captors.iter().zip(&self.captors) {
+        for (ours, theirs) in scene.captors().iter().zip(&self.captors) {
             let id = &ours.id;
             if *id != theirs.id {
                 return refuse(format!("they have captor `{}` where it has `{id}`", theirs.id));
@@ -293,8 +296,8 @@ impl ResultsFile {
                 return refuse(format!("captor `{id}` counts other sides"));
             }
         }
-        let (ours, theirs) = (scene.captors.len(), self.captors.len());
-        if let Some(captor) = scene.captors.get(theirs) {
+        let (ours, theirs) = (scene.captors().len(), self.captors.len());
+        if let Some(captor) = scene.captors().get(theirs) {
             return refuse(format!("they have no captor `{}`", captor.id));
         }
         if let Some(captor) = self.captors.get(ours) {

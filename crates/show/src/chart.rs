@@ -299,8 +299,13 @@ impl Chart {
     fn axes(&self) -> Option<[Axis; 2]> {
         let all = || self.panels.iter().flat_map(|(_, series)| series).chain(&self.series);
         let runs = || all().flat_map(|series| series.runs(|p| self.shows(p)));
-        let x = span(runs().flatten().map(|p| p.0))?;
-        let y = span(runs().flatten().map(|p| p.1))?;
+        // bars of errors never squeeze what they stand at
+        let data = || {
+            let all = all().filter(|series| series.stroke != Stroke::Bars);
+            all.flat_map(|series| series.runs(|p| self.shows(p))).flatten()
+        };
+        let x = unsqueezed(span(runs().flatten().map(|p| p.0))?, span(data().map(|p| p.0)));
+        let y = unsqueezed(span(runs().flatten().map(|p| p.1))?, span(data().map(|p| p.1)));
         // a level that is far away would leave much of the chart empty
         let near = if self.linear_y { 0.0..f64::INFINITY } else { 0.1 * y.start..10.0 * y.end };
         let levels = self.levels.iter().map(|(_, y)| *y).filter(|y| *y > 0.0 && near.contains(y));
@@ -401,6 +406,17 @@ fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
         let (low, high) = span.map_or((v, v), |Range { start, end }| (v.min(start), v.max(end)));
         Some(low..high)
     })
+}
+
+/// Returns the part of the range of all that is drawn that lies at most half the extent of the data,
+/// from 0, beyond these.
+fn unsqueezed(all: Range<f64>, data: Option<Range<f64>>) -> Range<f64> {
+    let Some(data) = data else { return all };
+    let room = 0.5 * (data.end.max(0.0) - data.start.min(0.0));
+    match room > 0.0 {
+        true => all.start.max(data.start - room)..all.end.min(data.end + room),
+        false => all,
+    }
 }
 
 /// Widens a range on a logarithmic axis to leave some room around it.
@@ -646,6 +662,27 @@ mod tests {
         assert_eq!(wide(&far), 1, "the first line");
         two.series[1].points[1].1 = 0.15;
         assert_eq!(wide(&two.svg(Width::Page).expect("a picture")), 0);
+    }
+
+    /// A bar of error that is a hundred times as long as its value does not squeeze the others, and ends
+    /// with the axis.
+    #[test]
+    fn long_bars_squeeze_nothing() {
+        let bars = [(1.0, -990.0), (1.0, 1010.0), (2.0, 19.0), (2.0, 21.0)];
+        let mut all = chart(vec![
+            Series { name: None, ..series("", 0, Stroke::Bars, &bars) },
+            series("a", 0, Stroke::Marks, &[(1.0, 10.0), (2.0, 20.0)]),
+        ]);
+        (all.linear_x, all.linear_y) = (true, true);
+        let [_, y] = all.axes().expect("axes");
+        assert!(*y.ends().start() >= -10.0 && *y.ends().end() <= 30.0, "{:?}", y.ends());
+        let svg = all.svg(Width::Page).expect("a picture");
+        let height = f64::from(Width::Page.height());
+        let lines =
+            svg.split("<polyline").skip(1).filter_map(|line| line.split("points=\"").nth(1));
+        let ends = lines.flat_map(|line| line.split('"').next().unwrap_or_default().split(' '));
+        let ys: Vec<f64> = ends.filter_map(|at| at.split(',').nth(1)?.parse().ok()).collect();
+        assert!(!ys.is_empty() && ys.iter().all(|y| (0.0..=height).contains(y)), "{ys:?}");
     }
 
     /// A legend that needs more rows than there is room for makes a chart higher, so that its axes

@@ -79,8 +79,8 @@ impl Colours {
                     None => error.remedy("name one of /bands or /sums"),
                 }
             })?,
-            None if scene.sums.is_empty() => 0,
-            None => scene.bands.len(),
+            None if scene.sums().is_empty() => 0,
+            None => scene.bands().len(),
         };
         let absorbed = self.absorbed.unwrap_or(false);
         Ok(Shown { band, absorbed, range: self.range, log: self.log })

@@ -92,7 +92,7 @@ pub fn write_glb(
 
 /// Returns whether two parts belong to one node.
 fn one_node(rendered: &RenderedScene, part: &TilePart, other: &TilePart) -> bool {
-    let captor = |part: &TilePart| match rendered.scene.captors.len() > NODES {
+    let captor = |part: &TilePart| match rendered.scene.captors().len() > NODES {
         true => part.captor.map(|_| 0),
         false => part.captor,
     };
@@ -103,8 +103,8 @@ fn one_node(rendered: &RenderedScene, part: &TilePart, other: &TilePart) -> bool
 fn node_name(rendered: &RenderedScene, part: &TilePart) -> String {
     let scene = rendered.scene;
     match (part.captor, part.object) {
-        (Some(captor), _) if scene.captors.len() <= NODES => scene.captors[captor].id.clone(),
-        (_, Some(object)) => scene.objects[object].clone(),
+        (Some(captor), _) if scene.captors().len() <= NODES => scene.captors()[captor].id.clone(),
+        (_, Some(object)) => scene.objects()[object].clone(),
         (Some(_), None) => "captors".into(),
         (None, None) => "surfaces".into(),
     }
@@ -112,7 +112,7 @@ fn node_name(rendered: &RenderedScene, part: &TilePart) -> String {
 
 /// Returns the values of a node's captor in every band, with standard errors.
 fn extras(rendered: &RenderedScene, part: &TilePart) -> Option<Map<String, Value>> {
-    let captor = part.captor.filter(|_| rendered.scene.captors.len() <= NODES)?;
+    let captor = part.captor.filter(|_| rendered.scene.captors().len() <= NODES)?;
     let mut extras = Map::new();
     for (channel, name) in [
         (Channel::Front, "irradiance_front"),
@@ -224,11 +224,11 @@ impl GlbFile {
         writer: &mut dyn Write,
     ) -> io::Result<()> {
         let scene = rendered.scene;
-        let center = scene.center.as_vec3();
+        let center = scene.center().as_vec3();
         let children: Vec<usize> = (1..=self.nodes.len()).collect();
         // the y axis of glTF is up, in a scene the z axis
         let mut upright = json!({
-            "name": scene.name,
+            "name": scene.name(),
             "rotation": [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2],
             "translation": [center.x, center.z, -center.y],
         });
@@ -247,7 +247,7 @@ impl GlbFile {
         let mut root = json!({
             "asset": { "version": "2.0", "generator": concat!("phylux ", env!("CARGO_PKG_VERSION")) },
             "scene": 0,
-            "scenes": [{ "name": scene.name, "nodes": [0], "extras": extras }],
+            "scenes": [{ "name": scene.name(), "nodes": [0], "extras": extras }],
             "nodes": self.nodes,
         });
         // glTF does not allow empty lists

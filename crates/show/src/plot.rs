@@ -8,12 +8,14 @@
 mod carpet;
 mod chosen;
 mod drawing;
+mod field;
 mod heat_map;
 mod layers;
 mod map;
 mod months;
 mod plants;
 mod profile;
+mod rows;
 mod spectrum;
 mod style;
 mod year;

@@ -105,7 +105,7 @@ pub fn render(
 ) -> Result<Fragments> {
     let bands = match show {
         Show::Error { .. } => 1,
-        _ => light.scene.bands.len(),
+        _ => light.scene.bands().len(),
     };
     let (width, height) = (viewpoint.camera.width, viewpoint.camera.height);
     check_size(viewpoint, bands)?;

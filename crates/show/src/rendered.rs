@@ -17,7 +17,7 @@ use phylux_core::{
         world::Scene,
     },
     transport::{
-        settings::{Estimator, Settings},
+        settings::{Estimator, NearestCount, Settings},
         simulate::{Control, Progress, light_surfaces, map_bytes, simulate},
         surface_light::SurfaceLight,
     },
@@ -97,12 +97,13 @@ impl<'a> RenderedScene<'a> {
                 let source = source(results.photons, &results.estimator, results.seed);
                 (results.captors, results.groups, source)
             }
-            RenderPlan::Run if !scene.captors.is_empty() => {
+            RenderPlan::Run if !scene.captors().is_empty() => {
                 let control = Control { progress: &staged(RenderStage::Captors), ..*control };
                 let by_light = settings.estimator == Estimator::Photons && splits(scene);
-                let settings = Settings { k: Some(0), by_light, ..settings.clone() };
+                let settings =
+                    Settings { k: Some(NearestCount::NONE), by_light, ..settings.clone() };
                 let simulation = simulate(scene, &settings, &control)?;
-                let result = RunResult::new(scene, &settings, &simulation);
+                let result = RunResult::new(&simulation);
                 let source = source(result.photons, result.estimator, result.seed);
                 let captors = result.captors.iter().map(CaptorValues::from).collect();
                 (captors, result.groups.iter().map(GroupValues::from).collect(), source)
@@ -120,7 +121,7 @@ impl<'a> RenderedScene<'a> {
             shares: Vec::new(),
         };
         if trace && !scene.triangles().is_empty() {
-            let k = settings.k.or(Some(NEAREST));
+            let k = settings.k.or_else(|| NearestCount::new(NEAREST).ok());
             // beside a run for captors, as many photons as the map takes
             let photons = settings.photons.filter(|_| !reads_tiles);
             let settings = Settings { photons, k, ..settings.clone() };
@@ -131,7 +132,7 @@ impl<'a> RenderedScene<'a> {
                 let by_light = rendered.captors.is_empty() || rendered.is_by_light();
                 let split = by_light && splits(scene);
                 (rendered.local, rendered.shares) =
-                    local(&rendered.tiles, &light, split, settings.threads, &stage)?;
+                    local(&rendered.tiles, &light, split, settings.threads.get(), &stage)?;
             }
             rendered.light = Some(light);
         }
@@ -146,7 +147,7 @@ impl<'a> RenderedScene<'a> {
     /// Returns the photon estimate for a tile, per band, W/m2 or umol/m2/s; `None` for a virtual
     /// captor and where nothing was traced.
     pub fn local(&self, tile: usize, channel: Channel) -> Option<&[f32]> {
-        let bands = self.scene.bands.len();
+        let bands = self.scene.bands().len();
         let values = self.local.get((3 * tile + channel as usize) * bands..)?;
         values.get(..bands)
     }
@@ -154,7 +155,7 @@ impl<'a> RenderedScene<'a> {
     /// Returns whether the captors' results are split by the lights of the scene.
     pub fn is_by_light(&self) -> bool {
         let same = |lights: &ByLight<FaceValues>| {
-            lights.keys().eq(self.scene.lights.iter().map(|light| &light.name))
+            lights.keys().eq(self.scene.lights().iter().map(|light| &light.name))
         };
         let split = |captor: &CaptorValues| captor.front.by_light.as_ref().is_some_and(same);
         splits(self.scene) && !self.captors.is_empty() && self.captors.iter().all(split)
@@ -187,7 +188,7 @@ impl<'a> RenderedScene<'a> {
         Some(match band.checked_sub(local.len()) {
             None => f64::from(local[band]),
             Some(sum) => {
-                let weighted = self.scene.sums[sum].weighted();
+                let weighted = self.scene.sums()[sum].weighted();
                 weighted.map(|(b, weight)| weight * f64::from(local[b])).sum()
             }
         })
@@ -206,10 +207,10 @@ fn check_memory(
     // a value and its error, and beside them those of the run's results that they are taken from
     const VALUE: usize = size_of::<f64>() + size_of::<Option<f64>>();
     const COPIES: usize = 3;
-    let (bands, columns) = (scene.bands.len(), scene.band_names().count());
-    let lights = if splits(scene) { scene.lights.len() } else { 0 };
+    let (bands, columns) = (scene.bands().len(), scene.band_names().count());
+    let lights = if splits(scene) { scene.lights().len() } else { 0 };
     let channels = match plan {
-        RenderPlan::Run => scene.channels() + scene.group_channels() * scene.groups.len(),
+        RenderPlan::Run => scene.channels() + scene.group_channels() * scene.groups().len(),
         RenderPlan::Results { .. } | RenderPlan::Photons => 0,
     };
     let split = if settings.estimator == Estimator::Photons { lights } else { 0 };
@@ -233,7 +234,7 @@ fn check_memory(
     let problem = format!(
         "the light on {surfaces} pieces of surfaces and {} captors, in {bands} bands, takes {:.1} GiB of memory, of \
         {:.1} that it may",
-        scene.captors.len(),
+        scene.captors().len(),
         machine::gib(if on_tiles > MOST_BYTES { on_tiles } else { bytes }),
         machine::gib(if on_tiles > MOST_BYTES { MOST_BYTES } else { left })
     );
@@ -255,7 +256,7 @@ const MOST_LIGHTS: usize = 32;
 
 /// Returns whether a scene has several lights, and not too many to keep apart.
 fn splits(scene: &Scene) -> bool {
-    (2..=MOST_LIGHTS).contains(&scene.lights.len())
+    (2..=MOST_LIGHTS).contains(&scene.lights().len())
 }
 
 /// Number of tiles between two looks at the stop flag.
@@ -271,11 +272,11 @@ fn local(
     threads: usize,
     control: &Control,
 ) -> Result<(Vec<f32>, Vec<u8>)> {
-    let bands = light.scene.bands.len();
+    let bands = light.scene.bands().len();
     let surfaces = tiles.parts.iter().filter(|part| part.material.is_some());
     let count = surfaces.map(|part| part.tiles.end).max().unwrap_or(0);
     let each = CHANNELS.len() * bands;
-    let shares_each = if split { 2 * light.scene.lights.len() * bands } else { 0 };
+    let shares_each = if split { 2 * light.scene.lights().len() * bands } else { 0 };
     let mut values = vec![0.0; count * each];
     let mut shares = vec![0; count * shares_each];
     let pool = machine::pool(threads)?;

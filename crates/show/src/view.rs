@@ -59,7 +59,7 @@ const THREE_LICENCE: &str = include_str!("view/three.LICENSE");
 pub fn check_view(scene: &Scene) -> Result<()> {
     let counts = [
         (scene.triangles().len() + scene.captor_triangles().len(), MOST_TRIANGLES, "triangles"),
-        (scene.captors.len(), MOST_CAPTORS, "captors"),
+        (scene.captors().len(), MOST_CAPTORS, "captors"),
     ];
     for (count, most, what) in counts {
         if count > most {
@@ -84,7 +84,7 @@ pub fn write_view(
         writer.write_all(text.as_bytes())?;
         match slot {
             "" => {}
-            "title" => writer.write_all(escaped(&rendered.scene.name).as_bytes())?,
+            "title" => writer.write_all(escaped(rendered.scene.name()).as_bytes())?,
             "style" => writer.write_all(STYLE.as_bytes())?,
             "three" => write!(writer, "/*\n{THREE_LICENCE}*/\n{THREE}")?,
             "script" => writer.write_all(SCRIPTS.join("\n").as_bytes())?,
@@ -107,11 +107,11 @@ fn write_data(
     writer: &mut dyn Write,
 ) -> io::Result<()> {
     let hours = hours.map(|file| {
-        let captors = rendered.scene.captors.iter().map(|captor| captor.id.as_str());
+        let captors = rendered.scene.captors().iter().map(|captor| captor.id.as_str());
         let groups = rendered.groups.iter().map(|group| group.values.id.as_str());
         Hours::new(file, captors.chain(groups))
     });
-    let shapes = shapes(&rendered.tiles, rendered.scene.center);
+    let shapes = shapes(&rendered.tiles, rendered.scene.center());
     let facts = facts(rendered, &shapes, hours.as_ref()).to_string();
     // only `<` could end a script element
     script(writer, "facts", "application/json", &facts.replace('<', "\\u003c"))?;
@@ -156,7 +156,7 @@ fn write_data(
     array("captors", &mut floats(received(&rendered.captors, bands)))?;
     array("groups", &mut floats(received(groups.clone(), bands)))?;
     if rendered.is_by_light() {
-        let lights = rendered.scene.lights.len();
+        let lights = rendered.scene.lights().len();
         let both = rendered.captors.iter().chain(groups);
         array("byLight", &mut floats(received_of_lights(both, lights, bands)))?;
     }
@@ -191,42 +191,42 @@ fn script(writer: &mut dyn Write, id: &str, kind: &str, text: &str) -> io::Resul
 fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> Value {
     let scene = rendered.scene;
     let extent = extent(rendered);
-    let unit = scene.quantity.unit_names();
+    let unit = scene.quantity().unit_names();
     let bands =
-        scene.bands.iter().enumerate().map(|(b, band)| json!({ "name": band.name, "of": [b] }));
-    let sums = scene.sums.iter().enumerate().map(|(s, sum)| {
+        scene.bands().iter().enumerate().map(|(b, band)| json!({ "name": band.name, "of": [b] }));
+    let sums = scene.sums().iter().enumerate().map(|(s, sum)| {
         let mut facts = json!({ "name": sum.name, "of": sum.bands, "sum": true });
         if !sum.weights.is_empty() {
-            let [flux, irradiance] = scene.units(scene.bands.len() + s);
+            let [flux, irradiance] = scene.units(scene.bands().len() + s);
             facts["weights"] = json!(sum.weights);
             facts["unit"] = json!({ "flux": printed(&flux), "irradiance": printed(&irradiance) });
         }
         facts
     });
-    let materials = scene.materials.iter();
+    let materials = scene.materials().iter();
     let few_paths = rendered.captors.iter().enumerate().filter(|(_, captor)| captor.few_paths());
     // lights that have a place
-    let lights = scene.lights.iter().filter(|light| light.entrance().is_none());
+    let lights = scene.lights().iter().filter(|light| light.entrance().is_none());
     let lights = lights.take(MOST_LIGHTS).map(|light| {
         let Extent { min, max } = light.extent();
         json!({ "name": light.name, "min": min.to_array(), "max": max.to_array() })
     });
     // lights whose shares are known, if all of them are
     let split = rendered.is_by_light() || !rendered.shares().is_empty();
-    let lamps = scene.lights.iter().filter(|_| split).map(|light| &light.name);
+    let lamps = scene.lights().iter().filter(|_| split).map(|light| &light.name);
     let shown = rendered.light.as_ref().map(|light| (light, shown_photons(light)));
     json!({
         "phylux": env!("CARGO_PKG_VERSION"),
-        "scene": scene.name,
+        "scene": scene.name(),
         "source": rendered.source,
         "unit": { "flux": printed(&unit.flux), "irradiance": printed(&unit.irradiance) },
         "bands": bands.chain(sums).collect::<Vec<_>>(),
-        "objects": scene.objects,
+        "objects": scene.objects(),
         "materials": materials
             .map(|m| json!({ "name": m.name, "clear": m.material.is_clear() }))
             .collect::<Vec<_>>(),
-        "captors": scene.captors.iter().map(|captor| &captor.id).collect::<Vec<_>>(),
-        "areas": scene.captors.iter().map(|captor| captor.area).collect::<Vec<_>>(),
+        "captors": scene.captors().iter().map(|captor| &captor.id).collect::<Vec<_>>(),
+        "areas": scene.captors().iter().map(|captor| captor.area).collect::<Vec<_>>(),
         "fewPaths": few_paths.map(|(c, _)| c).collect::<Vec<_>>(),
         "lights": lights.collect::<Vec<_>>(),
         "lamps": lamps.collect::<Vec<_>>(),
@@ -264,7 +264,7 @@ fn colours() -> Vec<[u8; 3]> {
 
 /// Returns a box around all tiles and lights.
 fn extent(rendered: &RenderedScene) -> Extent {
-    let lights = rendered.scene.lights.iter().map(|light| light.extent());
+    let lights = rendered.scene.lights().iter().map(|light| light.extent());
     let tiles = Extent::of_triangles(&rendered.tiles.corners);
     lights.fold(tiles, Extent::join)
 }
@@ -293,7 +293,7 @@ fn floats(values: impl Iterator<Item = f32>) -> impl Iterator<Item = u8> {
 /// Returns the irradiance on the tiles of surfaces: face after face, in it band after band, in it
 /// tile after tile.
 fn arriving<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
-    let bands = rendered.scene.bands.len();
+    let bands = rendered.scene.bands().len();
     let planes = [Channel::Front, Channel::Back].into_iter();
     planes.flat_map(move |face| (0..bands).flat_map(move |b| plane(rendered, face, b)))
 }
@@ -306,7 +306,7 @@ fn most_arrived(rendered: &RenderedScene) -> f32 {
 /// Returns the share that a tile absorbs of the light on both faces: band after band, in it tile
 /// after tile. The share differs from tile to tile far less than the light does.
 fn kept_shares<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = f32> + 'a {
-    (0..rendered.scene.bands.len()).flat_map(move |b| {
+    (0..rendered.scene.bands().len()).flat_map(move |b| {
         let [front, back, absorbed] = CHANNELS.map(|channel| plane(rendered, channel, b));
         // NaN where nothing arrives, which becomes level 0
         front.zip(back).zip(absorbed).map(|((front, back), absorbed)| absorbed / (front + back))
@@ -326,7 +326,7 @@ fn plane<'a>(
 /// Returns the shares of lights: light after light, in it face after face, in it band after band,
 /// in it tile after tile.
 fn shares<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = u8> + 'a {
-    let (lights, bands) = (rendered.scene.lights.len(), rendered.scene.bands.len());
+    let (lights, bands) = (rendered.scene.lights().len(), rendered.scene.bands().len());
     let of_tile = rendered.shares();
     let each = 2 * lights * bands;
     let order = (0..lights).flat_map(|light| (0..2).map(move |face| (light, face)));
@@ -400,4 +400,34 @@ fn face_normal(light: &SurfaceLight, photon: usize) -> [i8; 3] {
 fn most_power(light: &SurfaceLight, shown: &[usize]) -> f32 {
     let powers = shown.iter().flat_map(|&i| light.map.power(i));
     powers.copied().fold(f32::MIN_POSITIVE, f32::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Returns what stands between quotes behind each of these beginnings.
+    fn quoted<'a>(text: &'a str, beginnings: &[&str]) -> Vec<&'a str> {
+        let behind =
+            |beginning| text.split(beginning).skip(1).filter_map(|rest| rest.split('"').next());
+        beginnings.iter().copied().flat_map(behind).collect()
+    }
+
+    /// Every id stands once in the page, or one of the two things of that name would be dead; and the
+    /// scripts ask for no id that is not there.
+    #[test]
+    fn ids_of_the_page_are_its_own() {
+        let all = quoted(PAGE, &[" id=\""]);
+        let ids: BTreeSet<&str> = all.iter().copied().collect();
+        assert_eq!(all.len(), ids.len(), "an id stands twice among {all:?}");
+        assert!(ids.len() > 50, "{ids:?}");
+        for script in SCRIPTS {
+            for id in quoted(script, &["element(\"", " on(\""]) {
+                // the facts stand in the data of a page
+                assert!(ids.contains(id) || id == "facts", "the scripts ask for `{id}`");
+            }
+        }
+    }
 }

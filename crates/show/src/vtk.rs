@@ -99,11 +99,11 @@ type Cell<'a> = (&'a TilePart, usize);
 
 fn field_data(rendered: &RenderedScene, kind: VtkKind, xml: &mut Xml) -> io::Result<()> {
     let scene = rendered.scene;
-    names(xml, kind, "scene", [scene.name.as_str()].into_iter())?;
-    names(xml, kind, "unit", [&*scene.quantity.unit_names().irradiance].into_iter())?;
-    names(xml, kind, "objects", scene.objects.iter().map(String::as_str))?;
-    names(xml, kind, "materials", scene.materials.iter().map(|m| m.name.as_str()))?;
-    names(xml, kind, "captors", scene.captors.iter().map(|captor| captor.id.as_str()))
+    names(xml, kind, "scene", [scene.name()].into_iter())?;
+    names(xml, kind, "unit", [&*scene.quantity().unit_names().irradiance].into_iter())?;
+    names(xml, kind, "objects", scene.objects().iter().map(String::as_str))?;
+    names(xml, kind, "materials", scene.materials().iter().map(|m| m.name.as_str()))?;
+    names(xml, kind, "captors", scene.captors().iter().map(|captor| captor.id.as_str()))
 }
 
 fn cell_data(rendered: &RenderedScene, cells: &[Cell], xml: &mut Xml) -> io::Result<()> {
@@ -138,7 +138,7 @@ fn points(rendered: &RenderedScene) -> (Vec<f64>, Vec<i64>) {
             let next = known.len() as i64;
             let index = *known.entry(p.to_array().map(f32::to_bits)).or_insert(next);
             if index == next {
-                points.extend((p.as_dvec3() + rendered.scene.center).to_array());
+                points.extend((p.as_dvec3() + rendered.scene.center()).to_array());
             }
             corners.push(index);
         }

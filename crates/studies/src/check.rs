@@ -1,5 +1,7 @@
 //! Checks: what a scene holds, and what looks wrong in it.
 
+mod copies;
+mod lamps;
 mod mesh;
 mod objects;
 mod remarks;
@@ -16,7 +18,7 @@ pub use remarks::decimals;
 use remarks::{Remarks, length, quoted};
 
 use phylux_core::{
-    error::{Error, Result, number},
+    error::{Error, NO_THREADS, Result, number},
     math::{
         geometry::{Extent, Ray, Triangle, closeness},
         rng::{Purpose, Streams},
@@ -77,19 +79,19 @@ pub struct MaterialSummary {
 /// Checks a scene, on threads of its own. Error: threads cannot be started.
 pub fn check(loaded: &LoadedScene) -> Result<SceneSummary> {
     let pool = rayon::ThreadPoolBuilder::new().build();
-    Ok(pool.map_err(|e| Error::run("threads", e))?.install(|| look_over(loaded)))
+    Ok(pool.map_err(|e| Error::run("threads", e).remedy(NO_THREADS))?.install(|| look_over(loaded)))
 }
 
 /// Returns warnings about meshes, and lights in them, that send light the wrong way; a run prints
 /// them. Error: threads cannot be started.
 pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
     let pool = rayon::ThreadPoolBuilder::new().build();
-    pool.map_err(|e| Error::run("threads", e))?.install(|| {
+    pool.map_err(|e| Error::run("threads", e).remedy(NO_THREADS))?.install(|| {
         let mut remarks = Remarks::default();
         check_coincident(scene, &mut remarks);
         check_own_images(scene, &mut remarks);
         check_flush_lights(scene, &mut remarks);
-        if scene.materials.iter().any(|m| matches!(m.material, Material::Dielectric(_))) {
+        if scene.materials().iter().any(|m| matches!(m.material, Material::Dielectric(_))) {
             solids::check_solids(scene, &mesh::weld(scene), &mut remarks);
         }
         Ok(remarks.warnings)
@@ -99,11 +101,11 @@ pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
 fn look_over(loaded: &LoadedScene) -> SceneSummary {
     let scene = &loaded.scene;
     let surfaces = surfaces(scene);
-    let lit = scene.lights.iter().map(|light| light.extent());
+    let lit = scene.lights().iter().map(|light| light.extent());
     let lit = lit.fold(scene.triangles().extent(), Extent::join);
     let size = lit.join(Extent::of_triangles(scene.captor_triangles())).size().as_dvec3();
 
-    let mut remarks = Remarks { warnings: loaded.warnings.clone(), notes: Vec::new() };
+    let mut remarks = Remarks { warnings: loaded.warnings.clone(), notes: loaded.notes.clone() };
     let usual = check_unit(size, loaded.unit, &mut remarks);
     check_materials(loaded, &mut remarks);
     check_spectra(loaded, &mut remarks);
@@ -132,7 +134,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
 }
 
 fn surfaces(scene: &Scene) -> Vec<MaterialSummary> {
-    let materials = scene.materials.iter().map(|m| m.name.clone());
+    let materials = scene.materials().iter().map(|m| m.name.clone());
     let mut surfaces: Vec<MaterialSummary> =
         materials.map(|material| MaterialSummary { material, triangles: 0, area: 0.0 }).collect();
     for Standing { triangles, copies, area } in scene.standing() {
@@ -186,7 +188,7 @@ fn note_tables(loaded: &LoadedScene, remarks: &mut Remarks) {
 /// twice would be scaled by the mean square of the spectrum.
 fn check_spectra(loaded: &LoadedScene, remarks: &mut Remarks) {
     let wide = loaded.averages.iter().flat_map(|average| {
-        let bands = loaded.scene.bands.iter().zip(&average.spreads);
+        let bands = loaded.scene.bands().iter().zip(&average.spreads);
         bands.filter(|(_, spread)| **spread > WIDE).map(move |(band, spread)| {
             format!("{} in band `{}` ({spread:.2})", average.pointer, band.name)
         })
@@ -201,16 +203,16 @@ fn check_spectra(loaded: &LoadedScene, remarks: &mut Remarks) {
 
 /// Warns of powers that are too large by orders of magnitude.
 fn check_powers(scene: &Scene, around: &Extent, remarks: &mut Remarks) {
-    let full_sun = match scene.quantity {
+    let full_sun = match scene.quantity() {
         Quantity::Watt => 1000.0,
         Quantity::Micromole => 2000.0,
     };
-    let lamps = scene.lights.iter().filter(|light| light.entrance().is_none());
+    let lamps = scene.lights().iter().filter(|light| light.entrance().is_none());
     let powers = lamps.map(|light| (&light.name, light.power.iter().sum::<f64>()));
     let mut powers: Vec<(&String, f64)> = powers.filter(|(_, power)| *power > 0.0).collect();
     powers.sort_by(|a, b| b.1.total_cmp(&a.1));
     let Some(&(brightest, most)) = powers.first() else { return };
-    let units = scene.quantity.unit_names();
+    let units = scene.quantity().unit_names();
     let all: f64 = powers.iter().map(|(_, power)| power).sum();
     let area = f64::from(around.half_area());
     if area > 0.0 && all > BRIGHT * full_sun * area {
@@ -245,7 +247,7 @@ fn far_from(around: &Extent) -> f32 {
 /// Warns of lamps that are so far from everything that their unit is in doubt.
 fn check_distances(scene: &Scene, remarks: &mut Remarks) {
     let around = scene.triangles().extent().join(Extent::of_triangles(scene.captor_triangles()));
-    let lamps = scene.lights.iter().filter(|light| light.entrance().is_none());
+    let lamps = scene.lights().iter().filter(|light| light.entrance().is_none());
     let there = around.size() != Vec3::ZERO;
     let far = lamps.filter(|light| there && light.extent().is_clear_of(&around, far_from(&around)));
     remarks.warn_of(quoted(far.map(|light| &light.name)), |list| {
@@ -257,7 +259,7 @@ fn check_distances(scene: &Scene, remarks: &mut Remarks) {
 }
 
 fn check_lights(scene: &Scene, remarks: &mut Remarks) {
-    let dark = scene.lights.iter().filter(|light| light.power.iter().all(|&p| p == 0.0));
+    let dark = scene.lights().iter().filter(|light| light.power.iter().all(|&p| p == 0.0));
     remarks.warn_of(quoted(dark.map(|light| &light.name)), |list| {
         format!("lights without power in any band: {list}; give them power or remove them")
     });
@@ -268,9 +270,9 @@ fn check_lights(scene: &Scene, remarks: &mut Remarks) {
 fn check_flush_lights(scene: &Scene, remarks: &mut Remarks) {
     let named = |flush: &&FlushLight| {
         let surface = &scene.surface(flush.triangle);
-        let material = &scene.materials[surface.material as usize].name;
-        let object = scene.object(flush.triangle).map_or(material, |o| &scene.objects[o]);
-        format!("`{}` in `{object}`", scene.lights[flush.light].name)
+        let material = &scene.materials()[surface.material as usize].name;
+        let object = scene.object(flush.triangle).map_or(material, |o| &scene.objects()[o]);
+        format!("`{}` in `{object}`", scene.lights()[flush.light].name)
     };
     let list = |lifted: bool| {
         let lights = scene.flush_lights().iter().filter(|flush| flush.lifted == lifted);
@@ -294,7 +296,7 @@ fn check_flush_lights(scene: &Scene, remarks: &mut Remarks) {
 fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
     // in a scene that repeats nothing is outside
     let bounded = !scene.triangles().is_empty() && scene.lattice().is_none();
-    let outside = scene.captors.iter().filter(|captor| {
+    let outside = scene.captors().iter().filter(|captor| {
         bounded && matches!(captor.kind, CaptorKind::Virtual { .. }) && {
             let extent = Extent::of_triangles(&*scene.triangles_of(captor));
             // above a canopy there is sky
@@ -311,7 +313,7 @@ fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
             and `unit`"
         )
     });
-    let in_surface = scene.captors_in_surfaces().iter().map(|&c| &scene.captors[c].id);
+    let in_surface = scene.captors_in_surfaces().iter().map(|&c| &scene.captors()[c].id);
     remarks.note_of(quoted(in_surface), |list| {
         format!(
             "captors in the plane of a surface: {list}; they count as lying just off it, on the \
@@ -325,7 +327,7 @@ fn check_ground(loaded: &LoadedScene, remarks: &mut Remarks) {
     if loaded.without_ground.is_empty() {
         return;
     }
-    let captors = loaded.scene.captors.iter();
+    let captors = loaded.scene.captors().iter();
     let bare = captors.filter(|captor| !stands_over_surface(&loaded.scene, captor));
     let lights = loaded.without_ground.join("` and `");
     remarks.warn_of(quoted(bare.map(|captor| &captor.id)), |list| {
@@ -341,7 +343,7 @@ fn check_ground(loaded: &LoadedScene, remarks: &mut Remarks) {
 fn stands_over_surface(scene: &Scene, captor: &Captor) -> bool {
     /// The largest number of leaves of a captor that may lie over each other.
     const MOST: usize = 100;
-    let middle = (captor.center - scene.center).as_vec3();
+    let middle = (captor.center - scene.center()).as_vec3();
     let above = scene.offset_of(captor);
     let origin = middle + (closeness(middle) + 4.0 * above) * Vec3::Z;
     let mut down = Ray { origin, direction: Vec3::NEG_Z };
@@ -385,7 +387,7 @@ fn check_own_images(scene: &Scene, remarks: &mut Remarks) {
         }
     }
     let surface = "a surface".to_owned();
-    let name = |object: Option<usize>| object.map_or(&surface, |o| &scene.objects[o]);
+    let name = |object: Option<usize>| object.map_or(&surface, |o| &scene.objects()[o]);
     remarks.warn_of(quoted(objects.into_iter().map(name)), |list| {
         format!(
             "objects that lie on their own images, so that light meets only one of them: {list}; \
@@ -398,14 +400,15 @@ fn check_own_images(scene: &Scene, remarks: &mut Remarks) {
 fn check_openings(scene: &Scene, remarks: &mut Remarks) {
     const RAYS: u64 = 20_000;
     for (l, light) in scene.infinite_lights().filter(|(_, light)| !light.through.is_empty()) {
-        let all = InfiniteLight::new(light.name.clone(), scene.bands.len(), light.parts().to_vec());
-        let all = Entrance::new(all, scene.bands.len(), scene.inside(), DVec3::ZERO);
+        let all =
+            InfiniteLight::new(light.name.clone(), scene.bands().len(), light.parts().to_vec());
+        let all = Entrance::new(all, scene.bands().len(), scene.inside(), DVec3::ZERO);
         let streams = Streams::new(0, Purpose::Other, l as u64);
         let let_in = |ray: Ray| {
             let back = Ray { origin: ray.origin, direction: -ray.direction };
             // the openings may lie inside or outside the box
             let hit = scene.closest(&ray).map_or(f32::INFINITY, |hit| hit.t);
-            let far = Ray { origin: ray.at(hit.min(4.0 * scene.radius)), ..back };
+            let far = Ray { origin: ray.at(hit.min(4.0 * scene.radius())), ..back };
             scene.is_let_in(l, &far)
         };
         let rays = (0..RAYS).filter_map(|i| all.enter_anywhere(&mut streams.history(i)));
@@ -431,8 +434,8 @@ fn check_areas(scene: &Scene, remarks: &mut Remarks) {
     }
     let on_surfaces = by_material
         .iter()
-        .map(|(&m, count)| format!("{count} of `{}`", scene.materials[m as usize].name));
-    let on_captors = scene.captors.iter().filter_map(|captor| {
+        .map(|(&m, count)| format!("{count} of `{}`", scene.materials()[m as usize].name));
+    let on_captors = scene.captors().iter().filter_map(|captor| {
         let CaptorKind::Virtual { .. } = captor.kind else { return None };
         let count = scene.triangles_of(captor).iter().filter(|t| flat(t)).count();
         (count > 0).then(|| format!("{count} of captor `{}`", captor.id))
@@ -477,7 +480,7 @@ fn check_coincident(scene: &Scene, remarks: &mut Remarks) {
     }
     crowded.retain(|_, count| *count > 0);
 
-    let name = |m: u32| &scene.materials[m as usize].name;
+    let name = |m: u32| &scene.materials()[m as usize].name;
     let pairs = pairs.iter().map(|(&[q, p], n)| format!("{n} of `{}` on `{}`", name(q), name(p)));
     remarks.warn_of(pairs, |list| {
         format!(

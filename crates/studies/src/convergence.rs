@@ -17,7 +17,7 @@ use phylux_core::{
     error::{Error, Result},
     scene::world::Scene,
     transport::{
-        settings::{Estimator, Settings},
+        settings::{Estimator, NearestCount, PhotonCount, Settings, ThreadCount},
         simulate::{Control, Progress, Simulation, least_paths, simulate},
     },
 };
@@ -136,10 +136,13 @@ pub fn study(
     let mut ladder = Ladder { scene, plan, control, all, complete: false, done: Cell::new(0) };
     // where paths miss no light, and start from all faces, complete paths are the same
     let few = |estimator| {
-        let settings = ladder.settings(estimator, least_paths(scene), plan.seed, 0);
+        let settings =
+            ladder.settings(estimator, least_paths(scene), plan.seed, NearestCount::NONE);
         ladder.simulate(&settings)
     };
-    if few(Estimator::Paths)?.unseen.is_some() || !few(Estimator::Complete)?.by_photons.is_empty() {
+    if few(Estimator::Paths)?.unseen().is_some()
+        || !few(Estimator::Complete)?.by_photons().is_empty()
+    {
         (ladder.complete, ladder.all) = (true, all + least_paths(scene) + each);
     }
 
@@ -147,14 +150,15 @@ pub fn study(
         Some(reference) => reference,
         None => {
             let long = LONG_RUN * plan.photons;
-            let settings = ladder.settings(Estimator::Auto, long, LONG_RUN_SEED, 0);
+            let settings =
+                ladder.settings(Estimator::Auto, long, LONG_RUN_SEED, NearestCount::NONE);
             let simulation = ladder.simulate(&settings)?;
-            Reference::of_run(&RunResult::new(scene, &settings, &simulation), scene)
+            Reference::of_run(&RunResult::new(&simulation), scene)
         }
     };
     if reference.compared() == 0 {
         let problem = format!("{} knows the irradiance of no captor to 5 %", reference.name);
-        return Err(Error::input(format!("scene {}", scene.name), problem)
+        return Err(Error::input(format!("scene {}", scene.name()), problem)
             .remedy("give more photons, or a table of true values"));
     }
     let (mut rows, mut rungs) = (Vec::new(), Vec::new());
@@ -174,7 +178,7 @@ pub fn study(
     let enough = MOST_FOR_BOUNCES.max(scene.sources() as u64);
     let bounces = Bounces::count(scene, budgets[budgets.len() - 3].min(enough), control)?;
     Ok(ConvergenceStudy {
-        scene: scene.name.clone(),
+        scene: scene.name().into(),
         reference: reference.name.clone(),
         floor: reference.floor(),
         compared: reference.compared(),
@@ -197,13 +201,14 @@ struct Ladder<'a> {
     done: Cell<u64>,
 }
 
-impl Ladder<'_> {
-    fn settings(&self, estimator: Estimator, photons: u64, seed: u64, k: usize) -> Settings {
-        let (photons, threads) = (Some(photons), self.plan.threads);
+impl<'a> Ladder<'a> {
+    fn settings(&self, estimator: Estimator, photons: u64, seed: u64, k: NearestCount) -> Settings {
+        let photons = Some(PhotonCount::nearest_to(photons));
+        let threads = ThreadCount::nearest_to(self.plan.threads);
         Settings { estimator, photons, seed, k: Some(k), threads, ..Settings::default() }
     }
 
-    fn simulate(&self, settings: &Settings) -> Result<Simulation> {
+    fn simulate(&self, settings: &Settings) -> Result<Simulation<'a>> {
         let before = self.done.get();
         let (all, report) = (self.all, self.control.progress);
         let progress = |progress: Progress| {
@@ -212,7 +217,7 @@ impl Ladder<'_> {
         };
         let control = Control { stop: self.control.stop, progress: &progress };
         let simulation = simulate(self.scene, settings, &control)?;
-        self.done.set(before + settings.photons.unwrap_or(0));
+        self.done.set(before + settings.photons_or_default());
         Ok(simulation)
     }
 
@@ -228,13 +233,15 @@ impl Ladder<'_> {
         }
         let Some(&most) = self.plan.k.iter().max() else { return Ok(runs) };
 
-        let settings = |k| self.settings(Estimator::Photons, photons, seed, k);
+        let most = NearestCount::new(most)?;
         let started = ProcessTime::now();
-        let simulation = self.simulate(&settings(most))?;
+        let mut simulation =
+            self.simulate(&self.settings(Estimator::Photons, photons, seed, most))?;
         let tracing = started.elapsed().as_secs_f64();
         for &k in &self.plan.k {
             let started = ProcessTime::now();
-            let result = RunResult::new(self.scene, &settings(k), &simulation);
+            simulation = simulation.with_k(NearestCount::new(k)?);
+            let result = RunResult::new(&simulation);
             let cpu_seconds = tracing + started.elapsed().as_secs_f64();
             let values = irradiances(self.scene, &result, |face| {
                 face.knn.as_ref()?.as_ref().map(|knn| &knn.irradiance)
@@ -249,8 +256,8 @@ impl Ladder<'_> {
     /// Estimates flux by photons, by paths or by complete paths.
     fn summed(&self, estimator: Estimator, photons: u64, seed: u64) -> Result<Run> {
         let started = ProcessTime::now();
-        let settings = self.settings(estimator, photons, seed, 0);
-        let result = RunResult::new(self.scene, &settings, &self.simulate(&settings)?);
+        let settings = self.settings(estimator, photons, seed, NearestCount::NONE);
+        let result = RunResult::new(&self.simulate(&settings)?);
         let cpu_seconds = started.elapsed().as_secs_f64();
         let values = irradiances(self.scene, &result, |face| Some(&face.irradiance));
         let (estimator, photons) = (estimator.to_string(), result.photons);
@@ -264,7 +271,7 @@ fn irradiances(
     result: &RunResult,
     of: impl Fn(&FaceResult) -> Option<&Vec<f64>>,
 ) -> Vec<f64> {
-    let bands = scene.bands.len();
+    let bands = scene.bands().len();
     let faces = result.captors.iter().flat_map(CaptorResult::faces);
     faces
         .flat_map(|face| of(face).map_or_else(|| vec![0.0; bands], |v| v[..bands].to_vec()))

@@ -22,6 +22,8 @@ use phylux_files::{
 };
 use phylux_results::result::RunResult;
 
+use crate::check::check_meshes;
+
 /// Joins the files `shards` to one result. `scene` is the path of the scene, if it is not where the
 /// shards say. Errors: the shards are of different runs, some are missing or given twice, the scene
 /// has changed, stopped by `control`.
@@ -36,6 +38,8 @@ pub struct Shards {
     scene: Scene,
     settings: Settings,
     choice: Option<Choice>,
+    /// Warnings about the scene and the files that it comes from.
+    warnings: Vec<String>,
     /// All files that are read: the shards, the scene and the files that it names.
     pub files: Vec<PathBuf>,
 }
@@ -61,12 +65,14 @@ impl Shards {
         let settings =
             kept.settings(loaded.settings.threads).ok_or_else(|| head.no_settings(&place))?;
         let files = shards.iter().chain(&loaded.files).cloned().collect();
-        Ok(Self { readers, scene: loaded.scene, settings, choice: kept.choice(), files })
+        let mut warnings = loaded.warnings;
+        warnings.extend(check_meshes(&loaded.scene)?);
+        Ok(Self { readers, scene: loaded.scene, settings, choice: kept.choice(), warnings, files })
     }
 
     /// Adds up the shards.
     pub fn join(self, control: &Control) -> Result<RunResult> {
-        let Self { mut readers, scene, settings, choice, .. } = self;
+        let Self { mut readers, scene, settings, choice, warnings, .. } = self;
         let mut joined = Joined::new(&scene, &settings, choice, control)?;
         let mut batches = 0;
         for reader in &mut readers {
@@ -98,7 +104,7 @@ impl Shards {
                 })?;
             }
         }
-        Ok(RunResult::new(&scene, &settings, &joined.finish()?))
+        Ok(RunResult::new(&joined.finish()?).with_warnings_of_scene(warnings))
     }
 }
 
@@ -175,6 +181,7 @@ mod tests {
 
     use super::*;
     use phylux_core::transport::{
+        settings::{NearestCount, PhotonCount, ThreadCount},
         shard::Shard,
         simulate::{Plan, simulate_shard},
     };
@@ -200,10 +207,10 @@ mod tests {
         let scene = FOLDER.path().join("scene.json");
         let (loaded, inputs) = load_with_digest(&scene).unwrap_or_else(|e| panic!("{e}"));
         let settings = Settings {
-            photons: Some(128),
-            k: Some(2),
+            photons: PhotonCount::new(128).ok(),
+            k: NearestCount::new(2).ok(),
             by_light: true,
-            threads: 1,
+            threads: ThreadCount::ONE,
             ..loaded.settings
         };
         let control = Control::default();

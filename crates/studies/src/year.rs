@@ -158,9 +158,9 @@ impl Year {
         let entries = controlled.entries(&lamps, options.control, &mut warnings)?;
         let folder = &options.scratch;
         Self::needs(scenes, options, settings)?.check(places.captors, folder)?;
-        let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+        let photons = settings.photons_or_default();
         let mut parts = traced(scenes, &places, options, settings, Shard::WHOLE, control)?;
-        let pool = machine::pool(settings.threads)?;
+        let pool = machine::pool(settings.threads.get())?;
         (options.phase)("rays to the sun for the lamps");
         let switched =
             pool.install(|| controlled.switch_lamps(&mut parts, entries, &mut warnings))?;
@@ -189,7 +189,7 @@ impl Year {
         let wanted = Wanted {
             hours: numbered(wanted_hours.into_iter()),
             rows: numbered(lit),
-            lengths: slots.iter().map(|slot| slot.length).collect(),
+            sun_up: slots.iter().map(|slot| slot.sun_up).collect(),
             periods: days
                 .values()
                 .map(|hours| of_the_day(&slots, hours))
@@ -213,7 +213,7 @@ impl Year {
             })
         };
         let head = Head {
-            scene: scene.name.clone(),
+            scene: scene.name().into(),
             batches: parts.iter().filter_map(|part| part.batches).min().unwrap_or(1),
             arrived: (0..places.captors).map(arrived).collect(),
             powers: product.powers(),
@@ -228,7 +228,7 @@ impl Year {
         warnings.extend(no_faces(&parts));
         let Wanted { hours: hour_place, rows: row_of_slot, .. } = wanted;
         Ok(Self {
-            unit: match scene.quantity {
+            unit: match scene.quantity() {
                 Quantity::Watt => "MJ/m2/d",
                 Quantity::Micromole => "mol/m2/d",
             },
@@ -237,7 +237,7 @@ impl Year {
             photons,
             seed: settings.seed,
             sun_rays: rays.count(),
-            quantity: scene.quantity,
+            quantity: scene.quantity(),
             head,
             lamps: switched.into_iter().map(|(_, lamp)| lamp).collect(),
             sums: found.periods,
@@ -259,8 +259,8 @@ impl Year {
     pub fn needs(scenes: &YearScenes, options: &YearOptions, settings: &Settings) -> Result<Needs> {
         let places = Places::new(&scenes.scenes[0].loaded.scene);
         let hours = options.hours.chosen(&places)?.iter().filter(|chosen| **chosen).count();
-        let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
-        Ok(Needs::of(scenes, &places, hours, photons, machine::threads(settings.threads)))
+        let photons = settings.photons_or_default();
+        Ok(Needs::of(scenes, &places, hours, photons, machine::threads(settings.threads.get())))
     }
 
     /// Returns the light of an hour on the captors and groups whose hours were asked for. Its

@@ -11,7 +11,7 @@ use proptest::{
 use phylux_core::{
     error::Error,
     transport::{
-        settings::Settings,
+        settings::{PhotonCount, Settings, ThreadCount},
         simulate::{Control, simulate},
     },
 };
@@ -44,10 +44,11 @@ pub fn small_scene() -> LoadedScene {
 /// Runs [`SCENE`] with few photons and returns the results.
 pub fn small_run(settings: Settings) -> RunResult {
     let scene = small_scene().scene;
-    let settings = Settings { photons: Some(256), threads: 1, ..settings };
+    let settings =
+        Settings { photons: PhotonCount::new(256).ok(), threads: ThreadCount::ONE, ..settings };
     let control = Control::default();
     let simulation = simulate(&scene, &settings, &control).unwrap_or_else(|e| panic!("{e}"));
-    RunResult::new(&scene, &settings, &simulation)
+    RunResult::new(&simulation)
 }
 
 /// Panics if an error does not begin with its place, or is not a readable sentence of moderate

@@ -19,7 +19,7 @@ const COLUMNS: i32 = 2 * ROWS;
 pub(super) fn distributions(text: &mut String, scene: &Scene) {
     let mut drawn: Vec<(&Intensity, Vec<&str>)> = Vec::new();
     let mut known: HashMap<_, usize> = HashMap::new();
-    for light in &scene.lights {
+    for light in scene.lights() {
         let Some(intensity) = light.intensity() else { continue };
         let Some(table) = intensity.as_table() else { continue };
         let axes = [intensity.axes().normal, intensity.axes().tangent];

@@ -1,11 +1,12 @@
 //! The arguments of `phylux render`.
 
-use std::{path::PathBuf, time::Duration};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
 use super::view;
 use crate::cli::run;
+use phylux_core::transport::settings::{MapLimit, PhotonCount, ThreadCount, TimeLimit};
 use phylux_core::transport::{settings::Checked, surface_light::SurfaceLight};
 
 #[derive(Args)]
@@ -28,8 +29,8 @@ pub struct Arguments {
     pub rays: u32,
     /// End soon after this time: each pixel gets four rays at a time until the next four would end
     /// too late, or --rays are reached; give a large --rays. The first four are taken in any case
-    #[arg(long, value_name = "SECONDS", value_parser = run::max_time, allow_negative_numbers = true)]
-    pub max_time: Option<Duration>,
+    #[arg(long, value_name = "SECONDS", value_parser = run::max_time, allow_hyphen_values = true)]
+    pub max_time: Option<TimeLimit>,
     /// Number of directions to look into, and of shadow rays to the lamps, where a ray meets a
     /// surface that scatters: sharp shadows and true corners. 0 takes the light there from the
     /// photons alone, which is faster and blurred; not for captors and photons [default: 1]
@@ -42,7 +43,7 @@ pub struct Arguments {
     pub denoise: Option<Denoise>,
     /// With --show radiance: a value of 2^-STOPS is about white, and half of it half as bright
     /// [default: chosen for the picture]
-    #[arg(long, value_name = "STOPS", value_parser = stops, allow_negative_numbers = true)]
+    #[arg(long, value_name = "STOPS", value_parser = stops, allow_hyphen_values = true)]
     pub exposure: Option<f64>,
     /// Band or sum of the scene to show, or `sum` for all bands together [default: all; sum in
     /// false colour]
@@ -52,7 +53,7 @@ pub struct Arguments {
     #[arg(long)]
     pub log: bool,
     /// Values at the ends of the colour bar, to compare pictures [default: chosen for the picture]
-    #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_negative_numbers = true)]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_hyphen_values = true)]
     pub range: Option<(f64, f64)>,
     /// With --show captors: take the results from this file of `phylux run`, and trace nothing
     #[arg(long, value_name = "FILE")]
@@ -64,21 +65,21 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=10_000))]
     pub paths: u64,
     /// Arrivals of photons to trace and store [default: 2e6, and 1e5 to show photons]
-    #[arg(long, value_name = "N", value_parser = run::map_photons, allow_negative_numbers = true)]
-    pub map_photons: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = run::map_photons, allow_hyphen_values = true)]
+    pub map_photons: Option<MapLimit>,
     /// Photons of each estimate: more are smoother and blur more
     #[arg(long, value_name = "N", default_value_t = SurfaceLight::DEFAULT_K as u64, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub k: u64,
     /// Photons to trace [default: as many as bring --map-photons arrivals; with --show captors the
     /// scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons, allow_negative_numbers = true)]
-    pub photons: Option<u64>,
+    #[arg(long, value_name = "N", value_parser = run::photons, allow_hyphen_values = true)]
+    pub photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same picture, byte for byte
-    #[arg(long, value_name = "N", value_parser = run::count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = run::count, allow_hyphen_values = true)]
     pub seed: Option<u64>,
     /// Threads; 0 takes all processors. The picture does not depend on it [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::threads, allow_negative_numbers = true)]
-    pub threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = run::threads, allow_hyphen_values = true)]
+    pub threads: Option<ThreadCount>,
 }
 
 /// What a picture shows.

@@ -3,7 +3,10 @@
 use super::task::{Made, Task};
 use phylux_core::{
     error::Result,
-    transport::{settings::Settings, simulate::simulate},
+    transport::{
+        settings::{NearestCount, Settings},
+        simulate::simulate,
+    },
 };
 use phylux_files::result_file::read_results;
 use phylux_files::scene_file::LoadedScene;
@@ -52,11 +55,12 @@ impl Task<'_> {
     fn simulated(&self, settings: &Settings) -> Result<(Vec<Faces>, String)> {
         let Settings { seed, threads, photons, .. } = self.settings;
         let photons = photons.or(settings.photons);
-        let settings = Settings { photons, seed, threads, k: Some(0), ..settings.clone() };
+        let settings =
+            Settings { photons, seed, threads, k: Some(NearestCount::NONE), ..settings.clone() };
         let simulation =
             self.watched("photons", |control| simulate(self.scene, &settings, control))?;
-        let result = RunResult::new(self.scene, &settings, &simulation);
-        let words = format!("{} {}\n", simulation.totals.histories, simulation.estimator);
+        let result = RunResult::new(&simulation);
+        let words = format!("{} {}\n", simulation.totals().histories, simulation.estimator());
         let faces = result.captors.into_iter().map(|captor| {
             Faces([Some(captor.front.irradiance), captor.back.map(|back| back.irradiance)])
         });

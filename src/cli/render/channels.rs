@@ -21,13 +21,13 @@ pub(super) fn channels(pixels: &Pixels, scene: &Scene, show: What) -> Vec<(Strin
     }
     let band = |b: usize| (0..count).map(|i| pixels.pixel(i)[b]).collect::<Vec<f32>>();
     let mut channels: Vec<(String, Vec<f32>)> = scene
-        .bands
+        .bands()
         .iter()
         .enumerate()
         .map(|(b, named)| (format!("{what}.{}", named.name), band(b)))
         .collect();
     if show == What::Radiance {
-        let colours = BandColours::new(&scene.bands, scene.quantity);
+        let colours = BandColours::new(scene.bands(), scene.quantity());
         for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
             let value = |i: usize| colours.linear(pixels.pixel(i))[c];
             channels.push((name.into(), (0..count).map(value).collect()));

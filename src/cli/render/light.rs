@@ -37,9 +37,9 @@ impl Task<'_> {
 
     fn colours(&self) -> BandColours {
         if self.band.named {
-            return BandColours::grey(self.scene.bands.len(), &self.band.bands);
+            return BandColours::grey(self.scene.bands().len(), &self.band.bands);
         }
-        BandColours::new(&self.scene.bands, self.scene.quantity)
+        BandColours::new(self.scene.bands(), self.scene.quantity())
     }
 
     pub fn false_colour(&self, show: Show) -> Result<Made> {
@@ -52,7 +52,7 @@ impl Task<'_> {
             Show::Absorbed => "absorbed",
             _ => "irradiance",
         };
-        let unit = self.scene.quantity.unit_names().irradiance;
+        let unit = self.scene.quantity().unit_names().irradiance;
         let legend = self.legend_of(&shown.pixels(), value, what, &unit);
         let colours = shown.in_colours(PAPER, |values| linear(legend.scale.colour(value(values))));
         let pixels = fragments.pixels();

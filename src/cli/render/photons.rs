@@ -17,7 +17,7 @@ impl Task<'_> {
         let light = self.light()?;
         let mut picture = self.pale(Viewpoint::surface, |_, _| None)?;
         let dots = self.watched("photons", |control| {
-            photon_dots(&light, &self.viewpoint, self.settings.threads, control)
+            photon_dots(&light, &self.viewpoint, self.settings.threads.get(), control)
         })?;
         let map = &light.map;
         let power = |i: usize| {
@@ -25,7 +25,7 @@ impl Task<'_> {
             self.band.bands.iter().map(|&b| f64::from(power[b])).sum::<f64>() / map.histories as f64
         };
         let (what, unit) = match self.arguments.colour {
-            By::Power => ("photon power", self.scene.quantity.unit_names().flux),
+            By::Power => ("photon power", self.scene.quantity().unit_names().flux),
             By::Bounce => ("bounces", "".into()),
         };
         let value = |i: usize| match self.arguments.colour {

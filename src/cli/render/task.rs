@@ -12,7 +12,7 @@ use phylux_core::{
     math::geometry::Ray,
     scene::world::Scene,
     transport::{
-        settings::Settings,
+        settings::{MapLimit, NearestCount, Settings, TimeLimit},
         simulate::{Control, Progress, light_surfaces},
         surface_light::SurfaceLight,
     },
@@ -48,7 +48,7 @@ pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> R
         Some(sum),
     ) = (
         arguments.show,
-        band.index.and_then(|index| scene.sums.get(index.checked_sub(scene.bands.len())?)),
+        band.index.and_then(|index| scene.sums().get(index.checked_sub(scene.bands().len())?)),
     ) && !sum.weights.is_empty()
     {
         let problem = format!("the sum `{}` weights its bands, which a picture cannot", sum.name);
@@ -61,12 +61,15 @@ pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> R
     };
     let viewpoint = arguments.view.viewpoint(loaded)?;
     // checked here, before photons are traced for a picture that is too large
-    check_size(&viewpoint, scene.bands.len().max(3))?;
-    let few = if arguments.show == What::Photons { DOTS } else { settings.map_photons };
+    check_size(&viewpoint, scene.bands().len().max(3))?;
+    let few = match arguments.show {
+        What::Photons => MapLimit::nearest_to(DOTS),
+        _ => settings.map_photons,
+    };
     let settings = Settings {
         photons: arguments.photons,
         seed: arguments.seed.unwrap_or(settings.seed),
-        k: Some(arguments.k as usize),
+        k: Some(NearestCount::new(arguments.k as usize)?),
         map_photons: arguments.map_photons.unwrap_or(few),
         threads: arguments.threads.unwrap_or(settings.threads),
         ..settings.clone()
@@ -75,7 +78,7 @@ pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> R
         rays: arguments.rays,
         before: 0,
         seed: settings.seed,
-        threads: settings.threads,
+        threads: settings.threads.get(),
     };
     let task = Task { arguments, scene, viewpoint, settings, sampling, band, scale, stop, started };
     match arguments.show {
@@ -99,28 +102,28 @@ pub(super) struct ChosenBands {
 }
 
 fn chosen_bands(scene: &Scene, name: Option<&str>) -> Result<ChosenBands> {
-    let count = scene.bands.len();
+    let count = scene.bands().len();
     let chosen =
         |name: &str, bands, index| ChosenBands { name: name.into(), bands, named: true, index };
     let Some(name) = name else {
-        let all = match &scene.bands[..] {
+        let all = match &scene.bands()[..] {
             [only] => chosen(&only.name, vec![0], Some(0)),
             _ => chosen("sum of bands", (0..count).collect(), None),
         };
         return Ok(ChosenBands { named: false, ..all });
     };
-    if let Some(b) = scene.bands.iter().position(|band| band.name == name) {
+    if let Some(b) = scene.bands().iter().position(|band| band.name == name) {
         return Ok(chosen(name, vec![b], Some(b)));
     }
-    if let Some(s) = scene.sums.iter().position(|sum| sum.name == name) {
-        return Ok(chosen(name, scene.sums[s].bands.clone(), Some(count + s)));
+    if let Some(s) = scene.sums().iter().position(|sum| sum.name == name) {
+        return Ok(chosen(name, scene.sums()[s].bands.clone(), Some(count + s)));
     }
     if name == "sum" {
         return Ok(chosen("sum of bands", (0..count).collect(), None));
     }
-    let names = scene.bands.iter().map(|band| &band.name);
+    let names = scene.bands().iter().map(|band| &band.name);
     let names: Vec<&str> =
-        names.chain(scene.sums.iter().map(|sum| &sum.name)).map(String::as_str).collect();
+        names.chain(scene.sums().iter().map(|sum| &sum.name)).map(String::as_str).collect();
     let problem = format!("the scene has no band or sum `{name}`");
     Err(Error::input("--band", problem).remedy(format!("there are {}, sum", names.join(", "))))
 }
@@ -171,7 +174,7 @@ impl<'a> Task<'a> {
                 render(light, gather.as_ref(), &self.viewpoint, show, sampling, control)
             })
         };
-        let Some(most) = self.arguments.max_time else { return round(0, rays) };
+        let Some(most) = self.arguments.max_time.map(TimeLimit::get) else { return round(0, rays) };
         let mut from = Instant::now();
         let mut all = round(0, rays.min(ROUND))?;
         // as long as another round is expected to end in time
@@ -206,7 +209,7 @@ impl<'a> Task<'a> {
 
     /// Returns the legend of values of which `most` is the greatest.
     pub fn legend(&self, what: &str, unit: &str, scale: Scale, most: f64) -> Legend {
-        let flux = self.scene.quantity.unit_names().flux;
+        let flux = self.scene.quantity().unit_names().flux;
         let light = match what {
             "irradiance" => light_name(&band_results(self.scene), self.band.index, &flux),
             _ => format!("{what}, {}", self.band.name),

@@ -17,16 +17,16 @@ use phylux_show::render::Viewpoint;
 pub struct ViewArguments {
     /// Where the camera is, in the scene's unit of length [default: the scene's camera, or outside
     /// with the surfaces in the way cut off]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     position: Option<DVec3>,
     /// The point in the middle of the picture [default: the camera's, or the middle of the scene]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     look_at: Option<DVec3>,
     /// Direction that points up in the picture [default: the camera's, or 0,0,1]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     up: Option<DVec3>,
     /// Angle of view from left to right across the picture, degrees [default: the camera's, or 45]
-    #[arg(long, value_name = "DEGREES", value_parser = fov, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", value_parser = fov, allow_hyphen_values = true)]
     fov_deg: Option<f64>,
     /// Width of the picture in pixels [default: the camera's, or 800]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=View::MOST_PIXELS))]

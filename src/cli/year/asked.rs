@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::cli::{outputs::check_places, progress::during, terminal};
 use phylux_core::{
     error::Result,
-    transport::settings::{Guiding, Settings},
+    transport::settings::{Guiding, PhotonCount, Settings, ThreadCount},
 };
 use phylux_files::{
     control_file::ControlFile,
@@ -25,14 +25,14 @@ pub struct Asked {
     pub scene: PathBuf,
     pub control: Option<PathBuf>,
     pub division: SkyDivision,
-    pub photons: Option<u64>,
+    pub photons: Option<PhotonCount>,
     pub seed: Option<u64>,
     pub guiding: Option<Guiding>,
     pub hours: HoursOf,
     pub sun_rays: Option<u64>,
     pub tables: TableSettings,
     pub plots: PlotStyle,
-    pub threads: Option<usize>,
+    pub threads: Option<ThreadCount>,
 }
 
 impl Asked {
@@ -48,7 +48,7 @@ impl Asked {
                 145 => SkyDivision::Tregenza,
                 _ => SkyDivision::Reinhart,
             },
-            photons: Some(settings.photons),
+            photons: PhotonCount::new(settings.photons).ok(),
             seed: Some(settings.seed),
             guiding: Some(settings.guiding),
             hours: hours.unwrap_or_default(),
@@ -93,7 +93,7 @@ impl Asked {
                 SkyDivision::Tregenza => 145,
                 SkyDivision::Reinhart => 577,
             },
-            photons: ready.settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS),
+            photons: ready.settings.photons_or_default(),
             seed: ready.settings.seed,
             guiding: ready.settings.guiding,
             sun_rays: ready.scenes.sun_rays(self.sun_rays, &self.hours)?,

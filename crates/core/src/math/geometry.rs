@@ -98,6 +98,18 @@ impl Triangle {
         (1.0 - u - v) * self.a + u * self.b + v * self.c
     }
 
+    /// Returns the barycentric weights of the corners b and c of the point of the triangle's plane that
+    /// is nearest to `point`; 0 for a triangle without area.
+    pub fn weights(&self, point: Vec3) -> [f64; 2] {
+        let [ab, ac, ap] = [self.b, self.c, point].map(|p| p.as_dvec3() - self.a.as_dvec3());
+        let cross = ab.cross(ac);
+        let square = cross.length_squared();
+        if square == 0.0 {
+            return [0.0; 2];
+        }
+        [ap.cross(ac), ab.cross(ap)].map(|part| part.dot(cross) / square)
+    }
+
     /// Returns how fast the barycentric weight of each corner grows with the distance from the edge
     /// opposite it, 1/m; zero for a triangle without area.
     pub fn slopes(&self) -> Vec3 {

@@ -4,12 +4,14 @@
 //! with their densities that these define. `geometry` holds vectors and frames, `spectrum`
 //! numbers per band, `stats` means with standard errors, `curve` measured curves,
 //! `least_squares` fits, `linear_program` least costs, `units` units, `luminosity` lumens,
-//! `phytochrome` its cross-sections and `weighting` what plants make of a wavelength. `machine` says how many processors and how much memory there are.
-//! `pattern` and `expression` read patterns of names and arithmetic expressions.
+//! `phytochrome` its cross-sections and `weighting` what plants make of a wavelength. `machine` says
+//! how many processors and how much memory there are, and `effort` counts work. `pattern` and
+//! `expression` read patterns of names and arithmetic expressions.
 //!
 //! Whatever needs to know about a light, a surface or a photon belongs to a later module.
 
 pub mod curve;
+pub mod effort;
 pub mod expression;
 pub mod geometry;
 pub mod least_squares;

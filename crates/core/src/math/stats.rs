@@ -153,6 +153,13 @@ pub fn ratio([over, under]: [f64; 2], covariance: Option<[f64; 3]>) -> Option<(f
     Some((ratio, error.filter(|error| is_possible(*error))))
 }
 
+/// Returns the standard error of a ratio that is honest where all batches of `histories` histories have
+/// the same ratio, as where only light of one spectrum has come so far: at least what one more history
+/// makes that has nothing of what is divided. `histories` is 0 where that is not to be.
+pub fn error_of_ratio(ratio: f64, error: f64, histories: u64) -> f64 {
+    if histories > 0 { error.max(ratio / histories as f64) } else { error }
+}
+
 /// Returns the rate of events per batch that is exceeded with a confidence of 5 %, if `hit` of
 /// `batches` batches had any event. With the exact bound p of a binomial proportion (Clopper and
 /// Pearson, "The use of confidence or fiducial limits", Biometrika 26, 1934), it is the rate
@@ -383,6 +390,37 @@ mod tests {
         let (means, mixed) = mixed.estimate(4);
         assert_eq!(means, [9.0, 9.0]);
         mixed.unwrap().iter().zip(expected).for_each(|(a, b)| assert!((a - 5.0 * b).abs() < 1e-12));
+    }
+
+    /// Of 400 histories nearly all have the ratio 1/2, and each has none of the numerator with a
+    /// probability such that 1/4 to 16 of these are expected; all bring 1 to the denominator. The 95 %
+    /// intervals hold the mean in at least 85 % of the runs, where without the correction it is below a
+    /// quarter. Pairs that differ, and paths, keep their errors.
+    #[test]
+    fn errors_of_ratios_that_few_histories_change() {
+        let n = 400;
+        let held = |expected: f64, corrected: bool| {
+            let (mut sum, mut odds) = (0.0, (-expected).exp());
+            for others in 0..100u32 {
+                let mut pair = RunningPair::default();
+                // one history in each batch
+                (0..n).for_each(|i| pair.add(if i < others { 0.0 } else { 0.5 }, 1.0));
+                let histories = if corrected { u64::from(n) } else { 0 };
+                let (means, covariance) = pair.estimate(n.into());
+                let (mean, error) = ratio(means, covariance).unwrap();
+                let error = error_of_ratio(mean, error.unwrap(), histories);
+                let truth = 0.5 * (1.0 - expected / f64::from(n));
+                sum += if (mean - truth).abs() <= 1.98 * error { odds } else { 0.0 };
+                odds *= expected / f64::from(others + 1);
+            }
+            sum
+        };
+        for expected in [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0] {
+            let (before, after) = (held(expected, false), held(expected, true));
+            assert!(after >= before.max(0.85), "{expected}: {before} {after}");
+        }
+        assert!(held(0.25, false) < 0.25);
+        assert_eq!(error_of_ratio(0.5, 0.1, 10), 0.1);
     }
 
     #[test]

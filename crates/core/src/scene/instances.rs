@@ -72,6 +72,12 @@ impl Instance {
         self.linear * (1.0 / self.scale)
     }
 
+    /// Returns whether the copy is turned inside out: its corners then go round the other way.
+    #[inline]
+    pub fn is_mirrored(&self) -> bool {
+        self.is_mirrored
+    }
+
     /// Returns the factor on lengths.
     #[inline]
     pub fn scale(&self) -> f32 {

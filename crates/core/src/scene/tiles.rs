@@ -76,7 +76,8 @@ impl Tiles {
             last.is_some_and(|c| triangle - c.first < c.each * c.transforms.len())
         };
         let stays = |triangle: usize| clear(triangle) || is_copy(triangle);
-        let (corners, triangles) = cut(scene.triangles().iter(), stays, MORE, SHORT * scene.radius);
+        let (corners, triangles) =
+            cut(scene.triangles().iter(), stays, MORE, SHORT * scene.radius());
         for copies in &mut copies {
             copies.first = triangles.partition_point(|t| (*t as usize) < copies.first);
         }
@@ -91,7 +92,7 @@ impl Tiles {
                 tiles: tile..tile + 1,
             });
         }
-        let virtual_captors = scene.captors.iter().enumerate();
+        let virtual_captors = scene.captors().iter().enumerate();
         for (c, captor) in virtual_captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface)
         {
             let first = tiles.corners.len();

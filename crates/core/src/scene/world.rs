@@ -46,7 +46,7 @@ use crate::{
         lattice::Lattice,
         light::{Light, LightTree, Prism, sources},
         material::Material,
-        stand::Stand,
+        stand::{LayerBins, Stand},
     },
 };
 use images::LightImages;
@@ -64,7 +64,7 @@ pub use parts::{
 };
 pub use shapes::{KeptShapes, LOOKED_AT};
 pub use triangles::{SharedCopy, Standing, Triangles};
-pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES};
+pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES, check_crowd};
 pub use validate::{check_watts, may_be_shared};
 
 /// Width of a triangle's margins, in bounds of the error of its points.
@@ -136,41 +136,25 @@ struct Common {
     areas: Vec<OnceLock<Arc<Discrete>>>,
 }
 
-/// A validated scene.
+/// A validated scene. What it promises cannot be changed: it is read by methods.
 #[derive(Debug)]
 pub struct Scene {
-    /// Title.
-    pub name: String,
-    /// The quantity that photons carry: power in W or photon flux in umol/s.
-    pub quantity: Quantity,
-    /// Length of the period, h, whose mean the daylight of the scene is, nights included.
-    pub period_h: Option<f64>,
-    /// The wavelength bands.
-    pub bands: Vec<Band>,
-    /// Sums over bands.
-    pub sums: Vec<BandSum>,
-    /// Ratios of sums over bands.
-    pub ratios: Vec<BandRatio>,
-    /// Whether surfaces count what they absorb by face, too.
-    pub absorbed_by_face: bool,
-    /// Whether captors say which share of their area the sun shines on.
-    pub sunlit: bool,
-    /// Electric power of lights, W, by their names.
-    pub watts: BTreeMap<String, f64>,
-    /// The materials.
-    pub materials: Vec<NamedMaterial>,
-    /// Names of the objects.
-    pub objects: Vec<String>,
-    /// The lights.
-    pub lights: Vec<Light>,
-    /// The captors.
-    pub captors: Vec<Captor>,
-    /// Names of the groups.
-    pub groups: Vec<String>,
-    /// The point that single-precision coordinates are relative to, m from the user's origin.
-    pub center: DVec3,
-    /// Half the diagonal of the box around surfaces, captors and lights, m.
-    pub radius: f32,
+    name: String,
+    quantity: Quantity,
+    period_h: Option<f64>,
+    bands: Vec<Band>,
+    sums: Vec<BandSum>,
+    ratios: Vec<BandRatio>,
+    absorbed_by_face: bool,
+    sunlit: bool,
+    watts: BTreeMap<String, f64>,
+    materials: Vec<NamedMaterial>,
+    objects: Vec<String>,
+    lights: Vec<Light>,
+    captors: Vec<Captor>,
+    groups: Vec<String>,
+    center: DVec3,
+    radius: f32,
     /// The surfaces that are copies of an object, and share no triangles.
     copies: Vec<ObjectCopy>,
     /// The prism by whose faces light from infinitely far away comes in.
@@ -237,6 +221,98 @@ pub struct Crossing {
 }
 
 impl Scene {
+    /// Returns the title.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the quantity that photons carry: power in W or photon flux in umol/s.
+    pub fn quantity(&self) -> Quantity {
+        self.quantity
+    }
+
+    /// Returns the length of the period, h, whose mean the daylight of the scene is, nights
+    /// included; `None` for an instant.
+    pub fn period_h(&self) -> Option<f64> {
+        self.period_h
+    }
+
+    /// Returns the wavelength bands.
+    #[inline]
+    pub fn bands(&self) -> &[Band] {
+        &self.bands
+    }
+
+    /// Returns the sums over bands.
+    #[inline]
+    pub fn sums(&self) -> &[BandSum] {
+        &self.sums
+    }
+
+    /// Returns the ratios of sums over bands.
+    #[inline]
+    pub fn ratios(&self) -> &[BandRatio] {
+        &self.ratios
+    }
+
+    /// Returns whether surfaces count what they absorb by face, too.
+    #[inline]
+    pub fn absorbed_by_face(&self) -> bool {
+        self.absorbed_by_face
+    }
+
+    /// Returns whether captors say which share of their area the sun shines on.
+    pub fn sunlit(&self) -> bool {
+        self.sunlit
+    }
+
+    /// Returns the electric power of lights, W, by their names.
+    pub fn watts(&self) -> &BTreeMap<String, f64> {
+        &self.watts
+    }
+
+    /// Returns the materials.
+    #[inline]
+    pub fn materials(&self) -> &[NamedMaterial] {
+        &self.materials
+    }
+
+    /// Returns the names of the objects.
+    pub fn objects(&self) -> &[String] {
+        &self.objects
+    }
+
+    /// Returns the lights.
+    #[inline]
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// Returns the captors.
+    #[inline]
+    pub fn captors(&self) -> &[Captor] {
+        &self.captors
+    }
+
+    /// Returns the names of the groups.
+    #[inline]
+    pub fn groups(&self) -> &[String] {
+        &self.groups
+    }
+
+    /// Returns the point that single-precision coordinates are relative to, m from the user's
+    /// origin.
+    #[inline]
+    pub fn center(&self) -> DVec3 {
+        self.center
+    }
+
+    /// Returns half the diagonal of the box around surfaces, captors and lights, m.
+    #[inline]
+    pub fn radius(&self) -> f32 {
+        self.radius
+    }
+
     /// Returns the number of lanes in which the bands are carried.
     pub fn lanes(&self) -> usize {
         lanes(self.bands.len())
@@ -289,6 +365,25 @@ impl Scene {
     /// Returns whether a triangle of a surface belongs to the ground.
     pub fn is_ground(&self, triangle: usize) -> bool {
         self.object(triangle).is_some_and(|o| self.stand.is_ground.get(o) == Some(&true))
+    }
+
+    /// Returns the layer in which a point of a triangle of a surface captor counts; `None` if there
+    /// are no layers, or if the triangle is ground.
+    #[inline]
+    pub fn layer_of(&self, triangle: usize, point: Vec3) -> Option<usize> {
+        self.stand.layers.as_ref().and_then(|layers| self.layer_among(layers, triangle, point))
+    }
+
+    #[inline(never)]
+    fn layer_among(&self, layers: &LayerBins, triangle: usize, point: Vec3) -> Option<usize> {
+        if self.is_ground(triangle) {
+            return None;
+        }
+        let copy = self.located(triangle);
+        let [a, b, c] = layers.heights(triangle, copy);
+        let is_mirrored = copy.is_some_and(|copy| self.shapes.placed.instance(&copy).is_mirrored());
+        let heights = if is_mirrored { [a, c, b] } else { [a, b, c] };
+        Some(layers.of(heights, self.triangles().at(triangle).weights(point)))
     }
 
     /// Returns the triangles of all virtual captors, where the user put them.

@@ -106,27 +106,27 @@ pub fn direct_sun(
     with_lanes!(scene.lanes(), L => of_captor::<L>(scene, captor, channels, lights, seed, rays, stop))
 }
 
-/// Number of points of each captor for its sunlit share, up to [`SunRays::CAPTORS`] captors.
+/// Number of points of each captor for its sunlit share, up to [`SunRays::CAPTORS`] captors; at least
+/// one in each of [`SETS`] sets.
 const SHARE_POINTS: u64 = 64;
 
 /// Returns the fraction of each captor's area that has a straight path to the sun, also through thin
-/// panes, by one of its faces, or by the front of a sensor that counts one side; with its standard
-/// error, at least half a point. The scene has one sun. The same seed gives the same values on any
+/// panes, by one of its faces, or by the front of a sensor that counts one side; with its
+/// [standard error](error_of_share). The scene has one sun. The same seed gives the same values on any
 /// number of threads. `None` if no sun is there, or if there are several.
 pub fn sunlit_shares(scene: &Scene, seed: u64) -> Option<Vec<[f64; 2]>> {
     let light = only_sun(scene)?;
-    let captors = scene.captors.len() as u64;
-    let rays = SunRays::new((SHARE_POINTS * SunRays::CAPTORS / captors.max(1)).min(SHARE_POINTS));
+    let captors = scene.captors().len() as u64;
+    let points = (SHARE_POINTS * SunRays::CAPTORS / captors.max(1)).min(SHARE_POINTS);
+    let rays = SunRays { sets: SETS, points: (points / SETS).max(1) };
     let (channels, never) = (CHANNELS.len(), AtomicBool::new(false));
-    // where all sets of points agree by chance, half a point is still not known
-    let least = 0.5 / rays.count() as f64;
     let share = |captor: usize| {
         let light = std::slice::from_ref(light);
         let row = direct_sun(scene, captor, channels, light, seed, rays, &never);
         let [mean, error] = row.last().map_or([0.0; 2], |pair| pair.map(f64::from));
-        [mean, error.hypot(least)]
+        [mean, error_of_share(error, rays.count() as f64)]
     };
-    Some((0..scene.captors.len()).into_par_iter().map(share).collect())
+    Some((0..scene.captors().len()).into_par_iter().map(share).collect())
 }
 
 /// Returns the light that is the scene's one sun; `None` if no sun is there, or several are.
@@ -136,15 +136,29 @@ fn only_sun(scene: &Scene) -> Option<&InfiniteLight> {
     suns.next().is_none().then_some(light)
 }
 
-/// Number of sets of points for the sunlit shares of layers, and of points in each set.
-const LAYER_SETS: usize = 8;
+/// Number of sets of points whose spread gives the error of a sunlit share.
+const SETS: u64 = 8;
+/// The interval of 95 % by Student's distribution for so many sets, over that for the 128 batches of a
+/// run: 2.365 / 1.979.
+const WIDER: f64 = 1.195;
+
+/// Returns the standard error of a share of so many points in [`SETS`] sets, whose spread gives the
+/// error `spread` of their mean. The spread of so few is not well known itself, so that the error is
+/// larger by as much as the interval is wider. And where all sets agree by chance, one more point may
+/// still differ, as one more history may [miss](crate::math::stats::Estimate::with_misses).
+fn error_of_share(spread: f64, points: f64) -> f64 {
+    (WIDER * spread).hypot(1.0 / points)
+}
+
+/// Number of points for the sunlit shares of layers in each of [`SETS`] sets.
+const LAYER_SETS: usize = SETS as usize;
 const LAYER_POINTS: f64 = 16_384.0;
 
 /// Returns the fraction of the leaves of each layer, by area, that has a straight path to the sun,
-/// also through thin panes, by either face; with its standard error, at least half a point. The
-/// points are spread evenly over all leaves of the scene, which has one sun. The same seed gives the
-/// same values on any number of threads. `None` for a layer in which no point lies; for the whole if
-/// the scene has no layers or not one sun.
+/// also through thin panes, by either face; with its [standard error](error_of_share). The points are
+/// spread evenly over all leaves of the scene, which has one sun. The same seed gives the same values
+/// on any number of threads. `None` for a layer in which no point lies; for the whole if the scene has
+/// no layers or not one sun.
 pub fn sunlit_layers(scene: &Scene, seed: u64) -> Option<Vec<Option<[f64; 2]>>> {
     let mut layers = vec![[[0u64; 2]; LAYER_SETS]; scene.stand().layers.as_ref()?.areas.len()];
     let sun = only_sun(scene)?;
@@ -154,7 +168,7 @@ pub fn sunlit_layers(scene: &Scene, seed: u64) -> Option<Vec<Option<[f64; 2]>>> 
     };
     let mut end = 0.0;
     let areas: Vec<_> = scene
-        .captors
+        .captors()
         .iter()
         .map(|captor| {
             let start = end;
@@ -212,7 +226,8 @@ fn share_of(sets: &[[u64; 2]; LAYER_SETS]) -> Option<[f64; 2]> {
     let share = sunlit / points;
     let squares: f64 = sets.iter().map(|[points, sunlit]| (sunlit - share * points).powi(2)).sum();
     let n = LAYER_SETS as f64;
-    (points > 0.0).then(|| [share, (squares * n / (n - 1.0)).sqrt().hypot(0.5) / points])
+    let spread = (squares * n / (n - 1.0)).sqrt();
+    (points > 0.0).then(|| [share, error_of_share(spread / points, points)])
 }
 
 fn of_captor<L: Lanes>(
@@ -224,16 +239,16 @@ fn of_captor<L: Lanes>(
     rays: SunRays,
     stop: &AtomicBool,
 ) -> Vec<[f32; 2]> {
-    let kind = scene.captors[captor].kind;
+    let kind = scene.captors()[captor].kind;
     let faces: Vec<Face> = kind.faces().iter().map(|&c| Face::new(scene, captor, c)).collect();
     let streams = Streams::new(seed, Purpose::DirectSun, captor as u64);
-    let (bands, columns) = (scene.bands.len(), scene.bands.len() + scene.sums.len());
+    let (bands, columns) = (scene.bands().len(), scene.bands().len() + scene.sums().len());
     // a captor with a back, and one before a mirror, may get the light of any sun
     let from_anywhere = faces.len() > 1 || scene.flat_mirrors().is_some();
     let normals: Vec<_> = match from_anywhere {
         true => Vec::new(),
         false => {
-            let triangles = scene.triangles_of(&scene.captors[captor]);
+            let triangles = scene.triangles_of(&scene.captors()[captor]);
             triangles.iter().map(|t| t.normal()).collect()
         }
     };
@@ -272,7 +287,7 @@ fn of_captor<L: Lanes>(
             }
             for sums in sums.chunks_exact_mut(columns) {
                 let (of_bands, of_sums) = sums.split_at_mut(bands);
-                for (value, sum) in of_sums.iter_mut().zip(&scene.sums) {
+                for (value, sum) in of_sums.iter_mut().zip(scene.sums()) {
                     *value = sum.of(of_bands);
                 }
             }
@@ -296,6 +311,13 @@ fn of_captor<L: Lanes>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::stats::student_half_width;
+
+    #[test]
+    fn the_interval_of_few_sets_is_wider() {
+        let width = |sets: f64| student_half_width(sets - 1.0, 0.95);
+        assert!((width(SETS as f64) / width(128.0) - WIDER).abs() < 1e-3);
+    }
 
     #[test]
     fn few_captors_have_more_rays_and_very_many_fewer() {

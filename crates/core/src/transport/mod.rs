@@ -25,7 +25,10 @@ pub mod trace;
 
 pub use paths::Unseen;
 pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way};
-pub use settings::{Estimator, Guiding, Settings, Target};
+pub use settings::{
+    Estimator, Guiding, MapLimit, NearestCount, PhotonCount, Settings, Target, ThreadCount,
+    TimeLimit, Tolerance,
+};
 pub use shard::Shard;
 pub use simulate::{
     Accuracy, Choice, Control, Dark, End, FaceBand, Progress, Simulation, Worst, found_and_unseen,

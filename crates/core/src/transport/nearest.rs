@@ -9,6 +9,7 @@ use glam::Vec3;
 
 use crate::{
     math::{
+        geometry::{ROUNDING, Triangle},
         spectrum::{Lanes, Spectrum, with_lanes},
         stats::Estimate,
     },
@@ -60,8 +61,15 @@ fn chosen_k(photons: usize, histories: usize) -> usize {
 /// whole plants by the thousand would take long, and an estimate at one point says little of them.
 const MOST_SHARED: usize = 256;
 
+/// A captor lies in one plane if the sum of its area vectors is at least this share of its area, and
+/// none of its corners is farther from the plane than this share of its size, the root of its area.
+const AREA_IN_PLANE: f32 = 0.9999;
+const OFF_PLANE: f32 = 0.01;
+
 /// Returns the estimates for a captor, front then back; `None` for a face that no photon has
-/// reached, and for large captors of copies that share their triangles. Without `k`, each face has a k of its own that depends on the photons there.
+/// reached, for captors that do not [lie in one plane](is_flat), and for large captors of copies
+/// that share their triangles. Without `k`, each face has a k of its own that depends on the photons
+/// there.
 pub fn estimate(
     scene: &Scene,
     map: &PhotonMap,
@@ -71,6 +79,9 @@ pub fn estimate(
     let is_shared =
         captor.kind == CaptorKind::Surface && captor.triangles.start >= scene.unshared();
     if is_shared && captor.triangles.len() > MOST_SHARED {
+        return [None, None];
+    }
+    if !is_flat(&scene.triangles_of(captor)) {
         return [None, None];
     }
     let query = middle(scene, captor);
@@ -99,6 +110,23 @@ pub fn estimate(
     })
 }
 
+/// Returns whether triangles lie in one plane and look to one side, but for rounding. Only then is the
+/// light at one point also what the whole would get of even light: the fluence rate of a sphere is
+/// four times the irradiance of one of its patches, and the halves of a folded leaf differ.
+fn is_flat(triangles: &[Triangle]) -> bool {
+    let corners = || triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
+    let Some(anchor) = corners().next() else { return false };
+    // coordinates are rounded, those of a small captor far away by more than the limits
+    let rounding = ROUNDING * corners().map(Vec3::length).fold(0.0, f32::max);
+    let vectors = || triangles.iter().map(|t| 0.5 * t.cross());
+    let (sum, area) = (vectors().sum::<Vec3>(), vectors().map(Vec3::length).sum::<f32>());
+    let (size, normal) = (area.sqrt(), sum.normalize_or_zero());
+    let blurred = rounding / size;
+    let off = |corner: Vec3| normal.dot(corner - anchor).abs();
+    sum.length() >= area * (AREA_IN_PLANE - blurred)
+        && corners().all(|corner| off(corner) <= OFF_PLANE * size + 4.0 * rounding)
+}
+
 /// Returns the photons, each with the factor that turns its power into an irradiance, 1/m2.
 fn weighted(gathered: &Gathered) -> impl Iterator<Item = (usize, f64)> {
     gathered.photons.iter().map(|photon| (photon.index, gathered.weight))
@@ -122,8 +150,8 @@ fn sum(
 ) -> Vec<Estimate> {
     let history = |(photon, _): &(usize, f64)| map.photons[*photon].history;
     photons.sort_by_key(history);
-    let mut one = vec![0.0; scene.bands.len()];
-    let mut sums = vec![0.0; one.len() + scene.sums.len()];
+    let mut one = vec![0.0; scene.bands().len()];
+    let mut sums = vec![0.0; one.len() + scene.sums().len()];
     let mut squares = sums.clone();
     for photons in photons.chunk_by(|a, b| history(a) == history(b)) {
         one.fill(0.0);
@@ -142,7 +170,7 @@ fn sum(
 
 /// Returns the point of the captor nearest to its area centroid.
 fn middle(scene: &Scene, captor: &Captor) -> Vec3 {
-    let center = (captor.center - scene.center).as_vec3();
+    let center = (captor.center - scene.center()).as_vec3();
     let distance = |p: &Vec3| p.distance_squared(center);
     scene
         .triangles_of(captor)

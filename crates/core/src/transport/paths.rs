@@ -25,6 +25,7 @@ mod choice;
 mod face;
 mod joined;
 mod mirrored;
+mod near;
 mod reflectors;
 mod spots;
 #[cfg(test)]
@@ -36,12 +37,13 @@ use glam::Vec3;
 
 use crate::{
     math::{
+        effort,
         geometry::{ROUNDING, Ray},
         rng::Stream,
         spectrum::{Lanes, Spectrum},
     },
     scene::{
-        light::{Light, LightHit, LightSample, Strata, Toward},
+        light::{Emission, Light, LightHit, LightSample, Strata, Toward},
         material::{LobeKind, Scatterer, Transport},
         world::{Arrived, ChosenImage, FlatMirrors, Scene, SurfaceHit},
     },
@@ -52,9 +54,10 @@ pub use joined::Joined;
 #[doc(hidden)]
 pub use joined::radiance;
 use mirrored::by_way_of;
+use near::Near;
 use reflectors::Reflectors;
 use spots::Spots;
-pub use unseen::{Finding, Told, Unseen, unaimed};
+pub use unseen::{Finding, Told, Unseen, reached, unaimed};
 use vertex::{Arrival, Vertex};
 
 /// When surfaces have left less than this fraction of a path, Russian roulette decides whether it
@@ -108,11 +111,14 @@ pub struct Pilot {
     left: Vec<bool>,
     /// For each stratum of the lights, its share of the photons beside the paths.
     shares: Vec<f64>,
+    /// The box about the captors through which photons are sent, where it gains much.
+    near: Option<Near>,
 }
 
 impl Pilot {
     /// A pilot without results: paths then aim at nothing.
-    const NONE: Self = Self { reflectors: None, spots: None, left: Vec::new(), shares: Vec::new() };
+    const NONE: Self =
+        Self { reflectors: None, spots: None, left: Vec::new(), shares: Vec::new(), near: None };
 
     /// Traces the photons of the pilot run.
     pub fn run(scene: &Scene, seed: u64) -> Self {
@@ -122,7 +128,7 @@ impl Pilot {
         }
         let reflectors = Reflectors::find(scene, seed);
         let spots = Spots::find(scene, reflectors.as_ref(), seed);
-        Self { reflectors, spots, ..Self::NONE }
+        Self { reflectors, spots, near: Near::find(scene), ..Self::NONE }
     }
 
     /// Traces the photons of the pilot run of paths beside which photons are traced: these paths
@@ -130,19 +136,19 @@ impl Pilot {
     /// photons would find the captors by less chance than paths find the light.
     pub fn beside_photons(scene: &Scene, seed: u64) -> Self {
         let faces =
-            scene.captors.iter().flat_map(|c| c.kind.faces().iter().map(|_| c.area_of_face()));
+            scene.captors().iter().flat_map(|c| c.kind.faces().iter().map(|_| c.area_of_face()));
         let area = faces.sum::<f64>() as f32;
         let is_left = |light: &Light| {
             let exitance = light.exitance().unwrap_or(0.0);
             is_small(scene, exitance) && exitance * area > 1.0
         };
-        let left: Vec<bool> = scene.lights.iter().map(is_left).collect();
-        let strata = Strata::new(&scene.lights, scene.sources() as u64, scene.lanes());
+        let left: Vec<bool> = scene.lights().iter().map(is_left).collect();
+        let strata = Strata::new(scene.lights(), scene.sources() as u64, scene.lanes());
         let mut shares = Vec::with_capacity(strata.sources());
-        for (light, &left) in scene.lights.iter().zip(&left) {
+        for (light, &left) in scene.lights().iter().zip(&left) {
             for source in 0..light.sources() {
                 let power = light.source_power(source).iter().copied().fold(0.0, f64::max);
-                let counts = left || strata.is_delta(&scene.lights, shares.len());
+                let counts = left || strata.is_delta(scene.lights(), shares.len());
                 shares.push(if counts { power } else { BALANCE * power });
             }
         }
@@ -154,7 +160,27 @@ impl Pilot {
     /// `all` light counts somewhere.
     pub fn strata(&self, scene: &Scene, photons: u64, paths: u64, all: bool) -> Strata {
         let shares = Some(&self.shares[..]).filter(|_| !all);
-        Strata::shared(&scene.lights, photons, scene.lanes(), shares).divided_by(paths)
+        Strata::shared(scene.lights(), photons, scene.lanes(), shares).divided_by(paths)
+    }
+
+    /// Emits history `index` of the photons beside the paths. Returns with it the power that it
+    /// would have without the choice of its place, where that differs, as [`Near::emit`].
+    pub fn emit<'s, L: Lanes>(
+        &self,
+        scene: &Scene,
+        strata: &'s Strata,
+        index: u64,
+        rng: &mut Stream,
+    ) -> (Emission<'s, L>, Option<Spectrum<L>>) {
+        match &self.near {
+            Some(near) => near.emit(scene, strata, index, rng),
+            None => (scene.emit(strata, index, rng), None),
+        }
+    }
+
+    /// Returns how many times the usual power a photon beside the paths may have at most.
+    pub fn most_gain(&self) -> f64 {
+        if self.near.is_some() { Near::MOST_GAIN } else { 1.0 }
     }
 
     /// Returns whether photons are traced beside the paths.
@@ -189,7 +215,11 @@ impl Path<'_, '_> {
         otherwise: impl Fn(Vec3) -> f32,
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
+        effort::spend(effort::VERTEX);
         let (l, chance) = at.choose(scene, None, self.rng)?;
+        if effort::is_counted() && scene.lights()[l].entrance().is_some() {
+            effort::spend(effort::SKY);
+        }
         let sample = scene.sample_toward::<L>(l, at.point, self.rng)?;
         let toward = toward(at, &sample)?;
         self.rays += 1;
@@ -238,7 +268,7 @@ impl Path<'_, '_> {
     ) -> Option<(Vec3, Spectrum<L>)> {
         let scene = self.scene;
         let (light, chance) = spots.choose(scene, at.point, self.rng);
-        let ray = scene.lights[light].emit(self.rng);
+        let ray = scene.lights()[light].emit(self.rng);
         self.rays += 1;
         let (landed, through) = spots::straight::<L>(scene, ray, |_, _| ())?;
         let point = landed.hit.point;
@@ -265,7 +295,7 @@ impl Path<'_, '_> {
         let share = spots.share(scene, &there, &origin, |d| {
             free * seen.material.pdf(&seen.interaction, Transport::Importance, d)
         });
-        let power = scene.lights[light].spectrum::<L>();
+        let power = scene.lights()[light].spectrum::<L>();
         Some((towards, (power * through * f * visible).scaled(cos / d2 * share / chance)))
     }
 
@@ -298,7 +328,7 @@ impl Path<'_, '_> {
             more => suns[(self.rng.uniform() * more as f32) as usize % more],
         };
         let (toward_sun, irradiance) =
-            scene.lights[sun].entrance()?.light.sample_suns::<L>(self.rng)?;
+            scene.lights()[sun].entrance()?.light.sample_suns::<L>(self.rng)?;
         let ChosenImage { image, toward, chance } =
             scene.choose_image::<L>(mirrors, at.point, at.one_sided, toward_sun, number)?;
         let ray = Ray { origin: at.off(toward), direction: toward };
@@ -316,7 +346,7 @@ impl Path<'_, '_> {
     /// the sun: [`mirrored_sun`](Self::mirrored_sun) finds the sun where it can, and [`Unseen`]
     /// measures the rest. Light that is left to photons does not count.
     fn met<L: Lanes>(&self, leg: &Leg, hit: &LightHit) -> Spectrum<L> {
-        let (light, on) = (&self.scene.lights[hit.light], hit.on.as_ref());
+        let (light, on) = (&self.scene.lights()[hit.light], hit.on.as_ref());
         let Some(density) = leg.density else {
             return match self.pilot.leaves(hit.light) {
                 true => Spectrum::splat(self.scene.lanes(), 0.0),
@@ -526,5 +556,5 @@ fn next_event_density(scene: &Scene, at: &Vertex, ray: &Ray, hit: &LightHit) -> 
 /// Returns whether a source of this exitance per watt (1/m2) is so small that few paths meet it by
 /// chance.
 fn is_small(scene: &Scene, exitance: f32) -> bool {
-    exitance * scene.radius * scene.radius > SMALL
+    exitance * scene.radius() * scene.radius() > SMALL
 }

@@ -1,14 +1,17 @@
 //! Settings of a run, and the limits within which their numbers must lie.
 
-use std::{fmt, time::Duration};
+mod limits;
+
+use std::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{error::number, scene::captor::Channel};
+use crate::scene::captor::Channel;
 
-/// The most photons, or paths, that a run can have.
-pub const MAX_PHOTONS: u64 = 1_000_000_000_000_000;
+pub use limits::{
+    MAX_PHOTONS, MapLimit, NearestCount, PhotonCount, ThreadCount, TimeLimit, Tolerance,
+};
 
 /// The method by which the light on the captors is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -25,6 +28,18 @@ pub enum Estimator {
     Auto,
 }
 
+impl Estimator {
+    /// Returns the name by which `--estimator` and `"estimator"` ask for it.
+    pub fn option(self) -> &'static str {
+        match self {
+            Self::Photons => "photons",
+            Self::Paths => "paths",
+            Self::Complete => "complete",
+            Self::Auto => "auto",
+        }
+    }
+}
+
 impl fmt::Display for Estimator {
     /// Writes what this estimator traces.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -36,6 +51,9 @@ impl fmt::Display for Estimator {
         })
     }
 }
+
+/// A value that has been read from a text, or a message that says what it must be.
+pub type Checked<T> = Result<T, String>;
 
 /// What a tolerance applies to: captors and groups, one of their quantities, and a band.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,40 +121,38 @@ pub enum Guiding {
     Auto,
 }
 
-/// Settings of a run.
+/// Settings of a run. Each number lies within its limits, as its type says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// The method by which the light on the captors is found.
     pub estimator: Estimator,
     /// Number of photons, or of paths over all faces together; `None` means
     /// [`DEFAULT_PHOTONS`](Self::DEFAULT_PHOTONS).
-    pub photons: Option<u64>,
+    pub photons: Option<PhotonCount>,
     /// Seed of the random streams.
     pub seed: u64,
-    /// Number of photons of a k-nearest estimate, at least 2. With `None`, each face has its own:
-    /// the number of histories that reached it, to the power 2/3 and at least 50, times the photons
-    /// per history. With 0, no photons are stored.
-    pub k: Option<usize>,
+    /// Number of photons of a k-nearest estimate. With `None`, each face has its own: the number of
+    /// histories that reached it, to the power 2/3 and at least 50, times the photons per history.
+    pub k: Option<NearestCount>,
     /// The most arrivals that the photon map holds. It holds fewer where they would take more than
     /// 1 GiB.
-    pub map_photons: usize,
+    pub map_photons: MapLimit,
     /// The help that photons get to reach captors that little light reaches.
     pub guiding: Guiding,
-    /// The run goes on until the relative standard error of every captor is at most this, in (0,
-    /// 1).
-    pub tolerance: Option<f64>,
+    /// The run goes on until the relative standard error of every captor is at most this.
+    pub tolerance: Option<Tolerance>,
     /// With a tolerance: the most photons, or paths, if their number is limited.
-    pub tolerance_limit: Option<u64>,
+    pub tolerance_limit: Option<PhotonCount>,
     /// With a tolerance: what must meet it. An empty list means the irradiance of all faces in all
     /// bands.
     pub of: Vec<Target>,
     /// Time limit. With a tolerance the run ends after the round in which the limit is passed;
     /// without one it ends at the border between tasks that is nearest to the limit.
-    pub max_time: Option<Duration>,
+    pub max_time: Option<TimeLimit>,
     /// Whether results are split by light, which only photons can do.
     pub by_light: bool,
-    /// Number of threads; 0 means one for each processor.
-    pub threads: usize,
+    /// Number of threads.
+    pub threads: ThreadCount,
 }
 
 impl Default for Settings {
@@ -146,77 +162,30 @@ impl Default for Settings {
             photons: None,
             seed: 1,
             k: None,
-            map_photons: 2_000_000,
+            map_photons: MapLimit::DEFAULT,
             guiding: Guiding::Auto,
             tolerance: None,
             tolerance_limit: None,
             of: Vec::new(),
             max_time: None,
             by_light: false,
-            threads: 0,
+            threads: ThreadCount::ALL,
         }
     }
 }
-
-/// A number that has been checked, or a message that says what it must be.
-pub type Checked<T> = Result<T, String>;
 
 impl Settings {
     /// Number of photons of a run for which no number is given.
     pub const DEFAULT_PHOTONS: u64 = 1_000_000;
 
-    /// Checks a number of photons to trace, 1 to 1e15.
-    pub fn check_photons(count: u64) -> Checked<u64> {
-        match count {
-            1..=MAX_PHOTONS => Ok(count),
-            _ => Err(format!("{count} photons, must be 1 to {:.0e}", MAX_PHOTONS as f64)),
-        }
+    /// Returns the number of photons, or of paths over all faces together.
+    pub fn photons_or_default(&self) -> u64 {
+        self.photons.map_or(Self::DEFAULT_PHOTONS, PhotonCount::get)
     }
 
-    /// Checks a number of photons for a k-nearest estimate: 0, or at least 2.
-    pub fn check_k(k: u64) -> Checked<usize> {
-        match usize::try_from(k) {
-            Ok(1) | Err(_) => {
-                Err(format!("k = {k}, must be 0 (no k-nearest estimate) or at least 2"))
-            }
-            Ok(k) => Ok(k),
-        }
-    }
-
-    /// Checks the most arrivals that the photon map may hold, at most 1e9.
-    pub fn check_map_photons(count: u64) -> Checked<usize> {
-        const MOST: u64 = 1_000_000_000;
-        match count {
-            0..=MOST => Ok(count as usize),
-            _ => Err(format!("{count} arrivals, must be at most {:.0e}", MOST as f64)),
-        }
-    }
-
-    /// Checks a relative standard error at which a run stops, in (0, 1).
-    pub fn check_tolerance(tolerance: f64) -> Checked<f64> {
-        if tolerance > 0.0 && tolerance < 1.0 {
-            return Ok(tolerance);
-        }
-        // whoever writes 3 means 3 %
-        let percent = if (1.0..100.0).contains(&tolerance) { tolerance } else { 1.0 };
-        let (given, meant) = (number(tolerance), number(percent / 100.0));
-        Err(format!("{given}, must be between 0 and 1 ({percent} % is {meant})"))
-    }
-
-    /// Checks a time limit in seconds, above 0 and below 1e19 s.
-    pub fn check_max_time(seconds: f64) -> Checked<Duration> {
-        match Duration::try_from_secs_f64(seconds) {
-            Ok(time) if !time.is_zero() => Ok(time),
-            _ => Err(format!("{} s, must be above 0 and below 1e19 s", number(seconds))),
-        }
-    }
-
-    /// Checks a number of threads, at most 1024.
-    pub fn check_threads(threads: u64) -> Checked<usize> {
-        match threads {
-            0..=1024 => Ok(threads as usize),
-            _ => Err(format!("{threads} threads, must be at most 1024 (0: all processors)")),
-        }
+    /// Returns whether photons are stored for k-nearest estimates.
+    pub fn keeps_map(&self) -> bool {
+        self.k != Some(NearestCount::NONE)
     }
 }
 

@@ -21,17 +21,18 @@ mod found_and_unseen;
 mod lamps;
 mod light_by_light;
 mod memory;
-mod mixed;
 mod pilot;
 mod plan;
 mod schedule;
 mod shard;
+mod simulation;
 mod surfaces;
 mod task;
 mod trial;
 mod tried;
 mod until;
 mod watched;
+mod within;
 
 use std::{
     sync::{
@@ -47,9 +48,9 @@ use crate::{
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
         guiding::Guidance,
-        paths::{Face, Pilot, Told, Unseen, unaimed},
+        paths::{Face, Pilot, Told, Unseen, reached, unaimed},
         photon_map::{MapBuilder, PhotonMap},
-        settings::{Estimator, Guiding, Settings},
+        settings::{Estimator, Guiding, PhotonCount, Settings},
         tally::{Tally, Totals},
     },
 };
@@ -57,14 +58,15 @@ use crate::{
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
 pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
 pub use found_and_unseen::found_and_unseen;
-pub use light_by_light::simulate_light_by_light;
+pub use light_by_light::{photons_by_light, simulate_light_by_light};
 pub use memory::map_bytes;
 pub use plan::Plan;
 pub use schedule::BATCHES;
 use schedule::{Beside, Schedule};
 pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
+pub use simulation::Simulation;
 pub use surfaces::{focused_light, light_surfaces};
-pub use trial::{Choice, other_estimator};
+pub use trial::{Choice, OtherEstimator, other_estimator};
 
 /// Number of histories of a task, unless there are more lights than that.
 const TASK: u64 = 1024;
@@ -109,87 +111,78 @@ pub enum End {
     Time,
 }
 
-/// The result of a run.
-pub struct Simulation {
-    /// The estimator that was used; never `Auto`.
-    pub estimator: Estimator,
-    /// For complete paths: the number of photons beside them.
-    pub beside: Option<u64>,
-    /// For complete paths, per channel of captors: whether no paths start from this face, so that all
-    /// photons count there. Empty if paths start from all faces, and for other estimators.
-    pub by_photons: Arc<[bool]>,
-    /// The reason for the estimator, if a trial has chosen it.
-    pub choice: Option<Choice>,
-    /// The guiding that was used.
-    pub guiding: Guiding,
-    /// Whether the pilot found too little light to say how the lamps should emit.
-    pub starved: bool,
-    /// Sums per captor, group and band, and the ledger.
-    pub totals: Totals,
-    /// The arrivals stored on captors; `None` for k = 0 and for paths.
-    pub map: Option<PhotonMap>,
-    /// For paths alone: the light that they cannot find, if there may be such light.
-    pub unseen: Option<Unseen>,
-    /// For paths and aimed photons, per channel of captors and groups: whether its standard error is
-    /// too small for the light that they find by chance alone, as plain photons show. Empty if there
-    /// is no such light.
-    pub too_small: Vec<bool>,
-    /// The reason why the run ended.
-    pub end: End,
-    /// With a tolerance: whether it is met, and which value is farthest from it.
-    pub accuracy: Option<Accuracy>,
-    /// Number of threads that took part.
-    pub threads: usize,
+/// What a run has found.
+struct Outcome {
+    estimator: Estimator,
+    beside: Option<u64>,
+    by_photons: Arc<[bool]>,
+    choice: Option<Choice>,
+    guiding: Guiding,
+    starved: bool,
+    totals: Totals,
+    map: Option<PhotonMap>,
+    unseen: Option<Unseen>,
+    too_small: Vec<bool>,
+    end: End,
+    accuracy: Option<Accuracy>,
+    threads: usize,
 }
 
 /// Runs `scene`. Errors: there are fewer photons than lights; there is no captor for paths to start
 /// from; paths are to be split by light; `control` stops the run; no threads are to be had; there
-/// are too many captors for a time limit; `control`'s callback or the program panics.
-pub fn simulate(scene: &Scene, settings: &Settings, control: &Control) -> Result<Simulation> {
+/// are too many captors for a time limit; `control`'s callback or the program panics. Where a setting
+/// is the reason, its name is the place of the error.
+pub fn simulate<'s>(
+    scene: &'s Scene,
+    settings: &Settings,
+    control: &Control,
+) -> Result<Simulation<'s>> {
     simulate_kept(scene, settings, control, None)
 }
 
 /// Like [`simulate`], but `keeper` saves what the run has done, so that it can be resumed. Error
 /// besides: there is a time limit, which would end a resumed run elsewhere.
-pub fn simulate_kept(
-    scene: &Scene,
+pub fn simulate_kept<'s>(
+    scene: &'s Scene,
     settings: &Settings,
     control: &Control,
     keeper: Option<&Keeper>,
-) -> Result<Simulation> {
+) -> Result<Simulation<'s>> {
     if keeper.is_some() && settings.max_time.is_some() {
         let problem = "a time limit ends a run for good, and this one is to be gone on with";
-        return Err(Error::input("--checkpoint", problem).remedy(
+        return Err(Error::input("checkpoint", problem).remedy(
             "leave the time limit out: whenever the run is killed, the same command goes on",
         ));
     }
-    catch_panic("run", || {
+    let outcome = catch_panic("run", || {
         let plan = &Plan::make(scene, settings, control)?;
         let run = Run::planned(scene, plan, part_of(scene, settings), control)?;
         let run = Run { keeper, ..run };
-        Ok(Simulation { choice: plan.choice.clone(), ..run.go()? })
-    })
+        Ok(Outcome { choice: plan.choice.clone(), ..run.go()? })
+    })?;
+    Ok(Simulation::new(scene, settings, outcome))
 }
 
 /// Returns the part in which each light is counted; an empty list if results are not split by
 /// light.
 fn part_of(scene: &Scene, settings: &Settings) -> Vec<usize> {
-    if settings.by_light { (0..scene.lights.len()).collect() } else { Vec::new() }
+    if settings.by_light { (0..scene.lights().len()).collect() } else { Vec::new() }
 }
 
 /// Like [`simulate`], but each light is also counted in a part: light l in part `part_of[l]`.
 /// Several lights may share a part; parts are numbered from 0 without gaps. An empty list splits
 /// nothing.
-pub fn simulate_split(
-    scene: &Scene,
+pub fn simulate_split<'s>(
+    scene: &'s Scene,
     settings: &Settings,
     part_of: Vec<usize>,
     control: &Control,
-) -> Result<Simulation> {
-    catch_panic("run", || {
+) -> Result<Simulation<'s>> {
+    let outcome = catch_panic("run", || {
         let plan = &Plan::make(scene, settings, control)?;
         Run::planned(scene, plan, part_of, control)?.go()
-    })
+    })?;
+    Ok(Simulation::new(scene, settings, outcome))
 }
 
 /// A run: its scene and settings, and the state that its threads share.
@@ -302,20 +295,21 @@ impl<'a> Run<'a> {
         known: Option<Arc<Pilot>>,
     ) -> Result<Self> {
         let started = Instant::now();
-        let pool = machine::pool(settings.threads)?;
-        let nearest = matches!(keep, Keep::OnCaptors) && settings.k != Some(0);
+        let pool = machine::pool(settings.threads.get())?;
+        let nearest = matches!(keep, Keep::OnCaptors) && settings.keeps_map();
         memory::check(scene, parts(&part_of), pool.current_num_threads(), nearest)?;
         let work = match settings.estimator {
             // by now the estimator is known, even where a trial chooses it
             Estimator::Photons | Estimator::Auto => {
                 let task = TASK.max((scene.sources() as u64).next_power_of_two());
-                Work::Photons(Strata::new(&scene.lights, task, scene.lanes()))
+                Work::Photons(Strata::new(scene.lights(), task, scene.lanes()))
             }
             Estimator::Paths | Estimator::Complete if !part_of.is_empty() => {
                 let problem = "only photons know which light they come from";
-                return Err(Error::input("--by-light", problem).remedy("add --estimator photons"));
+                return Err(Error::input("by_light", problem)
+                    .remedy("take photons as the estimator, or do not split by light"));
             }
-            Estimator::Paths | Estimator::Complete if scene.captors.is_empty() => {
+            Estimator::Paths | Estimator::Complete if scene.captors().is_empty() => {
                 return Err(Error::input("captors", "there are none for paths to start from")
                     .remedy("add a captor, or run photons"));
             }
@@ -325,7 +319,7 @@ impl<'a> Run<'a> {
             }
         };
         let (done, broken) = (AtomicU64::new(0), AtomicBool::new(false));
-        let brightest = scene.bands.iter().map(|_| AtomicU64::new(0)).collect();
+        let brightest = scene.bands().iter().map(|_| AtomicU64::new(0)).collect();
         Ok(Self {
             scene,
             settings,
@@ -376,7 +370,7 @@ impl<'a> Run<'a> {
     fn strata(&self, histories: u64) -> Strata {
         let lamps = self.guidance.as_ref().and_then(|guidance| guidance.lamps.as_deref());
         let shares = lamps.and_then(|lamps| lamps.shares.as_deref());
-        Strata::shared(&self.scene.lights, histories, self.scene.lanes(), shares)
+        Strata::shared(self.scene.lights(), histories, self.scene.lanes(), shares)
     }
 
     /// Returns the number of histories of a task of the usual length.
@@ -420,12 +414,15 @@ impl<'a> Run<'a> {
         Ok(Schedule::new(histories, lights, self.full_task()))
     }
 
-    fn go(&self) -> Result<Simulation> {
-        let photons = self.settings.photons;
+    fn go(&self) -> Result<Outcome> {
+        let photons = self.settings.photons_or_default();
         match (self.settings.tolerance, self.settings.max_time) {
-            (Some(tolerance), _) => self.until_accurate(tolerance, self.settings.tolerance_limit),
+            (Some(tolerance), _) => {
+                let limit = self.settings.tolerance_limit.map(PhotonCount::get);
+                self.until_accurate(tolerance.get(), limit)
+            }
             (None, None) => {
-                let schedule = self.schedule(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
+                let schedule = self.schedule(photons)?;
                 let (mut totals, map) = (self.totals(), self.map_builder());
                 let of = Some(schedule.histories * self.unit());
                 let begin = self.begin(&schedule, &mut totals, map.as_ref())?;
@@ -433,8 +430,8 @@ impl<'a> Run<'a> {
                 self.finish(totals, map, &schedule, End::Photons)
             }
             (None, Some(limit)) => {
-                let schedule = self.schedule(photons.unwrap_or(Settings::DEFAULT_PHOTONS))?;
-                self.until_time(&schedule, limit)
+                let schedule = self.schedule(photons)?;
+                self.until_time(&schedule, limit.get())
             }
         }
     }
@@ -442,11 +439,11 @@ impl<'a> Run<'a> {
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
         let photons = matches!(self.work, Work::Photons(_));
         let asked = match self.keep {
-            Keep::OnCaptors => self.settings.k != Some(0) && !self.scene.captors.is_empty(),
+            Keep::OnCaptors => self.settings.keeps_map() && !self.scene.captors().is_empty(),
             Keep::OnSurfaces(_) | Keep::Focused(_) => true,
         };
         let limit = memory::map_limit(self.scene, self.settings);
-        let bands = self.scene.bands.len();
+        let bands = self.scene.bands().len();
         (photons && asked).then(|| Mutex::new(MapBuilder::new(limit, bands)))
     }
 
@@ -456,10 +453,10 @@ impl<'a> Run<'a> {
         map: Option<Mutex<MapBuilder>>,
         schedule: &Schedule,
         end: End,
-    ) -> Result<Simulation> {
+    ) -> Result<Outcome> {
         let build = |map: Mutex<MapBuilder>| {
             let builder = unlocked(map);
-            let pool = machine::pool(self.settings.threads)?;
+            let pool = machine::pool(self.settings.threads.get())?;
             let histories = totals.histories;
             Ok(pool.install(|| builder.build(histories, |key| schedule.histories_before(key))))
         };
@@ -485,10 +482,18 @@ impl<'a> Run<'a> {
                 let by_photons = &self.by_photons;
                 let too_small = by_chance
                     .map(|found| found.too_small(self.scene, &totals, paths, beside, by_photons));
-                (unseen.filter(|_| beside.is_none()), too_small.unwrap_or_default())
+                let missed = self.missed(&totals);
+                let too_small = match (too_small, missed) {
+                    (Some(mut all), missed) => {
+                        all.iter_mut().zip(missed).for_each(|(any, missed)| *any |= missed);
+                        all
+                    }
+                    (None, missed) => missed,
+                };
+                (unseen.filter(|_| beside.is_none()), too_small)
             }
         };
-        Ok(Simulation {
+        Ok(Outcome {
             estimator: self.settings.estimator,
             beside,
             by_photons: self.by_photons.clone(),
@@ -505,13 +510,52 @@ impl<'a> Run<'a> {
         })
     }
 
+    /// Returns, for each channel of captors and groups, whether paths have found nothing in a band of
+    /// which photons find light there; empty if paths have found light in all bands everywhere. The
+    /// photons take a small share of the rays of the run, but some tenths of a second are always
+    /// worth it.
+    fn missed(&self, totals: &Totals) -> Vec<bool> {
+        const SHARE: u64 = 16;
+        const RAYS: [u64; 2] = [1 << 18, 1 << 21];
+        let Work::Paths(faces, _) = &self.work else { return Vec::new() };
+        let (scene, bands) = (self.scene, self.scene.bands().len());
+        let found = |channel: usize| {
+            let found = totals.running(channel)[..bands].iter();
+            found.map(|band| band.above_zero() > 0)
+        };
+        let lit = |b: usize| scene.lights().iter().any(|light| light.power[b] > 0.0);
+        let lit: Vec<bool> = (0..bands).map(lit).collect();
+        let nothing = |channel| found(channel).zip(&lit).any(|(found, lit)| !found && *lit);
+        let dark: Vec<&Face> = faces.iter().filter(|face| nothing(channel(scene, face))).collect();
+        if dark.is_empty() {
+            return Vec::new();
+        }
+        let rays = (totals.segments / SHARE).clamp(RAYS[0], RAYS[1]);
+        let reached = reached(scene, rays, self.settings.seed);
+        let mut missed =
+            vec![false; scene.channels() + scene.groups().len() * scene.group_channels()];
+        for face in dark {
+            let own = channel(scene, face);
+            let groups = scene.captors()[face.captor].groups.iter();
+            let of_groups = groups.map(|group| {
+                scene.channels() + group * scene.group_channels() + face.channel as usize
+            });
+            for channel in of_groups.chain([own]) {
+                let reached = reached[own * bands..][..bands].iter();
+                missed[channel] |=
+                    found(channel).zip(reached).any(|(found, light)| !found && *light);
+            }
+        }
+        missed
+    }
+
     fn report(&self, of: Option<u64>, worst: Option<Worst>) {
         let photons = self.done.load(Ordering::Relaxed);
         (self.control.progress)(Progress { photons, of, worst });
     }
 
     fn time_is_up(&self) -> bool {
-        self.settings.max_time.is_some_and(|limit| self.started.elapsed() >= limit)
+        self.settings.max_time.is_some_and(|limit| self.started.elapsed() >= limit.get())
     }
 
     fn stopped(&self) -> bool {
@@ -538,12 +582,12 @@ fn faces(scene: &Scene) -> Vec<Face<'_>> {
     let of = |(c, captor): (usize, &Captor)| {
         captor.kind.faces().iter().map(move |&face| Face::new(scene, c, face))
     };
-    scene.captors.iter().enumerate().flat_map(of).collect()
+    scene.captors().iter().enumerate().flat_map(of).collect()
 }
 
 /// Returns the channel of a face.
 fn channel(scene: &Scene, face: &Face) -> usize {
-    scene.captors[face.captor].first_channel + face.channel as usize
+    scene.captors()[face.captor].first_channel + face.channel as usize
 }
 
 /// Returns the faces from which paths start, where all photons count `by_photons`.
@@ -555,7 +599,7 @@ fn faces_of_paths<'a>(scene: &'a Scene, by_photons: &[bool]) -> Vec<Face<'a>> {
 
 /// Returns the least number of paths of a run, over all faces.
 pub fn least_paths(scene: &Scene) -> u64 {
-    MIN_PATHS * scene.captors.iter().map(|captor| captor.kind.faces().len() as u64).sum::<u64>()
+    MIN_PATHS * scene.captors().iter().map(|captor| captor.kind.faces().len() as u64).sum::<u64>()
 }
 
 /// Returns the number of parts.

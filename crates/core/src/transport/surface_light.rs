@@ -54,7 +54,7 @@ impl<'a> SurfaceLight<'a> {
     /// then for the second, and so on.
     pub fn irradiance_by_light(&self, triangle: usize, front: bool, point: Vec3) -> Vec<f64> {
         let light = |photon: usize| self.map.photons[photon].light as usize;
-        self.arrived(triangle, front, point, self.scene.lights.len(), light)
+        self.arrived(triangle, front, point, self.scene.lights().len(), light)
     }
 
     /// Returns the relative standard error of [`irradiance`](Self::irradiance), for some bands
@@ -97,7 +97,7 @@ impl<'a> SurfaceLight<'a> {
         parts: usize,
         part: impl Fn(usize) -> usize,
     ) -> Vec<f64> {
-        let bands = self.scene.bands.len();
+        let bands = self.scene.bands().len();
         let mut sums = vec![0.0; parts * bands];
         let Some(gathered) = self.gather(triangle, front, point, self.k) else { return sums };
         for photon in &gathered.photons {
@@ -166,7 +166,7 @@ impl<'a> SurfaceLight<'a> {
         let front = outgoing.dot(surface.normal) > 0.0;
         let material = self.scene.material(surface);
         if !material.is_diffuse() {
-            return vec![0.0; self.scene.bands.len()];
+            return vec![0.0; self.scene.bands().len()];
         }
         let through = material.transmits_diffusely();
         let faces = [front || through, !front || through];
@@ -214,7 +214,7 @@ impl<'a> SurfaceLight<'a> {
     ) -> Vec<f64> {
         let surface = &self.scene.surface(triangle);
         let material = self.scene.material(surface);
-        let mut sums = vec![0.0; self.scene.bands.len()];
+        let mut sums = vec![0.0; self.scene.bands().len()];
         for (front, wanted) in [true, false].into_iter().zip(faces) {
             let gathered = wanted.then(|| self.gather(triangle, front, point, k)).flatten();
             let Some(gathered) = gathered else { continue };

@@ -126,6 +126,8 @@ pub struct Tally {
     history: u64,
     /// Number of straight flights: between emission, interactions and escape.
     segments: u64,
+    /// The work beside these flights, as [`effort`](crate::math::effort) counts it, in trials.
+    effort: u64,
     /// Number of paths that a length limit ended.
     cut_off: u64,
     ledger: Ledger,
@@ -137,7 +139,7 @@ impl Tally {
     /// Returns an empty tally for `scene`, whose light is split into `parts` parts; 0 means not
     /// split.
     pub fn new(scene: &Scene, parts: usize) -> Self {
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         Self {
             bands,
             places: vec![0; scene.channels() + scene.stand().channels()],
@@ -147,8 +149,9 @@ impl Tally {
             flux: Vec::new(),
             history: 0,
             segments: 0,
+            effort: 0,
             cut_off: 0,
-            ledger: Ledger::new(bands, scene.materials.len()),
+            ledger: Ledger::new(bands, scene.materials().len()),
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
         }
     }
@@ -164,11 +167,16 @@ impl Tally {
     pub fn bytes(scene: &Scene, parts: usize, touched: usize) -> usize {
         let all = scene.channels() + scene.stand().channels();
         let touched = touched.min(all);
-        let ledger = (scene.materials.len() + 3) * scene.bands.len();
-        let sums = (touched * scene.bands.len() + ledger) * size_of::<f64>();
+        let ledger = (scene.materials().len() + 3) * scene.bands().len();
+        let sums = (touched * scene.bands().len() + ledger) * size_of::<f64>();
         let places = all * size_of::<u32>();
         let counts = touched * (size_of::<Counts>() + size_of::<u32>());
         (parts + 1) * (2 * size_of::<Self>() + sums + places + counts)
+    }
+
+    /// Adds work that was counted.
+    pub fn spend(&mut self, effort: u64) {
+        self.effort += effort;
     }
 
     /// Scores the emission of a photon, with its whole power, also in its `part`.
@@ -256,10 +264,8 @@ impl Tally {
                         let channel = captor.first_channel + ABSORBED_FRONT + face as usize;
                         self.add(channel, weights, &absorbed);
                     }
-                    if let Some(layers) = &scene.stand().layers
-                        && !scene.is_ground(at.hit.triangle)
-                    {
-                        self.add(scene.channels() + layers.of(at.hit.point), weights, &absorbed);
+                    if let Some(layer) = scene.layer_of(at.hit.triangle, at.hit.point) {
+                        self.add(scene.channels() + layer, weights, &absorbed);
                     }
                 }
                 if scene.stand().balances {
@@ -320,8 +326,8 @@ impl Tally {
                 let channel = captor.first_channel + ABSORBED_FRONT + face as usize;
                 self.add(channel, ones.clone(), &score.absorbed);
             }
-            if let Some(layer) = score.layer {
-                self.add(scene.channels() + layer, ones, &score.absorbed);
+            for (layer, absorbed) in &score.in_layers {
+                self.add(scene.channels() + layer, ones.clone(), absorbed);
             }
         }
     }

@@ -113,7 +113,7 @@ impl<L: Lanes> Event<'_, L> {
                 return None;
             }
         };
-        let captor = &scene.captors[captor];
+        let captor = &scene.captors()[captor];
         let face = if front { Channel::Front } else { Channel::Back };
         (front || captor.kind.has_back()).then_some(Counted { captor, face, power })
     }

@@ -121,7 +121,7 @@ impl Facets {
             let line = line.trim();
             let (word, rest) = line.split_once([' ', '\t']).unwrap_or((line, ""));
             let rest = rest.trim();
-            match (word.to_ascii_lowercase().as_str(), &mut facet) {
+            match (keyword(word, rest).as_str(), &mut facet) {
                 ("" | "outer" | "endloop", _) => {}
                 ("solid", None) => {
                     solid = (!rest.is_empty()).then(|| rest.to_owned());
@@ -166,6 +166,20 @@ impl Facets {
             Some(_) => Err(Error::input(name, "ends inside of a facet").remedy("export it again")),
         }
     }
+}
+
+/// Returns the word of a line in small letters. Some programs write ends in two words, as `end solid`,
+/// or the name of a solid right behind its end, as `endsolidNAME`.
+fn keyword(word: &str, rest: &str) -> String {
+    let word = word.to_ascii_lowercase();
+    let whole = match word.as_str() {
+        "end" => {
+            let ended = rest.split_whitespace().next().unwrap_or_default();
+            word + &ended.to_ascii_lowercase()
+        }
+        _ => word,
+    };
+    if whole.starts_with("endsolid") { "endsolid".into() } else { whole }
 }
 
 /// A facet that is being read.

@@ -210,6 +210,8 @@ fn stl_files_are_read_however_they_are_written() {
         (text.replace('\n', "\r\n").into_bytes(), Some("my part")),
         (text.replace('\n', "\r").into_bytes(), Some("my part")),
         (text.replace("endsolid my part\n", "").into_bytes(), Some("my part")),
+        (text.replace("endsolid my part", "endsolidmy part").into_bytes(), Some("my part")),
+        (text.replace("end", "end ").into_bytes(), Some("my part")),
         (text.to_uppercase().into_bytes(), Some("MY PART")),
         (text.replace("my part", "").into_bytes(), None),
         (text.replace("normal 0 0 1", "normal nan nan nan").into_bytes(), Some("my part")),

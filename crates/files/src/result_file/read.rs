@@ -38,7 +38,7 @@ pub fn parse_json(bytes: &[u8]) -> Result<RunResult> {
 const IN_MEMORY: &str = "results";
 
 fn read<T: DeserializeOwned>(path: &Path, is_valid: impl Fn(&T) -> bool) -> Result<T> {
-    let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+    let bytes = read_bytes(path).map_err(|why| Error::unreadable(path.display(), why))?;
     parse(&bytes, path.display(), is_valid)
 }
 
@@ -51,7 +51,7 @@ fn parse<T: DeserializeOwned>(
         Error::input(&place, format!("is no results file: {why}"))
             .remedy("name a file that `phylux run -o` has written")
     };
-    json::check_memory(bytes).map_err(|why| Error::input(&place, why))?;
+    json::check_memory(bytes).map_err(|why| Error::too_large(&place, why))?;
     let result = serde_json::from_slice(bytes).map_err(|e| none(&e))?;
     match is_valid(&result) {
         true => Ok(result),
@@ -69,7 +69,7 @@ mod tests {
 
     use super::*;
     use crate::result_file::write_json;
-    use phylux_core::transport::settings::{Estimator, Settings};
+    use phylux_core::transport::settings::{Estimator, NearestCount, Settings};
     use phylux_results::{
         compare::Comparison,
         result::{Factor, ToleranceResult},
@@ -81,7 +81,8 @@ mod tests {
     /// Two results: of photons, split by light, and of backward paths.
     static FILES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
         let paths = Settings { estimator: Estimator::Paths, ..Settings::default() };
-        let split = Settings { by_light: true, k: Some(2), ..Settings::default() };
+        let split =
+            Settings { by_light: true, k: NearestCount::new(2).ok(), ..Settings::default() };
         [split, paths].map(|settings| text(&small_run(settings))).to_vec()
     });
 

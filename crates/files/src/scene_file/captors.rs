@@ -22,7 +22,7 @@ use phylux_core::{
     },
     scene::{
         captor::{CaptorKind, Response, Sensor},
-        world::CaptorPart,
+        world::{CaptorPart, MAX_TRIANGLES},
     },
 };
 
@@ -156,6 +156,13 @@ impl Loader<'_> {
                     .error(format!("{pointer}/{key}"), "0 cells, must be at least 1")
                     .remedy("give the number of sensors in this direction"));
             }
+        }
+        // before the first of them is made
+        let discs = u128::from(file.nx.0) * u128::from(file.ny.0);
+        let most = (MAX_TRIANGLES / DISC_TRIANGLES) as u128;
+        if discs > most {
+            let problem = format!("{} x {} discs, must be at most {most}", file.nx.0, file.ny.0);
+            return Err(self.error(pointer, problem).remedy("give fewer sensors"));
         }
         let normal = file.normal.unwrap_or([0.0, 0.0, 1.0]);
         let Some(normal) = unit_vector(normal.into()) else {

@@ -16,7 +16,7 @@ use phylux_core::{
     math::units::Quantity,
     scene::daylight::{
         DaylightSource, Hour, InfiniteLight, InfinitePart, InfiniteShape, RadianceMap, SkyModel,
-        SunPosition, Suns, Timestamp, WAVELENGTHS, azimuth_of, band_share, eccentricity,
+        SunCourse, SunPosition, Suns, Timestamp, WAVELENGTHS, azimuth_of, band_share, eccentricity,
         mean_direct, mean_sky, mean_sun,
     },
 };
@@ -269,6 +269,7 @@ impl Loader<'_> {
         Ok(Hour {
             weight: 1.0,
             sun,
+            course: SunCourse::still(sun),
             eccentricity,
             direct_normal: direct,
             diffuse_horizontal: diffuse,
@@ -361,6 +362,7 @@ impl Loader<'_> {
                 let hour = Hour {
                     weight: 1.0,
                     sun,
+                    course: SunCourse::still(sun),
                     eccentricity: 1.0,
                     direct_normal: 0.0,
                     diffuse_horizontal: 1.0,

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use super::parse;
 use phylux_core::transport::{
-    settings::Settings,
+    settings::{NearestCount, PhotonCount, Settings, ThreadCount},
     simulate::{Control, simulate},
 };
 use phylux_results::result::RunResult;
@@ -303,16 +303,16 @@ fn check(bytes: &[u8]) {
         }
         Ok(loaded) => {
             let settings = Settings {
-                photons: Some(100),
-                k: Some(5),
-                threads: 1,
+                photons: PhotonCount::new(100).ok(),
+                k: NearestCount::new(5).ok(),
+                threads: ThreadCount::ONE,
                 tolerance: None,
                 max_time: None,
                 ..loaded.settings
             };
             let control = Control::default();
             if let Ok(simulation) = simulate(&loaded.scene, &settings, &control) {
-                check_result(&RunResult::new(&loaded.scene, &settings, &simulation));
+                check_result(&RunResult::new(&simulation));
             }
         }
     }

@@ -4,10 +4,12 @@ use glam::DVec3;
 
 use super::{loader::Loader, spec::*};
 use phylux_core::{
-    error::Result,
+    error::{Error, Result},
     math::spectrum::MAX_BANDS,
     scene::{camera::View, world::Band},
-    transport::settings::{Checked, Settings},
+    transport::settings::{
+        MapLimit, NearestCount, PhotonCount, Settings, ThreadCount, TimeLimit, Tolerance,
+    },
 };
 
 impl Loader<'_> {
@@ -42,40 +44,40 @@ impl Loader<'_> {
 
     pub(super) fn settings(&self, file: &SettingsSpec) -> Result<Settings> {
         let default = Settings::default();
-        let wrong = |key: &str, why: String| self.error(format!("/settings/{key}"), why);
-        let count = |key: &str, count: Option<Count>, check: fn(u64) -> Checked<usize>| {
-            count.map(|n| check(n.0).map_err(|why| wrong(key, why))).transpose()
-        };
         if file.splitting.is_some() {
             let problem =
                 "photons are no longer split: flights aimed at the sensors find them better";
-            return Err(wrong("splitting", problem.into())
+            return Err(self
+                .error("/settings/splitting", problem)
                 .remedy("take it out; `guiding` says whether flights are aimed"));
         }
         Ok(Settings {
             estimator: file.estimator,
-            photons: file
-                .photons
-                .map(|n| Settings::check_photons(n.0).map_err(|why| wrong("photons", why)))
-                .transpose()?,
+            photons: self.setting(file.photons, |n| PhotonCount::new(n.0))?,
             seed: file.seed.unwrap_or(default.seed),
-            k: count("k", file.k, Settings::check_k)?,
-            map_photons: count("map_photons", file.map_photons, Settings::check_map_photons)?
+            k: self.setting(file.k, |n| NearestCount::new(n.size()))?,
+            map_photons: self
+                .setting(file.map_photons, |n| MapLimit::new(n.size()))?
                 .unwrap_or(default.map_photons),
             guiding: file.guiding,
-            tolerance: file
-                .tolerance
-                .map(|t| Settings::check_tolerance(t).map_err(|why| wrong("tolerance", why)))
-                .transpose()?,
+            tolerance: self.setting(file.tolerance, Tolerance::new)?,
             tolerance_limit: None,
             of: Vec::new(),
-            max_time: file
-                .max_time
-                .map(|t| Settings::check_max_time(t).map_err(|why| wrong("max_time", why)))
-                .transpose()?,
+            max_time: self.setting(file.max_time, TimeLimit::new)?,
             by_light: false,
-            threads: count("threads", file.threads, Settings::check_threads)?.unwrap_or(0),
+            threads: self
+                .setting(file.threads, |n| ThreadCount::new(n.size()))?
+                .unwrap_or(default.threads),
         })
+    }
+
+    /// Makes a number of the settings; its errors name it as their place.
+    fn setting<N, T>(&self, given: Option<N>, make: impl Fn(N) -> Result<T>) -> Result<Option<T>> {
+        let placed = |error: Error| {
+            let place = self.place(format!("/settings/{}", error.place()));
+            error.at(place)
+        };
+        given.map(make).transpose().map_err(placed)
     }
 
     pub(super) fn view(&self, camera: &CameraSpec) -> Result<View> {

@@ -161,7 +161,7 @@ impl Loader<'_> {
                 "its mask {file} cuts {percent:.1} % of the area of its faces (\"mask\": false on \
                 the object leaves them whole)"
             );
-            self.warn(&place, problem);
+            self.notes.push(format!("{place}: {problem}"));
         }
         if let Some(first) = sum.gone.first() {
             let problem = format!(

@@ -23,7 +23,9 @@ use phylux_core::{
         captor::{CaptorKind, Sensor},
         instances::is_even,
         light::{Area, Lamp},
-        world::{CaptorPart, CopyPart, LightPart, MAX_CAPTORS, SharedPart, SurfacePart},
+        world::{
+            CaptorPart, CopyPart, LightPart, MAX_CAPTORS, SharedPart, SurfacePart, check_crowd,
+        },
     },
 };
 
@@ -123,6 +125,7 @@ impl Loader<'_> {
         let turn = Turn::of(&object.obj, file.up);
         let placements =
             self.object_placements(pointer, file.transform, file.instances.as_ref(), turn)?;
+        self.refuse_crowd(&object, &placements)?;
         let own = self.own_surfaces(&object);
         if self.shares_triangles(&object, &own, &placements)? {
             self.place_shared(&object, own, placements)?;
@@ -333,6 +336,26 @@ impl Loader<'_> {
             });
         }
         Ok(())
+    }
+
+    /// Refuses copies so many of which stand at one place that rays would never get through.
+    fn refuse_crowd(&self, object: &Object, placements: &[Transform]) -> Result<()> {
+        let corners = object.obj.parts.iter().flat_map(|part| &part.triangles).flatten();
+        let around = corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| {
+            [low.min(*corner), high.max(*corner)]
+        });
+        if placements.len() < 2 || !around[0].is_finite() {
+            return Ok(());
+        }
+        let [low, high] = around.map(|end| end * object.metres);
+        let placed = |transform: &Transform| {
+            // the box around the turned box
+            let half = DVec3::AXES.map(|axis| transform.turned(axis * (0.5 * (high - low))).abs());
+            let (middle, half) = (transform.point(0.5 * (low + high)), half[0] + half[1] + half[2]);
+            [middle - half, middle + half]
+        };
+        let boxes: Vec<[DVec3; 2]> = placements.iter().map(placed).collect();
+        self.located(format!("{}/instances", object.pointer), check_crowd(&boxes))
     }
 
     /// Returns whether the copies of an object share its triangles: where they may, and are asked to

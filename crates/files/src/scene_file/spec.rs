@@ -281,7 +281,9 @@ impl SumSpec {
                 (Some(SumValue::List(bands)), None) => {
                     Ok(Self::Some(SomeBandsSpec { weighting, bands }))
                 }
-                (Some(_), None) => Err(E::custom("`bands` is a list of names of bands")),
+                (Some(_), None) => {
+                    Err(E::custom("`bands` is no list; list the names of the bands"))
+                }
                 (None, None) => {
                     Err(E::custom("`bands` is missing; the weighting of all bands is a text alone"))
                 }
@@ -292,6 +294,14 @@ impl SumSpec {
             Some(SumValue::Number(number)) => Some(*number),
             _ => None,
         };
+        if ["from_nm", "to_nm"].into_iter().all(|key| object.contains_key(key)) {
+            for key in ["from_nm", "to_nm"] {
+                if number(key).is_none() {
+                    let problem = format!("`{key}` of the window is not a number; write it as one");
+                    return Err(E::custom(problem + ", without quotes or brackets"));
+                }
+            }
+        }
         let quantity = match object.get("quantity") {
             None => Some(None),
             Some(SumValue::Text(text)) => Some(Some(
@@ -309,9 +319,9 @@ impl SumSpec {
         }
         let weight = |(name, value)| match value {
             SumValue::Number(weight) => Ok((name, weight)),
-            SumValue::Text(_) | SumValue::List(_) => {
-                Err(E::custom(format!("the weight of `{name}` is not a number")))
-            }
+            SumValue::Text(_) | SumValue::List(_) => Err(E::custom(format!(
+                "the weight of `{name}` is not a number; write it as one, without quotes or brackets"
+            ))),
         };
         object.into_iter().map(weight).collect::<Result<_, E>>().map(Self::Weights)
     }
@@ -521,6 +531,13 @@ one_of! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema)]
 #[schemars(transparent)]
 pub struct Count(#[schemars(range(min = 0))] pub u64);
+
+impl Count {
+    /// Returns the number as one of things in memory.
+    pub(super) fn size(self) -> usize {
+        usize::try_from(self.0).unwrap_or(usize::MAX)
+    }
+}
 
 impl<'de> Deserialize<'de> for Count {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

@@ -1,5 +1,7 @@
 //! Loads the sums over bands and their ratios.
 
+use std::collections::BTreeSet;
+
 use super::{
     loader::{Loader, unknown},
     spec::*,
@@ -21,6 +23,28 @@ const UNEVEN: f64 = 0.5;
 const UNCOVERED: f64 = 0.05;
 /// The largest number of sums, and of ratios.
 const MOST: usize = 4096;
+
+/// What of a weighted sum depends on the light within bands, or where no band is.
+#[derive(Default)]
+struct Doubts {
+    /// Names of the bands within which weights change much.
+    uneven: BTreeSet<String>,
+    /// Wavelengths that no band covers, and the part of the weights that they have.
+    gaps: Vec<String>,
+    share: f64,
+}
+
+impl Doubts {
+    /// Joins the doubts about both parts of a ratio, so that each is said once.
+    fn and(mut self, other: Self) -> Self {
+        self.uneven.extend(other.uneven);
+        let new: Vec<String> =
+            other.gaps.into_iter().filter(|gap| !self.gaps.contains(gap)).collect();
+        self.gaps.extend(new);
+        self.share = self.share.max(other.share);
+        self
+    }
+}
 
 impl Loader<'_> {
     pub(super) fn load_sums(&mut self, file: &SceneSpec) -> Result<()> {
@@ -188,15 +212,14 @@ impl Loader<'_> {
             return Err(unknown(error, name, RATIOS.iter().map(|(known, ..)| *known)));
         };
         let name = format!("`{name}`");
-        Ok((
-            self.weighted(pointer, &name, &[*over], None)?,
-            self.weighted(pointer, &name, under, None)?,
-        ))
+        let (numerator, of_numerator) = self.doubted(pointer, &name, &[*over], None)?;
+        let (denominator, of_denominator) = self.doubted(pointer, &name, under, None)?;
+        self.say(pointer, &name, of_numerator.and(of_denominator));
+        Ok((numerator, denominator))
     }
 
-    /// Weights the `chosen` bands by wavelength, or all, by the sum of the weightings, which sentences
-    /// call `name`. Errors: wavelengths of a band are not known; two bands that count overlap; no
-    /// band counts.
+    /// Weights bands as [`doubted`](Self::doubted) does, and warns of what depends on the light within
+    /// them.
     fn weighted(
         &mut self,
         pointer: &str,
@@ -204,11 +227,48 @@ impl Loader<'_> {
         weightings: &[Weighting],
         chosen: Option<&[usize]>,
     ) -> Result<BandSum> {
+        let (sum, doubts) = self.doubted(pointer, name, weightings, chosen)?;
+        self.say(pointer, name, doubts);
+        Ok(sum)
+    }
+
+    fn say(&mut self, pointer: &str, name: &str, doubts: Doubts) {
+        let Doubts { uneven, gaps, share } = doubts;
+        if !uneven.is_empty() {
+            let problem = format!(
+                "what a wavelength counts in {name} changes much within band {}, where the light is taken to be \
+                the same in each nm; use narrower bands if it is not",
+                uneven.into_iter().collect::<Vec<_>>().join(", ")
+            );
+            self.warn_once(pointer, problem);
+        }
+        if share > UNCOVERED {
+            let problem = format!(
+                "no band has light from {} nm, where {name} has {:.0} % of its weights: it is taken to be dark there; \
+                add bands if it is not",
+                gaps.join(", "),
+                100.0 * share
+            );
+            self.warn_once(pointer, problem);
+        }
+    }
+
+    /// Weights the `chosen` bands by wavelength, or all, by the sum of the weightings, which sentences
+    /// call `name`, and returns what of this depends on the light within bands. Errors: wavelengths of
+    /// a band are not known; two bands that count overlap; no band counts.
+    fn doubted(
+        &mut self,
+        pointer: &str,
+        name: &str,
+        weightings: &[Weighting],
+        chosen: Option<&[usize]>,
+    ) -> Result<(BandSum, Doubts)> {
         let quantity = self.parts.quantity;
         let every: Vec<usize> = (0..self.bands).collect();
         let bands = chosen.unwrap_or(&every);
         let mut sum = BandSum::default();
-        let (mut ends, mut uneven): (Vec<(usize, [f64; 2])>, Vec<String>) = Default::default();
+        let mut ends: Vec<(usize, [f64; 2])> = Vec::new();
+        let mut doubts = Doubts::default();
         for &band in bands {
             let known = &self.parts.bands[band];
             let (Some(from), Some(to)) = (known.from_nm, known.to_nm) else {
@@ -234,7 +294,7 @@ impl Loader<'_> {
                 most - least
             });
             if most.fold(0.0, f64::max) > UNEVEN {
-                uneven.push(format!("`{}`", known.name));
+                doubts.uneven.insert(format!("`{}`", known.name));
             }
             ends.push((band, [from, to]));
             sum.bands.push(band);
@@ -249,35 +309,17 @@ impl Loader<'_> {
                 )
                 .remedy("add such bands, or take this out"));
         }
-        if !uneven.is_empty() {
-            uneven.sort();
-            uneven.dedup();
-            let problem = format!(
-                "what a wavelength counts in {name} changes much within band {}, where the light is taken to be \
-                the same in each nm; use narrower bands if it is not",
-                uneven.join(", ")
-            );
-            self.warn_once(pointer, problem);
-        }
-        let covered: Vec<[f64; 2]> = ends.iter().map(|(_, ends)| *ends).collect();
-        let (gaps, share) = uncovered(weightings, covered);
-        if chosen.is_none() && share > UNCOVERED {
-            let gaps: Vec<String> = gaps
-                .iter()
-                .map(|[from, to]| format!("{} to {}", number(*from), number(*to)))
-                .collect();
-            let problem = format!(
-                "no band has light from {} nm, where {name} has {:.0} % of its weights: it is taken to be dark there; \
-                add bands if it is not",
-                gaps.join(", "),
-                100.0 * share
-            );
-            self.warn_once(pointer, problem);
+        if chosen.is_none() {
+            let covered: Vec<[f64; 2]> = ends.iter().map(|(_, ends)| *ends).collect();
+            let (gaps, share) = uncovered(weightings, covered);
+            let gap = |[from, to]: &[f64; 2]| format!("{} to {}", number(*from), number(*to));
+            doubts.gaps = gaps.iter().map(gap).collect();
+            doubts.share = share;
         }
         // a sum of W in a scene of W is like those of its bands
         let is_usual = (weightings[0].unit(), quantity) == (WeightedUnit::Watts, Quantity::Watt);
         sum.unit = (!is_usual).then(|| weightings[0].unit());
-        Ok(sum)
+        Ok((sum, doubts))
     }
 
     fn overlap(&self, pointer: &str, [first, second]: [&str; 2]) -> Error {

@@ -52,7 +52,7 @@ fn too_many_sums_are_refused() {
         let mut scene = sheet(json!({ "type": "lambert", "reflectance": 0.5 }), json!(1));
         scene["sums"] = Value::Object((0..count).map(sum).collect());
         let files = Files::from([("a.obj", SHEET.into())]);
-        loaded(scene, &files).map(|loaded| loaded.scene.sums.len()).map_err(|e| e.to_string())
+        loaded(scene, &files).map(|loaded| loaded.scene.sums().len()).map_err(|e| e.to_string())
     };
     assert_eq!(sums(100), Ok(100));
     assert!(sums(4097).unwrap_err().contains("/sums: 4097 sums, must be at most 4096"));
@@ -119,7 +119,7 @@ fn files_of_window_with_too_much_light_are_scaled() {
         let told = loaded.warnings.join("\n");
         assert!(told.contains(words) && told.is_empty() == words.is_empty(), "{told}\n{words}");
         let absorbed =
-            loaded.scene.materials[0].material.absorptance::<[f32; 1]>(&at).unwrap().0[0];
+            loaded.scene.materials()[0].material.absorptance::<[f32; 1]>(&at).unwrap().0[0];
         assert!((f64::from(absorbed) - (1.0 - total).max(0.0)).abs() < 1e-5, "{total}: {absorbed}");
     }
     let text = window("Transmission Front", |_, _| 1.06 / std::f64::consts::PI);
@@ -143,7 +143,7 @@ fn a_measured_material_of_a_room_is_a_table() {
     let files = Files::from([("rooms/a.rad", rad.into()), ("rooms/w.xml", text.clone())]);
     let known = loaded(room("rooms/a.rad", json!({})), &files).unwrap_or_else(|e| panic!("{e}"));
     assert!(known.warnings[0].contains("it has no `Transmission Back`: that is taken"));
-    let material: &Material = &known.scene.materials[0].material;
+    let material: &Material = &known.scene.materials()[0].material;
     // light from the outside, below, that travels towards +x: azimuth 0 as seen from inside, which
     // column 0 is for; it leaves towards +y, azimuth 90, row 1
     for (comes, goes, value) in [
@@ -171,7 +171,7 @@ fn a_measured_material_of_a_room_is_a_table() {
         let files = Files::from([("rooms/a.rad", rad)]);
         let known =
             loaded(room("rooms/a.rad", own.clone()), &files).unwrap_or_else(|e| panic!("{e}"));
-        assert!(matches!(known.scene.materials[0].material, Material::Lambert(_)));
+        assert!(matches!(known.scene.materials()[0].material, Material::Lambert(_)));
     }
     let files = Files::from([("rooms/a.rad", rad.replace("BSDF", "trans2"))]);
     let error = loaded(room("rooms/a.rad", json!({})), &files).unwrap_err().to_string();

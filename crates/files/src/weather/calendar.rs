@@ -98,6 +98,18 @@ impl Calendar {
         }
     }
 
+    /// Returns the real time at a time of the mended clock. `offset` is that of the clock of the row, and
+    /// `years` has the year of each month of a typical year, as far as it is known.
+    pub(super) fn mended(self, at: f64, offset: f64, years: &[Option<i64>; 12]) -> Timestamp {
+        // without the rounding errors of a shift
+        let time = self.timestamp((1e3 * at).round() / 1e3);
+        let Clock::TypicalYear { zone } = self.clock else { return Timestamp { offset, ..time } };
+        let (date, _) = local(time, zone);
+        let year = years[date.month as usize - 1].unwrap_or(date.year);
+        let real = Date::new(year, date.month, date.day).unwrap_or(date);
+        Timestamp { unix: time.unix + (real.days() - date.days()) as f64 * DAY, ..time }
+    }
+
     /// Returns a readable name of the hour that starts at a time on the file's clock.
     pub(super) fn name(self, at: f64) -> String {
         let time = self.timestamp(at);
@@ -118,6 +130,19 @@ impl Calendar {
     /// Returns a year with the days of the typical year.
     fn standing_for(self) -> i64 {
         if self.leap { 2000 } else { 2001 }
+    }
+}
+
+/// Puts a row of 1 March that begins before midnight, of a typical year, behind those of 28 February: it
+/// seems to be one of 29 February, of which the file has no other.
+pub(super) fn mend_leap_day(clock: Clock, records: &mut [Record]) {
+    let calendar = Calendar { clock, leap: true };
+    let mut on_leap_day = records.iter_mut().filter(|record| calendar.is_leap_day(record));
+    if let (Some(record), None) = (on_leap_day.next(), on_leap_day.next())
+        && record.to > LEAP_DAY + DAY - 1.0
+    {
+        record.from -= DAY;
+        record.to -= DAY;
     }
 }
 

@@ -72,6 +72,29 @@ impl Odd {
     }
 }
 
+/// Returns the values of a line, which stand between commas. A comma in quotes is part of a value.
+pub(super) fn cells(line: &str) -> Vec<&str> {
+    let mut cells = Vec::new();
+    let mut rest = Some(line);
+    while let Some(text) = rest {
+        let quoted = text.trim_start().strip_prefix('"').and_then(|inner| inner.split_once('"'));
+        let quoted = quoted.filter(|(_, after)| {
+            let after = after.trim_start();
+            after.is_empty() || after.starts_with(',')
+        });
+        let (cell, after) = match quoted {
+            Some((cell, after)) => (cell, after.split_once(',').map(|(_, after)| after)),
+            None => match text.split_once(',') {
+                Some((cell, after)) => (cell.trim().trim_matches('"'), Some(after)),
+                None => (text.trim().trim_matches('"'), None),
+            },
+        };
+        cells.push(cell.trim());
+        rest = after;
+    }
+    cells
+}
+
 /// A line of the file, with its number for errors, and its values between commas.
 pub(super) struct Line<'a> {
     pub(super) path: &'a Path,
@@ -87,6 +110,19 @@ impl Line<'_> {
 
     pub(super) fn error(&self, problem: impl Display) -> Error {
         Error::input(self.place(), problem)
+    }
+
+    /// Refuses a line about the place that has another number of values than `due`, apart from empty
+    /// ones at its end: a comma in a name would shift the place and the time zone.
+    pub(super) fn count(&self, due: std::ops::RangeInclusive<usize>) -> Result<()> {
+        let filled = self.values.iter().rposition(|v| !v.is_empty()).map_or(0, |last| last + 1);
+        let most = due.end();
+        match filled <= *most && due.start() <= &self.values.len() {
+            true => Ok(()),
+            false => Err(self
+                .error(format!("{filled} values between commas in place of {most}"))
+                .remedy("put a name that holds a comma in quotes, or take the comma out")),
+        }
     }
 
     /// Returns the value in `column`, which is counted from 0.

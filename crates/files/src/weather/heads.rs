@@ -116,6 +116,7 @@ fn open_meteo<'a, 'b>(first: &Line, lines: &'b [Line<'a>]) -> Result<Head<'a, 'b
         let found = first.values.iter().position(|v| v.eq_ignore_ascii_case(name));
         found.ok_or_else(|| first.error(format!("no column `{name}`")).remedy("fetch it again"))
     };
+    values.count(0..=first.values.len())?;
     let site = values.site(at("latitude")?, at("longitude")?)?;
     let zone = values.number(at("utc_offset_seconds")?, "the offset from UTC")?;
     if zone.abs() > 14.0 * HOUR {
@@ -152,6 +153,7 @@ fn nsrdb<'a, 'b>(first: &Line, lines: &'b [Line<'a>]) -> Result<Head<'a, 'b>> {
     let units = first.values.iter().zip(&values.values).filter_map(|(name, value)| {
         Some((name.strip_suffix(" Units")?.to_owned(), (*value).to_owned()))
     });
+    values.count(0..=first.values.len())?;
     let minutes = names.values.iter().any(|name| name.eq_ignore_ascii_case("Minute"));
     Ok(Head {
         source: Source::Nsrdb,

@@ -7,7 +7,7 @@ use super::{
 };
 use phylux_core::{
     error::{Error, Result},
-    scene::daylight::{Hour, SunPosition, Timestamp},
+    scene::daylight::{Date, Hour, SunCourse, SunPosition, Timestamp},
 };
 
 /// The time that a weather file is used for.
@@ -30,10 +30,13 @@ pub enum Period {
 /// included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slot {
-    /// Start of the interval, in the standard time of the file.
+    /// Start of the interval by the mended clock, in the standard time of the file. In a typical year
+    /// its year is that of the rows of its month.
     pub start: Timestamp,
     /// Length of the part within the period, h.
     pub length: f64,
+    /// How long of that the sun is above the horizon, h.
+    pub sun_up: f64,
     /// Global irradiance, W/m2: the value in the file, or else the sum of direct and diffuse light.
     pub global: f64,
     /// Index into [`Selected::hours`]; `None` if the interval is dark.
@@ -94,11 +97,10 @@ impl Selected {
 
 impl Weather {
     /// Selects the hours of `period`, seen from `site`, with the file's clock moved `shift_h` hours
-    /// forward.
+    /// forward: the times of the slots are those of the mended clock.
     ///
-    /// For an instant, the position of the sun is that of the instant. For a record it is that of
-    /// the middle of the record, or of the middle of its sunlit part where the sun rises or sets in
-    /// it. A record that lies in the period in part counts by that part. Hours in which the sun
+    /// For an instant, the position of the sun is that of the instant. For a record the sun moves
+    /// through it, or through its sunlit part where it rises or sets in it. A record that lies in the period in part counts by that part. Hours in which the sun
     /// does not rise may be missing. The years in the rows of a typical year matter only for the
     /// position of the sun. Its rows of 29 February count where the period meets that day, and in
     /// `Year`; without such rows the day is left out of periods, and an instant takes 28 February.
@@ -115,7 +117,7 @@ impl Weather {
         let mut selected = Selected::default();
         let calendar = self.calendar(period);
         let placed: Vec<Record> = self.records.iter().filter_map(|r| calendar.place(r)).collect();
-        let Some((from, length)) = self.span(period, calendar)? else {
+        let Some((from, length)) = self.span(period, calendar, shift)? else {
             let Period::Instant(time) = period else { return Ok(selected) };
             let at = calendar.wrapped(calendar.instant(time) - shift);
             // a record may begin in the year before
@@ -129,10 +131,12 @@ impl Weather {
             if record.is_none() && sun.elevation > 0.0 {
                 return Err(self.missing(calendar, &[at], 1));
             }
-            if let Some(record) = record
-                && !selected.add(record, site.own_sun(record, shift), sun, 1.0, 1.0)
-            {
-                return Err(self.lacking(record.line, 1));
+            if let Some(record) = record {
+                let course = (sun.elevation > 0.0).then(|| SunCourse::still(sun));
+                let own = site.own_sun(record, shift);
+                if !selected.add(record, own, (sun, course), 1.0, 1.0) {
+                    return Err(self.lacking(record.line, 1));
+                }
             }
             return Ok(selected);
         };
@@ -148,12 +152,15 @@ impl Weather {
             for record in &placed {
                 let start = (record.from + turn).max(from - shift);
                 let end = (record.to + turn).min(from - shift + length);
-                if end > start {
+                // times of a shifted clock have rounding errors
+                if end > start + 1e-3 {
                     parts.push((start, end, record));
                 }
             }
         }
         parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let years = self.years();
+        let time = |at: f64, offset: f64| calendar.mended(at + shift, offset, &years);
         let mut at = from - shift;
         for (start, end, record) in &parts {
             if *start > at + 1.0 {
@@ -164,16 +171,15 @@ impl Weather {
             let lit = selected.hours.len();
             let own = site.own_sun(record, shift);
             let weight = (end - start) / length;
-            if !selected.add(record, own, own.at, weight, (end - start) / HOUR) {
+            if !selected.add(record, own, (own.at, own.course), weight, (end - start) / HOUR) {
                 lacking.push(record.line);
             }
-            // `late` is right in a typical year that begins anew, too
-            let late = (start - record.from).rem_euclid(calendar.year());
             let hour = (selected.hours.len() > lit).then_some(lit);
             let global = hour.map_or(0.0, |h| selected.hours[h].global());
             let slot = Slot {
-                start: Timestamp { unix: record.start.unix + late, ..record.start },
+                start: time(*start, record.start.offset),
                 length: (end - start) / HOUR,
+                sun_up: own.lit * (end - start) / HOUR,
                 global: record.global.unwrap_or(global).max(0.0),
                 hour,
             };
@@ -192,10 +198,11 @@ impl Weather {
         });
         let offset = parts[0].2.start.offset;
         slots.extend(gaps.iter().flat_map(|&(from, to)| {
+            let time = &time;
             let slot = move |i: i32| {
                 let at = from + f64::from(i) * HOUR;
-                let start = Timestamp { offset, ..calendar.timestamp(at) };
-                (at, Slot { start, length: (to - at).min(HOUR) / HOUR, global: 0.0, hour: None })
+                let (start, length) = (time(at, offset), (to - at).min(HOUR) / HOUR);
+                (at, Slot { start, length, sun_up: 0.0, global: 0.0, hour: None })
             };
             (0..).map(slot).take_while(move |(at, _)| *at < to - 1.0)
         }));
@@ -211,8 +218,9 @@ impl Weather {
         }
     }
 
-    /// Returns start and length of a period on the file's clock, s; `None` for an instant.
-    fn span(&self, period: Period, calendar: Calendar) -> Result<Option<(f64, f64)>> {
+    /// Returns start and length of a period on the file's clock moved by `shift`, s; `None` for an
+    /// instant.
+    fn span(&self, period: Period, calendar: Calendar, shift: f64) -> Result<Option<(f64, f64)>> {
         let whole = |problem: &str| {
             Err(Error::input(self.path.display(), problem)
                 .remedy("give a period: \"time\": {\"from\": ..., \"to\": ...}"))
@@ -224,7 +232,7 @@ impl Weather {
                 let from = self.records.first().map_or(0.0, |r| r.from);
                 let to = self.records.last().map_or(0.0, |r| r.to);
                 match ((to - from) / DAY - 365.5).abs() <= 1.5 {
-                    true => Ok(Some((from, to - from))),
+                    true => Ok(Some((from + shift, to - from))),
                     false => whole(&format!("covers {:.1} days, not a year", (to - from) / DAY)),
                 }
             }
@@ -266,6 +274,21 @@ impl Weather {
         Calendar { clock: self.clock, leap: has && leap }
     }
 
+    /// Returns for each month of a typical year, from January on, the year of its rows: that of most of
+    /// them, where a row of another month begins in it. `None` without rows.
+    fn years(&self) -> [Option<i64>; 12] {
+        let mut years: [Vec<i64>; 12] = Default::default();
+        for record in &self.records {
+            let middle = record.start.unix + 0.5 * record.length() + record.start.offset;
+            let date = Date::from_days((middle / DAY).floor() as i64);
+            years[date.month as usize - 1].push(date.year);
+        }
+        years.map(|mut years| {
+            years.sort_unstable();
+            years.get(years.len() / 2).copied()
+        })
+    }
+
     fn missing(&self, calendar: Calendar, first: &[f64], count: usize) -> Error {
         let names: Vec<String> = first.iter().map(|&at| calendar.name(at)).collect();
         let more = if count > first.len() { ", ..." } else { "" };
@@ -283,13 +306,14 @@ impl Weather {
 }
 
 impl Selected {
-    /// Adds a record that counts for this many hours, whose sun is `own` and stands at `at`. Returns
-    /// false if the record lacks a value that is needed.
+    /// Adds a record that counts for this many hours, whose sun is `own` but shines from `at`, where it
+    /// stands in the middle and in its course, if it is up. Returns false if the record lacks a value
+    /// that is needed.
     fn add(
         &mut self,
         record: &Record,
         own: OwnSun,
-        at: SunPosition,
+        at: (SunPosition, Option<SunCourse>),
         weight: f64,
         hours: f64,
     ) -> bool {
@@ -303,14 +327,16 @@ impl Selected {
                 self.worst_misfit = Some((record.line, [global, sum]));
             }
         }
-        if at.elevation <= 0.0 {
+        let (sun, course) = at;
+        if course.is_none() {
             self.dropped_direct += direct * hours;
             direct = 0.0;
         }
         if direct > 0.0 || diffuse > 0.0 {
             self.hours.push(Hour {
                 weight,
-                sun: at,
+                sun,
+                course: course.unwrap_or(SunCourse::still(sun)),
                 eccentricity: own.eccentricity,
                 direct_normal: direct,
                 diffuse_horizontal: diffuse,

@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use super::{
-    cells::{KINDS, Line, Odd, date, existing, in_typical_year},
+    calendar::mend_leap_day,
+    cells::{KINDS, Line, Odd, cells, date, existing, in_typical_year},
     record::{Clock, DAY, HOUR, Record, Site, Stamp, Weather},
     tables,
 };
@@ -23,7 +24,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, stamp: Option<Stamp>) -> Result<W
         path,
         line,
         whole: text,
-        values: text.split(',').map(|v| v.trim().trim_matches('"')).collect(),
+        values: cells(text),
     });
     // skip lines without content
     let lines: Vec<Line> = lines.filter(|l| l.values.iter().any(|v| !v.is_empty())).collect();
@@ -54,6 +55,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, stamp: Option<Stamp>) -> Result<W
     if weather.records.is_empty() {
         return Err(Error::input(path.display(), "holds no hour").remedy(KINDS));
     }
+    mend_leap_day(weather.clock, &mut weather.records);
     weather.records.sort_by(|a, b| a.from.total_cmp(&b.from));
     for pair in weather.records.windows(2) {
         // times may be rounded to decimal minutes, so allow for an overlap of a second
@@ -78,6 +80,7 @@ fn typical(date: Date, hour: i64, zone: f64) -> (f64, Timestamp) {
 /// Reads EnergyPlus weather (Auxiliary programs, EnergyPlus 9.6): eight lines about the place, then
 /// one line per hour.
 fn read_epw(path: &Path, lines: &[Line], odd: &mut Odd) -> Result<Weather> {
+    lines[0].count(10..=10)?;
     let site = lines[0].site(6, 7)?;
     let zone = lines[0].zone(8)?;
     let periods = lines.iter().position(|l| l.values[0].eq_ignore_ascii_case("DATA PERIODS"));
@@ -108,6 +111,7 @@ fn read_epw(path: &Path, lines: &[Line], odd: &mut Odd) -> Result<Weather> {
 /// Reads a typical meteorological year, third collection (Wilcox and Marion, NREL/TP-581-43156,
 /// 2008).
 fn read_tmy3(path: &Path, lines: &[Line], odd: &mut Odd) -> Result<Weather> {
+    lines[0].count(7..=7)?;
     let zone = lines[0].zone(3)?;
     let site = lines[0].site(4, 5)?;
     let header = &lines[1];
@@ -131,11 +135,18 @@ fn read_tmy3(path: &Path, lines: &[Line], odd: &mut Odd) -> Result<Weather> {
             line.error(format!("the date is {}", quoted(text))).remedy("write it like 06/21/1998")
         })?;
         let text = line.text(1, "the time")?;
-        let hour = text.split(':').next().and_then(|hour| hour.parse().ok());
-        let hour = hour.filter(|hour| (1..=24).contains(hour)).ok_or_else(|| {
+        let mut parts = text.split(':');
+        let hour = parts.next().and_then(|hour| hour.parse().ok());
+        let is_whole = parts.all(|part| part.parse() == Ok(0));
+        let hour = hour.filter(|hour| is_whole && (0..=24).contains(hour)).ok_or_else(|| {
             line.error(format!("the time is {}, must be 01:00 to 24:00", quoted(text)))
                 .remedy("fetch the file again")
         })?;
+        // some write the end of a day as 00:00 of the next one
+        let (date, hour) = match hour {
+            0 => (Date::from_days(date.days() - 1), 24),
+            _ => (date, hour),
+        };
         let mut value = |k: usize, name| line.irradiance(columns[k], name, odd);
         let [global, direct, diffuse] = [value(0, "GHI")?, value(1, "DNI")?, value(2, "DHI")?];
         let (from, start) = typical(date, hour, zone);

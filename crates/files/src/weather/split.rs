@@ -2,15 +2,17 @@
 //! direct sin(elevation), where two of them are known, and by a model where only the global is.
 
 use super::record::{Record, Site};
-use phylux_core::scene::daylight::{SunPosition, Timestamp};
+use phylux_core::scene::daylight::{SunCourse, SunPosition, Timestamp, eccentricity};
 
 /// The sun of a record.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OwnSun {
     /// Its position in the middle of the record, or in the middle of the record's sunlit part.
     pub(super) at: SunPosition,
+    /// Its positions in that part; `None` while it is below the horizon.
+    pub(super) course: Option<SunCourse>,
     /// The part of the record in which it is above the horizon, 0 to 1.
-    lit: f64,
+    pub(super) lit: f64,
     /// The [`eccentricity`](phylux_core::scene::daylight::eccentricity) of the day.
     pub(super) eccentricity: f64,
 }
@@ -34,18 +36,36 @@ impl Site {
     /// Returns the sun of a record whose clock is moved by `shift` s.
     pub(super) fn own_sun(self, record: &Record, shift: f64) -> OwnSun {
         let length = record.length();
-        let up = |later: f64| self.sun(record.start, shift + later).elevation > 0.0;
-        let (from, to) = match (up(0.0), up(length)) {
-            (false, true) => (crossing(up, length, 0.0), length),
-            (true, false) => (0.0, crossing(up, 0.0, length)),
+        let at = |later: f64| self.sun(record.start, shift + later);
+        let up = |later: f64| at(later).elevation > 0.0;
+        // the sun may rise and set within a record
+        let looks: Vec<f64> =
+            (0..=LOOKS).map(|i| f64::from(i) / f64::from(LOOKS) * length).collect();
+        let first = looks.iter().position(|&later| up(later));
+        let last = looks.iter().rposition(|&later| up(later));
+        let (from, to) = match (first, last) {
+            (Some(first), Some(last)) => (
+                first.checked_sub(1).map_or(0.0, |down| crossing(up, looks[first], looks[down])),
+                looks.get(last + 1).map_or(length, |&down| crossing(up, looks[last], down)),
+            ),
             _ => (0.0, length),
         };
-        let at = self.sun(record.start, shift + 0.5 * (from + to));
-        let lit = if at.elevation > 0.0 && length > 0.0 { (to - from) / length } else { 0.0 };
+        let course = first.and_then(|_| SunCourse::new(from, to, at));
+        let lit = if course.is_some() && length > 0.0 { (to - from) / length } else { 0.0 };
         let date = Timestamp { unix: record.start.unix + shift, ..record.start }.date();
-        OwnSun { at, lit, eccentricity: phylux_core::scene::daylight::eccentricity(date) }
+        OwnSun { at: at(0.5 * (from + to)), course, lit, eccentricity: eccentricity(date) }
     }
 }
+
+impl OwnSun {
+    /// Returns the mean sine of the elevation of the sun while it shines; 0 where it does not.
+    fn sine(&self) -> f64 {
+        self.course.map_or(0.0, |course| course.sine())
+    }
+}
+
+/// Number of parts of a record at whose borders the sun is looked for.
+const LOOKS: u32 = 6;
 
 /// Returns the time, s, at which `is` changes between `yes`, where it holds, and `no`, where it
 /// does not, to within a second.
@@ -61,7 +81,7 @@ impl Record {
     /// Returns the direct and diffuse light of a record, whose sun is `sun`; `None` if too little
     /// was measured.
     pub(super) fn split(&self, sun: OwnSun) -> Option<Split> {
-        let sine = sun.at.elevation.sin().max(0.0);
+        let sine = sun.sine();
         let (direct, diffuse) = match (self.global, self.direct, self.diffuse) {
             (_, Some(direct), Some(diffuse)) => (direct, diffuse),
             (Some(global), None, Some(diffuse)) => {
@@ -73,7 +93,7 @@ impl Record {
                 (direct, diffuse.max(global - direct * sine))
             }
             (Some(global), Some(direct), None) => (direct, (global - direct * sine).max(0.0)),
-            (Some(global), None, None) => erbs(global, sun.at.elevation.sin(), sun.eccentricity),
+            (Some(global), None, None) => erbs(global, sine, sun.eccentricity),
             // measurements may be missing at night
             _ if sun.at.elevation < -0.1 => (0.0, 0.0),
             _ => return None,
@@ -145,7 +165,8 @@ mod tests {
             let start = Timestamp { unix: 0.0, offset: 0.0 };
             let record = Record { line: 1, from: 0.0, to: 3600.0, start, global, direct, diffuse };
             let at = SunPosition { elevation: degrees.to_radians(), azimuth: 0.0 };
-            record.split(OwnSun { at, lit, eccentricity: 1.0 })
+            let course = (degrees > 0.0).then(|| SunCourse::still(at));
+            record.split(OwnSun { at, course, lit, eccentricity: 1.0 })
         };
         let near = |found: Option<Split>, direct: f64, diffuse: f64, misfit: bool| {
             let found = found.unwrap();

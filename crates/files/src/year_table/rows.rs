@@ -152,8 +152,8 @@ impl YearTable {
             return refuse(format!("its bands are {}", self.bands.join(", ")));
         }
         let known: HashSet<&str> = self.ids.iter().map(String::as_str).collect();
-        let ids = scene.captors.iter().map(|captor| &captor.id);
-        match ids.chain(&scene.groups).find(|id| !known.contains(id.as_str())) {
+        let ids = scene.captors().iter().map(|captor| &captor.id);
+        match ids.chain(scene.groups()).find(|id| !known.contains(id.as_str())) {
             Some(id) => refuse(format!("it has no {}", quoted(id))),
             None => Ok(()),
         }

@@ -130,28 +130,28 @@ impl Electricity {
     /// Finds what the light of a run costs and where it goes; `None` if the scene does not say what
     /// its lights cost.
     pub(super) fn new(scene: &Scene, totals: &Totals, photons: bool) -> Option<Self> {
-        if scene.watts.is_empty() {
+        if scene.watts().is_empty() {
             return None;
         }
-        let metered: Vec<usize> = (0..scene.lights.len())
-            .filter(|&l| scene.watts.contains_key(&scene.lights[l].name))
+        let metered: Vec<usize> = (0..scene.lights().len())
+            .filter(|&l| scene.watts().contains_key(&scene.lights()[l].name))
             .collect();
         let power_of = |lights: &mut dyn Iterator<Item = usize>| {
-            let mut power = vec![0.0; scene.bands.len()];
+            let mut power = vec![0.0; scene.bands().len()];
             for light in lights {
-                power.iter_mut().zip(&scene.lights[light].power).for_each(|(sum, p)| *sum += p);
+                power.iter_mut().zip(&scene.lights()[light].power).for_each(|(sum, p)| *sum += p);
             }
             scene.with_sums(&power)
         };
         let lights = metered.iter().map(|&l| {
-            let watts = scene.watts[&scene.lights[l].name];
+            let watts = scene.watts()[&scene.lights()[l].name];
             let per_watt = power_of(&mut std::iter::once(l)).iter().map(|p| p / watts).collect();
-            (scene.lights[l].name.clone(), LampElectricity { watts, per_watt })
+            (scene.lights()[l].name.clone(), LampElectricity { watts, per_watt })
         });
         let lights: ByLight<LampElectricity> = lights.collect();
         let watts: f64 = lights.values().map(|lamp| lamp.watts).sum();
         let power = power_of(&mut metered.iter().copied());
-        let others = (0..scene.lights.len()).filter(|l| !metered.contains(l));
+        let others = (0..scene.lights().len()).filter(|l| !metered.contains(l));
         let alone = power_of(&mut others.clone()).iter().all(|p| *p == 0.0);
         let light = match (alone, totals.parts().is_empty()) {
             (true, _) => Some(Metered { totals, parts: None }),
@@ -201,8 +201,8 @@ impl Shares {
 }
 
 fn unit(scene: &Scene, column: usize) -> String {
-    let sum = column.checked_sub(scene.bands.len()).and_then(|sum| scene.sums[sum].unit);
-    match (sum, scene.quantity) {
+    let sum = column.checked_sub(scene.bands().len()).and_then(|sum| scene.sums()[sum].unit);
+    match (sum, scene.quantity()) {
         (Some(WeightedUnit::Lumen), _) => "lm/W",
         (Some(WeightedUnit::Photons), _) | (None, Quantity::Micromole) => "umol/J",
         (Some(WeightedUnit::Watts), _) | (None, Quantity::Watt) => "W/W",
@@ -244,7 +244,7 @@ impl Metered<'_> {
         let columns = power.len();
         let spent = self.sums(&|totals| totals.spent().flatten().copied().collect());
         let mut rows = spent.chunks(columns).map(|sums| self.share(sums, power));
-        let names = scene.materials.iter().map(|material| material.name.clone());
+        let names = scene.materials().iter().map(|material| material.name.clone());
         let mut next = || rows.next().unwrap_or_else(|| self.share(&[], &[]));
         let absorbed_by = names.map(|name| (name, next())).collect();
         let (outside, lost, chance) = (next(), next(), next());
@@ -258,8 +258,8 @@ impl Metered<'_> {
         power: &[f64],
         watts: f64,
     ) -> IndexMap<String, GroupElectricity> {
-        let mut absorbs = vec![false; scene.groups.len()];
-        let surfaces = scene.captors.iter().filter(|captor| captor.kind == CaptorKind::Surface);
+        let mut absorbs = vec![false; scene.groups().len()];
+        let surfaces = scene.captors().iter().filter(|captor| captor.kind == CaptorKind::Surface);
         surfaces
             .flat_map(|captor: &Captor| &captor.groups)
             .for_each(|&group| absorbs[group] = true);
@@ -285,6 +285,6 @@ impl Metered<'_> {
             };
             (name.clone(), found)
         };
-        scene.groups.iter().enumerate().map(of).collect()
+        scene.groups().iter().enumerate().map(of).collect()
     }
 }

@@ -24,7 +24,7 @@ use phylux_core::{
         direct_sun::sunlit_shares,
         nearest::{self, NearestEstimate},
         paths::Unseen,
-        settings::{Estimator, Guiding, Settings},
+        settings::{Estimator, Guiding, NearestCount},
         simulate::{Accuracy, Dark, FaceBand, Simulation, Worst},
         tally::{Ledger, Totals},
     },
@@ -35,13 +35,14 @@ use phylux_core::{
 const CONCENTRATED: f64 = 0.25;
 
 impl RunResult {
-    /// Makes the result of a run of `scene` with `settings`, from its `simulation`.
-    pub fn new(scene: &Scene, settings: &Settings, simulation: &Simulation) -> Self {
-        let Simulation { totals, map, .. } = simulation;
-        let powers: Vec<f64> = (0..scene.bands.len())
-            .map(|b| scene.lights.iter().map(|light| light.power[b]).sum())
+    /// Makes the result of a run.
+    pub fn new(simulation: &Simulation) -> Self {
+        let (scene, settings) = (simulation.scene(), simulation.settings());
+        let (totals, map) = (simulation.totals(), simulation.map());
+        let powers: Vec<f64> = (0..scene.bands().len())
+            .map(|b| scene.lights().iter().map(|light| light.power[b]).sum())
             .collect();
-        let alone = simulation.estimator == Estimator::Paths;
+        let alone = simulation.estimator() == Estimator::Paths;
         let energy = match alone {
             false => Energy {
                 by_light: by_light(scene, totals, |light, part| balance(scene, &light.power, part)),
@@ -49,64 +50,64 @@ impl RunResult {
             },
             true => Energy { power: scene.with_sums(&powers), ..Energy::default() },
         };
-        let estimates = map.as_ref().map(|map| (map, settings.k));
-        let sunlit = scene.sunlit.then(|| sunlit_shares(scene, settings.seed)).flatten();
+        let estimates = map.map(|map| (map, settings.k.map(NearestCount::get)));
+        let sunlit = scene.sunlit().then(|| sunlit_shares(scene, settings.seed)).flatten();
         let captors: Vec<CaptorResult> = scene
-            .captors
+            .captors()
             .iter()
             .enumerate()
             .map(|(c, captor)| {
-                let nearest = match simulation.estimator == Estimator::Photons {
+                let nearest = match simulation.estimator() == Estimator::Photons {
                     true => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
                     false => Some([None, None]),
                 };
                 let sunlit = sunlit.as_ref().map(|shares| shares[c]);
-                captor_result(scene, simulation, captor, nearest, sunlit)
+                captor_result(simulation, captor, nearest, sunlit)
             })
             .collect();
         let bands = band_results(scene);
-        let photons = scene.quantity == Quantity::Micromole;
+        let photons = scene.quantity() == Quantity::Micromole;
         let dli =
-            scene.period_h.is_some() && bands.iter().any(|band| band.has_dli(&bands, photons));
-        let mut unit = scene.quantity.unit_names();
+            scene.period_h().is_some() && bands.iter().any(|band| band.has_dli(&bands, photons));
+        let mut unit = scene.quantity().unit_names();
         unit.dli = dli.then_some(Cow::Borrowed("mol/m2/d"));
         let mut result = Self {
             format: FORMAT,
             phylux: env!("CARGO_PKG_VERSION").into(),
-            scene: scene.name.clone(),
+            scene: scene.name().into(),
             scene_hash: scene.digest(),
             seed: settings.seed,
             photons: totals.histories,
-            photons_beside: simulation.beside,
+            photons_beside: simulation.beside(),
             batches: totals.batches,
-            estimator: simulation.estimator,
-            guiding: Some(simulation.guiding).filter(|guiding| *guiding != Guiding::Off),
-            starved: simulation.starved,
-            chosen: simulation.choice.as_ref().map(|choice| choice.why.clone()),
+            estimator: simulation.estimator(),
+            guiding: Some(simulation.guiding()).filter(|guiding| *guiding != Guiding::Off),
+            starved: simulation.starved(),
+            chosen: simulation.choice().map(|choice| choice.why.clone()),
             mixed: None,
             calibrated: false,
-            settings: Some(RunSettings::new(settings, simulation)),
+            settings: Some(RunSettings::new(simulation)),
             warnings: Vec::new(),
             unit,
-            period_h: scene.period_h,
+            period_h: scene.period_h(),
             bands,
             ratios: RatioResult::all(scene),
             energy,
             electricity: Electricity::new(scene, totals, !alone),
-            unseen: simulation.unseen.as_ref().map(|unseen| shares(scene, unseen)),
+            unseen: simulation.unseen().map(|unseen| shares(scene, unseen)),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
-            tolerance: simulation.accuracy.as_ref().map(|found| ToleranceResult::new(scene, found)),
-            map: map.as_ref().map(|map| MapResult {
+            tolerance: simulation.accuracy().map(|found| ToleranceResult::new(scene, found)),
+            map: map.map(|map| MapResult {
                 arrivals: map.photons.len() as u64,
                 photons: map.histories,
             }),
-            groups: group_results(scene, simulation, &captors),
+            groups: group_results(simulation, &captors),
             captors,
-            layers: stand::layers(scene, simulation, settings.seed),
-            canopy: stand::canopy(scene, simulation),
+            layers: stand::layers(simulation),
+            canopy: stand::canopy(simulation),
         };
         result.add_dli();
-        result.with_warnings()
+        result.with_warnings_of_scene([])
     }
 }
 
@@ -117,7 +118,7 @@ fn by_light<T>(
     of: impl Fn(&Light, &Totals) -> T,
 ) -> Option<ByLight<T>> {
     let parts = totals.parts();
-    let lights = scene.lights.iter().zip(parts);
+    let lights = scene.lights().iter().zip(parts);
     let each = lights.map(|(light, part)| (light.name.clone(), of(light, part)));
     (!parts.is_empty()).then(|| each.collect())
 }
@@ -168,11 +169,11 @@ fn names(scene: &Scene, at: &FaceBand) -> Names {
         Channel::Absorbed => "absorbed",
     };
     let band = scene.band_names().nth(at.band).unwrap_or_default();
-    let name = match scene.captors.get(at.captor) {
+    let name = match scene.captors().get(at.captor) {
         Some(captor) => &captor.id,
-        None => &scene.groups[at.captor - scene.captors.len()],
+        None => &scene.groups()[at.captor - scene.captors().len()],
     };
-    let group = at.captor >= scene.captors.len();
+    let group = at.captor >= scene.captors().len();
     Names { captor: name.clone(), group, face, band: band.into() }
 }
 
@@ -182,10 +183,10 @@ fn balance(scene: &Scene, power: &[f64], totals: &Totals) -> Energy {
     let chance = totals.chance().iter().map(|taken| taken.estimate(totals.batches));
     let chance: Vec<Estimate> = chance.collect();
     let games = !chance.is_empty();
-    let bands = scene.bands.len();
+    let bands = scene.bands().len();
     let by_material: Vec<&[f64]> = absorbed.chunks(bands).collect();
     let total: Vec<f64> = (0..bands).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
-    let named = scene.materials.iter().zip(&by_material);
+    let named = scene.materials().iter().zip(&by_material);
     Energy {
         power: scene.with_sums(power),
         emitted: scene.with_sums(&emitted),
@@ -236,7 +237,7 @@ pub fn light_name(bands: &[BandResult], of: Option<usize>, flux: &str) -> String
 
 /// Returns the bands of a scene, then its sums.
 pub fn band_results(scene: &Scene) -> Vec<BandResult> {
-    let bands = scene.bands.iter().map(|band| BandResult {
+    let bands = scene.bands().iter().map(|band| BandResult {
         name: band.name.clone(),
         from_nm: band.from_nm,
         to_nm: band.to_nm,
@@ -244,11 +245,11 @@ pub fn band_results(scene: &Scene) -> Vec<BandResult> {
         weights: None,
         unit: None,
     });
-    let sums = scene.sums.iter().map(|sum| BandResult {
+    let sums = scene.sums().iter().map(|sum| BandResult {
         name: sum.name.clone(),
         from_nm: None,
         to_nm: None,
-        sum_of: Some(sum.bands.iter().map(|&b| scene.bands[b].name.clone()).collect()),
+        sum_of: Some(sum.bands.iter().map(|&b| scene.bands()[b].name.clone()).collect()),
         weights: (!sum.weights.is_empty()).then(|| sum.weights.clone()),
         unit: sum.unit.map(|unit| {
             let [flux, irradiance] = unit.names().map(Cow::Borrowed);
@@ -259,27 +260,27 @@ pub fn band_results(scene: &Scene) -> Vec<BandResult> {
 }
 
 fn captor_result(
-    scene: &Scene,
     simulation: &Simulation,
     captor: &Captor,
     nearest: Option<[Option<NearestEstimate>; 2]>,
     sunlit: Option<[f64; 2]>,
 ) -> CaptorResult {
+    let scene = simulation.scene();
     let channel = |channel: Channel| captor.first_channel + channel as usize;
     let [nearest_front, nearest_back] = match nearest {
         Some(faces) => faces.map(|face| Some(face.map(nearest_result))),
         None => [None, None],
     };
     let face = |c: Channel, knn| {
-        let face = face(scene, simulation, channel(c), captor.area);
+        let face = face(simulation, channel(c), captor.area);
         FaceResult { knn, ..face }
     };
     let counts = captor.kind == CaptorKind::Surface;
     let absorbed =
-        counts.then(|| all_absorbed(scene, &simulation.totals, channel(Channel::Absorbed)));
+        counts.then(|| all_absorbed(scene, simulation.totals(), channel(Channel::Absorbed)));
     let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
         absorbed.unwrap_or_default();
-    let groups = captor.groups.iter().map(|&group| scene.groups[group].clone());
+    let groups = captor.groups.iter().map(|&group| scene.groups()[group].clone());
     CaptorResult {
         id: captor.id.clone(),
         kind: match captor.kind {
@@ -331,13 +332,10 @@ struct Members<'a> {
     back: Spread<'a>,
 }
 
-fn group_results(
-    scene: &Scene,
-    simulation: &Simulation,
-    captors: &[CaptorResult],
-) -> Vec<GroupResult> {
-    let mut members = vec![Members::default(); scene.groups.len()];
-    for (captor, found) in scene.captors.iter().zip(captors) {
+fn group_results(simulation: &Simulation, captors: &[CaptorResult]) -> Vec<GroupResult> {
+    let scene = simulation.scene();
+    let mut members = vec![Members::default(); scene.groups().len()];
+    for (captor, found) in scene.captors().iter().zip(captors) {
         for &group in &captor.groups {
             let members = &mut members[group];
             members.captors += 1;
@@ -353,25 +351,24 @@ fn group_results(
             found.back.iter().for_each(|back| members.back.add(back, captor.area));
         }
     }
-    let groups = scene.groups.iter().zip(members).enumerate();
-    groups.map(|(g, (name, members))| group_result(scene, simulation, g, name, &members)).collect()
+    let groups = scene.groups().iter().zip(members).enumerate();
+    groups.map(|(g, (name, members))| group_result(simulation, g, name, &members)).collect()
 }
 
 fn group_result(
-    scene: &Scene,
     simulation: &Simulation,
     group: usize,
     name: &str,
     members: &Members,
 ) -> GroupResult {
+    let scene = simulation.scene();
     let channel = |c: Channel| scene.channels() + group * scene.group_channels() + c as usize;
     let counts = members.surfaces > 0;
     let absorbed =
-        counts.then(|| all_absorbed(scene, &simulation.totals, channel(Channel::Absorbed)));
+        counts.then(|| all_absorbed(scene, simulation.totals(), channel(Channel::Absorbed)));
     let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
         absorbed.unwrap_or_default();
-    let face =
-        |c: Channel, area, spread: &Spread| spread.on(face(scene, simulation, channel(c), area));
+    let face = |c: Channel, area, spread: &Spread| spread.on(face(simulation, channel(c), area));
     GroupResult {
         id: name.to_string(),
         captors: members.captors,
@@ -409,11 +406,12 @@ impl Sums {
     }
 }
 
-fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
-    let totals = &simulation.totals;
+fn face(simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
+    let scene = simulation.scene();
+    let totals = simulation.totals();
     let concentrated = |r: &Running| r.concentration(totals.batches) > CONCENTRATED;
-    let by_photons = simulation.by_photons.get(channel).is_some_and(|&alone| alone);
-    let of_paths = simulation.estimator != Estimator::Photons && !by_photons;
+    let by_photons = simulation.by_photons().get(channel).is_some_and(|&alone| alone);
+    let of_paths = simulation.estimator() != Estimator::Photons && !by_photons;
     let split = !totals.parts().is_empty();
     let few = match of_paths {
         true => totals.running(channel).iter().any(concentrated),
@@ -423,11 +421,11 @@ fn face(scene: &Scene, simulation: &Simulation, channel: usize, area: f64) -> Fa
             histories.is_some_and(|n| 0.0 < n && n < FEW_HISTORIES as f64)
                 || totals
                     .estimates(channel)
-                    .take(scene.bands.len())
+                    .take(scene.bands().len())
                     .any(|band| rests_on_few(band.mean, band.standard_error))
         }
     };
-    let too_small = simulation.too_small.get(channel).is_some_and(|&too_small| too_small);
+    let too_small = simulation.too_small().get(channel).is_some_and(|&too_small| too_small);
     FaceResult {
         few_paths: few || too_small,
         by_photons,
@@ -445,7 +443,7 @@ fn flux(totals: &Totals, channel: usize, area: f64, split: bool) -> FaceResult {
         irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
         dli: None,
         dli_se: None,
-        ratios: ratios(totals, channel, split),
+        ratios: Ratios::of(totals, channel, split),
         flux: flux.mean,
         flux_se: flux.standard_error,
         few_paths: false,
@@ -458,16 +456,12 @@ fn flux(totals: &Totals, channel: usize, area: f64, split: bool) -> FaceResult {
     }
 }
 
-fn ratios(totals: &Totals, channel: usize, split: bool) -> Option<Ratios> {
-    Ratios::of(totals.pairs(channel), totals.batches, split)
-}
-
 fn all_absorbed(scene: &Scene, totals: &Totals, channel: usize) -> AllAbsorbed {
     let split = !totals.parts().is_empty();
     let of = |totals: &Totals| {
         let Sums { mean, standard_error } = Sums::of(totals, channel);
-        let absorbed_ratios = ratios(totals, channel, split);
-        let absorbed_by_face = scene.absorbed_by_face.then(|| {
+        let absorbed_ratios = Ratios::of(totals, channel, split);
+        let absorbed_by_face = scene.absorbed_by_face().then(|| {
             let first = channel - Channel::Absorbed as usize + ABSORBED_FRONT;
             let [front, back] = [first, first + 1].map(|channel| Sums::of(totals, channel));
             AbsorbedByFace {

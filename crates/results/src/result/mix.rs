@@ -94,7 +94,7 @@ impl RunResult {
             ..self.clone()
         };
         result.add_dli();
-        Ok(result.with_warnings())
+        Ok(result.with_warnings_of_scene(self.warnings_of_scene()))
     }
 }
 

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{BandResult, validate::are_errors};
 use phylux_core::{
-    math::stats::{RunningPair, is_possible, ratio},
+    math::stats::{error_of_ratio, is_possible, ratio},
     scene::world::{BandRatio, BandSum, Scene},
+    transport::tally::Totals,
 };
 
 /// A ratio of sums over bands.
@@ -24,7 +25,7 @@ impl RatioResult {
     /// Returns the ratios of a scene.
     pub fn all(scene: &Scene) -> Vec<Self> {
         let weights = |sum: &BandSum| {
-            let mut weights = vec![0.0; scene.bands.len()];
+            let mut weights = vec![0.0; scene.bands().len()];
             sum.weighted().for_each(|(band, weight)| weights[band] = weight);
             weights
         };
@@ -33,7 +34,7 @@ impl RatioResult {
             numerator: weights(numerator),
             denominator: weights(denominator),
         };
-        scene.ratios.iter().map(of).collect()
+        scene.ratios().iter().map(of).collect()
     }
 
     /// Returns whether there is a possible weight for each of so many bands.
@@ -210,16 +211,21 @@ pub struct Ratios {
 }
 
 impl Ratios {
-    /// Finds the ratios of these sums; `None` if there are none.
-    pub(super) fn of(pairs: &[RunningPair], batches: u64, split: bool) -> Option<Self> {
-        let found = pairs.iter().map(|pair| pair.estimate(batches));
+    /// Finds the ratios of what was counted in a channel; `None` if there are none.
+    pub(super) fn of(totals: &Totals, channel: usize, split: bool) -> Option<Self> {
+        let found = totals.ratios(channel);
+        let (any, histories) = (found.len() > 0, totals.misses_of(channel));
         let of = |(means, covariance): ([f64; 2], Option<[f64; 3]>)| {
             let ratio = ratio(means, covariance);
-            (ratio.map(|(ratio, _)| ratio), (ratio.and_then(|(_, error)| error), covariance))
+            // of a numerator of which nothing arrived no error is known
+            let error =
+                ratio.and_then(|(ratio, error)| Some(error_of_ratio(ratio, error?, histories)));
+            let error = error.filter(|_| means[0] != 0.0);
+            (ratio.map(|(ratio, _)| ratio), (error, covariance))
         };
         let (ratio, (ratio_se, covariance)): (Vec<_>, (Vec<_>, Vec<_>)) = found.map(of).unzip();
         let covariance = split.then_some(covariance);
-        (!pairs.is_empty()).then_some(Self { ratio, ratio_se, covariance })
+        any.then_some(Self { ratio, ratio_se, covariance })
     }
 
     /// Returns the ratios of the light of these lamps together at their new powers; lamps have

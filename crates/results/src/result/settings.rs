@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use phylux_core::transport::{
-    settings::{Estimator, Guiding, Settings, Target},
+    settings::{Estimator, Guiding, NearestCount, PhotonCount, Target, Tolerance},
     simulate::Simulation,
 };
 
@@ -43,19 +43,23 @@ pub struct RunSettings {
 
 impl RunSettings {
     /// Returns the settings of the run that `simulation` resulted from.
-    pub fn new(settings: &Settings, simulation: &Simulation) -> Self {
-        let Simulation { estimator, accuracy, map, totals, .. } = simulation;
-        let of_photons = *estimator == Estimator::Photons;
-        let met = accuracy.as_ref().is_some_and(|accuracy| accuracy.met);
+    pub fn new(simulation: &Simulation) -> Self {
+        let settings = simulation.settings();
+        let of_photons = simulation.estimator() == Estimator::Photons;
+        let met = simulation.accuracy().is_some_and(|accuracy| accuracy.met);
         Self {
-            estimator: *estimator,
-            photons: if met { settings.tolerance_limit } else { Some(totals.histories) },
+            estimator: simulation.estimator(),
+            photons: if met {
+                settings.tolerance_limit.map(PhotonCount::get)
+            } else {
+                Some(simulation.totals().histories)
+            },
             seed: settings.seed,
-            tolerance: settings.tolerance,
+            tolerance: settings.tolerance.map(Tolerance::get),
             of: settings.of.iter().map(Target::to_string).collect(),
-            k: settings.k.filter(|_| of_photons),
-            map_photons: map.as_ref().map(|_| settings.map_photons),
-            guiding: of_photons.then_some(simulation.guiding),
+            k: settings.k.filter(|_| of_photons).map(NearestCount::get),
+            map_photons: simulation.map().map(|_| settings.map_photons.get()),
+            guiding: of_photons.then_some(simulation.guiding()),
             by_light: settings.by_light,
         }
     }

@@ -6,11 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::validate::{are_errors, are_values};
 use phylux_core::{
-    math::stats::{Running, is_possible},
-    scene::{
-        stand::{Balance, LayerBins},
-        world::Scene,
-    },
+    math::stats::{Estimate, is_possible},
+    scene::stand::{Balance, LayerBins},
     transport::{direct_sun::sunlit_layers, settings::Estimator, simulate::Simulation},
 };
 
@@ -62,15 +59,12 @@ pub struct CanopyResult {
 }
 
 /// Returns what each layer absorbed, from the lowest up; `None` where no layers were asked for.
-pub(super) fn layers(
-    scene: &Scene,
-    simulation: &Simulation,
-    seed: u64,
-) -> Option<Vec<LayerResult>> {
+pub(super) fn layers(simulation: &Simulation) -> Option<Vec<LayerResult>> {
+    let (scene, seed) = (simulation.scene(), simulation.settings().seed);
     let LayerBins { dz, first, areas, .. } = scene.stand().layers.as_ref()?;
-    let sunlit = scene.sunlit.then(|| sunlit_layers(scene, seed)).flatten();
+    let sunlit = scene.sunlit().then(|| sunlit_layers(scene, seed)).flatten();
     let layer = |(bin, &area): (usize, &f64)| {
-        let (absorbed, absorbed_se) = of_stand(scene, simulation, bin, None);
+        let (absorbed, absorbed_se) = of_stand(simulation, bin, None);
         let at = (first + bin as i64) as f64;
         let (from, to) = (at * dz, (at + 1.0) * dz);
         let share = sunlit.as_ref().and_then(|shares| shares[bin]);
@@ -81,16 +75,16 @@ pub(super) fn layers(
 }
 
 /// Returns where the light went, if photons have kept account of it.
-pub(super) fn canopy(scene: &Scene, simulation: &Simulation) -> Option<CanopyResult> {
-    if !scene.stand().balances || simulation.estimator == Estimator::Paths {
+pub(super) fn canopy(simulation: &Simulation) -> Option<CanopyResult> {
+    let scene = simulation.scene();
+    if !scene.stand().balances || simulation.estimator() == Estimator::Paths {
         return None;
     }
-    let bands = 0..scene.bands.len();
-    let power = |b: usize| scene.lights.iter().map(|light| light.power[b]).sum();
+    let bands = 0..scene.bands().len();
+    let power = |b: usize| scene.lights().iter().map(|light| light.power[b]).sum();
     let incident = scene.with_sums(&bands.map(power).collect::<Vec<f64>>());
-    let share = |balance: Balance| {
-        of_stand(scene, simulation, scene.stand().channel(balance), Some(&incident))
-    };
+    let share =
+        |balance: Balance| of_stand(simulation, scene.stand().channel(balance), Some(&incident));
     let (absorbed, absorbed_se) = share(Balance::ByStand);
     let (reflected, reflected_se) = share(Balance::Up);
     let has_ground = scene.stand().is_ground.contains(&true);
@@ -112,20 +106,17 @@ pub(super) fn canopy(scene: &Scene, simulation: &Simulation) -> Option<CanopyRes
 
 /// Returns one of the sums of the stand, over the powers `of`, and its standard error.
 fn of_stand(
-    scene: &Scene,
     simulation: &Simulation,
     channel: usize,
     of: Option<&[f64]>,
 ) -> (Vec<f64>, Vec<Option<f64>>) {
-    let totals = &simulation.totals;
-    let column = |(b, running): (usize, &Running)| {
+    let column = |(b, found): (usize, Estimate)| {
         let whole = of.map_or(1.0, |of| of[b]);
-        let found = running.estimate(totals.batches);
         let share = |value: f64| if whole > 0.0 { value / whole } else { 0.0 };
         let error = found.standard_error.filter(|_| found.mean != 0.0);
         (share(found.mean), error.map(share))
     };
-    totals.of_stand(scene, channel).iter().enumerate().map(column).unzip()
+    simulation.totals().of_stand(simulation.scene(), channel).enumerate().map(column).unzip()
 }
 
 impl LayerResult {

@@ -30,15 +30,25 @@ pub struct Warning {
 }
 
 impl RunResult {
-    /// Returns the warnings that a user should read before trusting the result.
+    /// Returns the warnings about what the run found, which a user should read before trusting the
+    /// result.
     pub fn warnings(&self) -> Vec<Warning> {
         warnings(self)
     }
 
-    /// Returns the same result with its warnings.
-    pub(super) fn with_warnings(mut self) -> Self {
-        self.warnings = warnings(&self).into_iter().map(|warning| warning.text).collect();
+    /// Returns the same result, whose warnings begin with these about its scene and the files that it
+    /// comes from.
+    pub fn with_warnings_of_scene(mut self, of_scene: impl IntoIterator<Item = String>) -> Self {
+        self.warnings = of_scene.into_iter().collect();
+        self.warnings.extend(warnings(&self).into_iter().map(|warning| warning.text));
         self
+    }
+
+    /// Returns the warnings about the scene of the result and the files that it comes from.
+    pub fn warnings_of_scene(&self) -> Vec<String> {
+        let own = warnings(self);
+        let of_scene = self.warnings.iter().filter(|text| own.iter().all(|w| w.text != **text));
+        of_scene.cloned().collect()
     }
 }
 
@@ -113,7 +123,15 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
             Estimator::Complete => "neither paths nor photons found light on",
             _ => "no photon reached",
         };
-        warn("a captor that no light reached", format!("{nothing} {}", some(&dark, LISTED)));
+        let split = result.captors.iter().any(|captor| captor.front.by_light.is_some());
+        let remedy = match result.estimator {
+            Estimator::Photons if !split => {
+                "; --estimator complete starts from the captors, and finds what light comes there"
+            }
+            _ => "",
+        };
+        let which = some(&dark, LISTED);
+        warn("a captor that no light reached", format!("{nothing} {which}{remedy}"));
     }
     let few = |captor: &&CaptorResult| captor.faces().any(|face| face.few_paths);
     let rough: Vec<&str> = result.captors.iter().filter(few).map(|c| c.id.as_str()).collect();
@@ -133,7 +151,7 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
                 "errors that rest on few paths",
                 format!(
                     "the errors at {} of {} faces of captors rest on few paths or photons that found much light, as by way of \
-                     a mirror, or on none though photons know of such light there: values and errors may be far \
+                     a mirror, or on none though photons know of light there: values and errors may be far \
                      too small; trace more, or --estimator {other}",
                     faces().filter(|face| face.few_paths).count(),
                     faces().count()

@@ -26,6 +26,8 @@ const DASHES: (i32, i32) = (px(5), px(4));
 const DOTTED: (i32, i32) = (px(2), px(3));
 /// Half the length of the ends of whiskers.
 const WHISKER: i32 = px(2);
+/// Width of the white lines below them.
+const HALO: u32 = px(3) as u32;
 /// Length of a stroke in a legend, and the distance from its start to the name.
 const SWATCH: i32 = px(18);
 pub(super) const NAME: i32 = px(23);
@@ -134,7 +136,14 @@ impl Series {
     fn shapes(&self, frame: &Frame, shown: impl Fn(&(f64, f64)) -> bool) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for run in self.runs(shown) {
-            let places: Vec<Place> = run.iter().map(|&point| frame.place(point)).collect();
+            let mut places: Vec<Place> = run.iter().map(|&point| frame.place(point)).collect();
+            if self.stroke == Stroke::Bars {
+                // a bar that is longer than the axis ends with it
+                for (x, y) in &mut places {
+                    *x = (*x).clamp(frame.left, frame.right);
+                    *y = (*y).clamp(frame.top, frame.bottom);
+                }
+            }
             let (lines, marks, area) = match self.stroke {
                 Stroke::Line | Stroke::Hollow => (true, true, false),
                 Stroke::Plain
@@ -198,9 +207,12 @@ impl Series {
                 dashed(points, DOTTED, stroke.stroke_width(px(1) as u32))?;
             }
             (Shape::Path(points), Stroke::Whiskers) => {
-                line(area, [points[0], points[1]], hairline())?;
-                for &(x, y) in points {
-                    line(area, [(x - WHISKER, y), (x + WHISKER, y)], hairline())?;
+                // on paper of their own they are seen on any colour
+                for style in [WHITE.stroke_width(HALO), hairline()] {
+                    line(area, [points[0], points[1]], style)?;
+                    for &(x, y) in points {
+                        line(area, [(x - WHISKER, y), (x + WHISKER, y)], style)?;
+                    }
                 }
             }
             (Shape::Path(points), _) => area.draw(&PathElement::new(points.clone(), stroke))?,
@@ -297,7 +309,13 @@ impl Series {
                 Shape::Path(points) => {
                     points.windows(2).for_each(|ends| covered.extend(between(ends[0], ends[1])));
                 }
-                Shape::Mark(at) => covered.push(at),
+                Shape::Mark((x, y)) => {
+                    covered.extend(
+                        [-MARK, 0, MARK]
+                            .iter()
+                            .flat_map(|aside| [-MARK, 0, MARK].map(|down| (x + aside, y + down))),
+                    );
+                }
                 Shape::Area(corners) => {
                     // upright lines between its lower and its upper corners
                     let (low, high) = corners.split_at(corners.len() / 2);

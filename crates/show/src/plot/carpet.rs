@@ -38,8 +38,20 @@ const NIGHT: RGBColor = RGBColor(226, 226, 226);
 #[derive(Clone, Debug)]
 pub(super) struct Carpet {
     pub title: String,
-    /// Day, hour of the day and light of each hour.
-    pub cells: Vec<(usize, f64, f64)>,
+    /// The rows of the table, parted at midnight.
+    pub cells: Vec<Cell>,
+}
+
+/// The light of a part of a day.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell {
+    /// The number of the day, from 0.
+    pub day: usize,
+    /// When it begins and ends, h of the day.
+    pub from: f64,
+    pub to: f64,
+    /// The light; 0 or not a number where there is none.
+    pub value: f64,
 }
 
 /// Carpets with one colour bar.
@@ -48,8 +60,6 @@ pub(super) struct Carpets {
     pub carpets: Vec<Carpet>,
     /// Names of the days, such as `2005-06-21`.
     pub days: Vec<String>,
-    /// Length of the hours, h.
-    pub step: f64,
     pub scale: Scale,
     /// The label of the bar.
     pub label: String,
@@ -66,12 +76,20 @@ impl Carpets {
                 self.draw(carpet, part)?;
             }
             let high = down.min(HIGHEST);
-            let values = self.carpets.iter().flat_map(|carpet| carpet.cells.iter().map(|c| c.2));
+            let values =
+                self.carpets.iter().flat_map(|carpet| carpet.cells.iter().map(|cell| cell.value));
             // hours without light are not below the bar
             let lit = values.filter(|value| *value > 0.0);
-            draw_bar(&bar, &self.scale, &self.label, [ROOM.2, high - BELOW], lit)?;
-            let dark =
-                |carpet: &Carpet| carpet.cells.iter().any(|cell| cell.2.is_nan() || cell.2 <= 0.0);
+            draw_bar(
+                &bar,
+                (&self.scale, STEPS as usize),
+                &self.label,
+                [ROOM.2, high - BELOW],
+                lit,
+            )?;
+            let dark = |carpet: &Carpet| {
+                carpet.cells.iter().any(|cell| cell.value.is_nan() || cell.value <= 0.0)
+            };
             if self.carpets.iter().any(dark) {
                 let (x, y) = (px(4), high - px(28));
                 bar.draw(&Rectangle::new([(x, y), (px(18), y + px(11))], NIGHT.filled()))?;
@@ -107,31 +125,22 @@ impl Carpets {
             true => (self.scale.place(value) * STEPS).floor().min(STEPS - 1.0),
             false => DARK,
         };
-        // hours of one colour that follow each other are one rectangle
-        let mut cells = carpet.cells.iter().map(|&(day, hour, value)| (day, hour, level(value)));
-        let mut open = cells.next().map(|(day, hour, level)| (day, hour, hour, level));
         let mut rectangles = Vec::new();
         // rectangles reach a little below those that are drawn after them, so that no pale lines are
         // left between them where edges are smoothed
         let [across, up] = [frame.right - frame.left, frame.bottom - frame.top]
             .map(|units| f64::from(px(1)) / f64::from(units.max(1)));
         let more = [across * days, up * 24.0];
-        let mut close = |(day, from, last, level): (usize, f64, f64, f64)| {
-            let end = (day as f64 + 1.0 + more[0], last + self.step + more[1]);
-            let corners = [(day as f64, from), (end.0.min(days), end.1.min(24.0))];
-            rectangles.push(Rectangle::new(corners.map(|at| frame.place(at)), paint(level)));
+        // cells of one colour that follow each other are one rectangle
+        let joins = |a: &Cell, b: &Cell| {
+            a.day == b.day && level(a.value) == level(b.value) && (b.from - a.to).abs() < 1e-3
         };
-        for (day, hour, level) in cells {
-            open = open.map(|(of, from, last, own)| {
-                let follows = of == day && own == level && hour - last < 1.01 * self.step;
-                if !follows {
-                    close((of, from, last, own));
-                    return (day, hour, hour, level);
-                }
-                (of, from, hour, own)
-            });
+        for run in carpet.cells.chunk_by(joins) {
+            let (Cell { day, from, value, .. }, to) = (run[0], run[run.len() - 1].to);
+            let end = (day as f64 + 1.0 + more[0], to + more[1]);
+            let corners = [(day as f64, from), (end.0.min(days), end.1.min(24.0))];
+            rectangles.push(Rectangle::new(corners.map(|at| frame.place(at)), paint(level(value))));
         }
-        open.into_iter().for_each(close);
         rectangles.iter().try_for_each(|rectangle| area.draw(rectangle))?;
         frame.draw(area, false)
     }

@@ -1,7 +1,10 @@
 //! The request for a plot, and the results that it selects.
 
-use phylux_core::error::{Error, Result};
-use phylux_results::result::{CaptorResult, RunResult, light_name};
+use phylux_core::{
+    error::{Error, Result},
+    math::pattern::fits,
+};
+use phylux_results::result::{CaptorResult, FaceResult, RunResult, light_name};
 
 /// The kinds of plot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,11 +28,16 @@ pub struct PlotRequest<'a> {
     pub kind: PlotKind,
     /// Name of a band or sum; `None` stands for the first sum, or the first band.
     pub band: Option<&'a str>,
-    /// Only captors and groups with this id; an id that ends with `*` stands for all ids that begin
-    /// so.
-    pub captors: Option<&'a str>,
-    /// Ends of the colour bar of a map, W/m2 or umol/m2/s.
+    /// Only captors and groups whose ids fit one of these patterns, in which `*` stands for any
+    /// characters; groups that fit stand for their captors. A pattern that no id fits may be several,
+    /// with commas between them. None are all.
+    pub captors: &'a [String],
+    /// Ends of the colour bar of a map, in its unit.
     pub range: Option<(f64, f64)>,
+    /// Whether maps are of daily light integrals, where the results know them, and not of means.
+    pub daily: bool,
+    /// What the results are of, such as a month, for titles.
+    pub of: Option<&'a str>,
 }
 
 /// Results, and the selection of those that are plotted.
@@ -37,8 +45,11 @@ pub(super) struct Chosen<'a> {
     pub result: &'a RunResult,
     /// Index of the band or sum.
     pub band: usize,
-    /// The id that the user asked for, without the star, and whether there was one.
-    pub pattern: Option<(&'a str, bool)>,
+    /// Patterns of the ids that the user asked for; none if all are.
+    pub patterns: Vec<&'a str>,
+    daily: bool,
+    /// What the results are of, for titles.
+    pub of: Option<&'a str>,
 }
 
 impl<'a> Chosen<'a> {
@@ -52,34 +63,38 @@ impl<'a> Chosen<'a> {
             })?,
             None => result.bands.iter().position(|band| band.sum_of.is_some()).unwrap_or(0),
         };
-        let pattern = request.captors.map(|pattern| {
-            pattern.strip_suffix('*').map_or((pattern, false), |beginning| (beginning, true))
-        });
-        let chosen = Self { result, band, pattern };
-        let mut ids = result.captors.iter().map(|captor| &captor.id);
-        if let Some(pattern) = request.captors
-            && !ids.any(|id| chosen.takes(id))
-            && !result.groups.iter().any(|group| chosen.takes(&group.id))
-        {
+        let PlotRequest { daily, of, .. } = request;
+        let captors = || result.captors.iter().map(|captor| captor.id.as_str());
+        let of_captors = || result.captors.iter().flat_map(|captor| captor.groups.iter().flatten());
+        let groups = || result.groups.iter().map(|group| &group.id).chain(of_captors());
+        let ids = || captors().chain(groups().map(String::as_str));
+        let patterns = parted(request.captors, |pattern| ids().any(|id| fits(pattern, id)));
+        let unknown = patterns.iter().find(|pattern| !ids().any(|id| fits(pattern, id)));
+        if let Some(pattern) = unknown {
             let problem = format!("the results have no captor or group `{pattern}`");
-            let example = result.captors.first().map_or("", |captor| captor.id.as_str());
+            let example = ids().next().unwrap_or_default();
             return Err(Error::input("--captors", problem).remedy(format!(
-                "write an id as it stands in the results, say `{example}`, or its beginning with `*` behind it"
+                "write an id as it stands in the results, say `{example}`, or a pattern with `*`"
             )));
         }
-        Ok(chosen)
+        Ok(Self { result, band, patterns, daily, of })
     }
 
-    /// Returns whether an id is asked for.
+    /// Returns whether the id of a captor or group is asked for.
     pub fn takes(&self, id: &str) -> bool {
-        match self.pattern {
-            None => true,
-            Some((beginning, true)) => id.starts_with(beginning),
-            Some((whole, false)) => id == whole,
-        }
+        self.patterns.is_empty() || self.patterns.iter().any(|pattern| fits(pattern, id))
     }
 
+    /// Returns the captors whose ids are asked for, and those of the groups that are.
     pub fn captors(&self) -> impl Iterator<Item = &'a CaptorResult> {
+        let of_group =
+            |captor: &CaptorResult| captor.groups.iter().flatten().any(|group| self.takes(group));
+        let all = self.result.captors.iter();
+        all.filter(move |captor| self.takes(&captor.id) || of_group(captor))
+    }
+
+    /// Returns the captors whose own ids are asked for.
+    pub fn named_captors(&self) -> impl Iterator<Item = &'a CaptorResult> {
         self.result.captors.iter().filter(|captor| self.takes(&captor.id))
     }
 
@@ -103,6 +118,44 @@ impl<'a> Chosen<'a> {
     pub fn per_area(&self) -> &'a str {
         self.result.units(self.band)[1]
     }
+
+    /// Returns the unit of the daily light integrals of the band, if maps are of them.
+    fn dli_unit(&self) -> Option<&'a str> {
+        let known = |captor: &CaptorResult| self.dli(&captor.front).is_some();
+        let unit = self.result.unit.dli.as_deref().filter(|_| self.daily)?;
+        self.result.captors.iter().any(known).then_some(unit)
+    }
+
+    fn dli(&self, face: &FaceResult) -> Option<(f64, Option<f64>)> {
+        let error = face.dli_se.as_ref().and_then(|errors| errors[self.band]);
+        Some((face.dli.as_ref()?[self.band]?, error))
+    }
+
+    /// Returns the name of the light of maps and its unit.
+    pub fn map_light(&self) -> (String, &'a str) {
+        match self.dli_unit() {
+            Some(unit) => (format!("daily light integral{}", self.of_band()), unit),
+            None => (self.light_name(), self.per_area()),
+        }
+    }
+
+    /// Returns the light of a face in maps, with its standard error.
+    pub fn map_value(&self, face: &FaceResult) -> (f64, Option<f64>) {
+        let daily = self.dli(face).filter(|_| self.daily);
+        daily.unwrap_or((face.irradiance[self.band], face.irradiance_se[self.band]))
+    }
+}
+
+/// Returns patterns, of which those that nothing fits are parted at their commas.
+pub(super) fn parted(patterns: &[String], is_known: impl Fn(&str) -> bool) -> Vec<&str> {
+    let mut all = Vec::new();
+    for text in patterns {
+        match is_known(text) {
+            true => all.push(text.as_str()),
+            false => all.extend(text.split(',').map(str::trim)),
+        }
+    }
+    all
 }
 
 /// Makes the error that the results do not have what a plot needs.

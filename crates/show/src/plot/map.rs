@@ -1,19 +1,24 @@
-//! The plot of the irradiance on sensors over the plane that they lie in.
+//! The plot of the light on sensors over the plane that they lie in.
+
+use std::collections::HashMap;
 
 use super::{
     chosen::{Chosen, nothing},
     drawing::{Drawn, Plot},
+    field::{Corner, Field, median, parts},
     heat_map::{HeatMap, HeatMaps},
 };
-use crate::picture::{Scale, label};
+use crate::picture::label;
 use phylux_core::error::Result;
 use phylux_results::result::CaptorResult;
 
-/// Limit on the number of planes in one picture.
+/// Limit on the number of maps in one picture.
 const MOST: usize = 6;
 /// Tolerance for sensors of one plane: the cosine between their normals is above 1 less this, and
 /// their distances from the plane are at most this fraction of the extent of all sensors.
 const FLAT: f64 = 1e-3;
+/// Parts of a plane have maps of their own if together they fill less than this part of it.
+const FILLED: f64 = 0.5;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Sensors in one plane.
@@ -29,38 +34,38 @@ struct Plane<'a> {
 pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
     let sensors: Vec<&CaptorResult> =
         chosen.captors().filter(|captor| captor.kind == "virtual").collect();
-    let mut planes = planes(&sensors);
-    planes.retain(|plane| plane.map(chosen).is_some_and(|map| !map.triangles().is_empty()));
-    if planes.is_empty() {
+    let planes = planes(&sensors);
+    let whole = || planes.iter().filter_map(|plane| plane.map(chosen, None));
+    let mut maps: Vec<HeatMap> = planes.iter().flat_map(|plane| plane.maps(chosen)).collect();
+    if maps.len() > MOST {
+        maps = whole().collect();
+    }
+    if maps.is_empty() {
         return Err(nothing(
-            "have no three sensors in a plane and not in a line, so there is no map to draw",
+            "have no three sensors in a plane that are not in a line and no more than three times their \
+             usual distance apart, so there is no map to draw",
             "add a grid of sensors to the scene, or plot something else (--show)",
         ));
     }
     let mut notes = Vec::new();
-    if planes.len() > MOST {
+    if maps.len() > MOST {
         // the planes with the most sensors are kept, in the order of the file
-        let mut counts: Vec<usize> = planes.iter().map(|plane| plane.sensors.len()).collect();
+        let mut counts: Vec<usize> = maps.iter().map(|map| map.points.len()).collect();
         counts.sort_unstable_by(|a, b| b.cmp(a));
         notes.push(format!(
             "{} planes of sensors, of which {MOST} with the most are drawn: choose with --captors",
-            planes.len()
+            maps.len()
         ));
         let least = counts[MOST - 1];
-        planes.retain(|plane| plane.sensors.len() >= least);
-        planes.truncate(MOST);
+        maps.retain(|map| map.points.len() >= least);
+        maps.truncate(MOST);
     }
-    let drawn: usize = planes.iter().map(|plane| plane.sensors.len()).sum();
+    let drawn: usize = maps.iter().map(|map| map.points.len()).sum();
     if drawn < sensors.len() {
-        notes.push(format!("{} sensors are in none of the planes drawn", sensors.len() - drawn));
+        notes.push(format!("{} sensors are in none of the maps drawn", sensors.len() - drawn));
     }
-    let maps: Vec<HeatMap> = planes.iter().filter_map(|plane| plane.map(chosen)).collect();
-    let scale = match range {
-        Some((low, high)) => Scale::new(low, high, false)?,
-        None => Scale::around(maps.iter().flat_map(HeatMap::drawn_values)),
-    };
-    let label = format!("{}, {}", chosen.light_name(), chosen.per_area());
-    let maps = HeatMaps { maps, scale, label };
+    let (light, unit) = chosen.map_light();
+    let maps = HeatMaps::new(maps, range, format!("{light}, {unit}"))?;
     Ok(Plot { drawn: Drawn::Maps(maps), notes })
 }
 
@@ -95,6 +100,12 @@ fn planes<'a>(sensors: &[&'a CaptorResult]) -> Vec<Plane<'a>> {
     planes
 }
 
+/// Returns the name that sensors of a grid or list share, such as `bench` of `bench/3-0`; nothing for
+/// a sensor by itself.
+fn set_of(id: &str) -> &str {
+    id.rsplit_once('/').map_or("", |(set, _)| set)
+}
+
 impl Plane<'_> {
     /// Describes the direction in which the sensors look, if that is not up.
     fn facing(&self) -> String {
@@ -105,28 +116,136 @@ impl Plane<'_> {
         }
     }
 
-    /// Returns the map of the sensors over their two other coordinates; `None` with fewer than
-    /// three sensors.
-    fn map(&self, chosen: &Chosen) -> Option<HeatMap> {
-        let [right, up] = match self.across {
+    /// Returns the axes of a map of the plane: to the right and upwards.
+    fn axes(&self) -> [usize; 2] {
+        match self.across {
             0 => [1, 2],
             1 => [0, 2],
             _ => [0, 1],
+        }
+    }
+
+    /// Returns the place of a sensor in the map with its value, and the standard error of this.
+    fn point(&self, chosen: &Chosen, sensor: &CaptorResult) -> (Corner, Option<f64>) {
+        let [right, up] = self.axes();
+        let (value, error) = chosen.map_value(&sensor.front);
+        ((sensor.center[right], sensor.center[up], value), error)
+    }
+
+    /// Returns the map of the whole plane or, where its parts are far apart, one of each of them.
+    fn maps(&self, chosen: &Chosen) -> Vec<HeatMap> {
+        let (points, parts) = self.parts(chosen);
+        let filled = |numbers: &[usize]| {
+            let side = |axis: fn(&Corner) -> f64| {
+                let places = || numbers.iter().map(|&i| axis(&points[i]));
+                let ends = places().reduce(f64::min).zip(places().reduce(f64::max));
+                ends.map_or(0.0, |(low, high)| high - low)
+            };
+            side(|p| p.0) * side(|p| p.1)
         };
-        let place = |sensor: &&CaptorResult| (sensor.center[right], sensor.center[up]);
-        let value = |sensor: &&CaptorResult| sensor.front.irradiance[chosen.band];
+        let all: Vec<usize> = parts.concat();
+        let of_parts: f64 = parts.iter().map(|part| filled(part)).sum();
+        match parts.len() > 1 && of_parts < FILLED * filled(&all) {
+            true => parts.iter().filter_map(|part| self.map(chosen, Some(part))).collect(),
+            false => self.map(chosen, None).into_iter().collect(),
+        }
+    }
+
+    /// Returns the places and values of the sensors, and the parts of the plane that they fill.
+    fn parts(&self, chosen: &Chosen) -> (Vec<Corner>, Vec<Vec<usize>>) {
+        let points = self.sensors.iter().map(|sensor| self.point(chosen, sensor).0);
+        let points: Vec<Corner> = points.collect();
+        let parts = parts(&points, &self.sets());
+        (points, parts)
+    }
+
+    /// Returns the number of the grid or list to which each sensor belongs.
+    fn sets(&self) -> Vec<usize> {
+        let mut numbers: HashMap<&str, usize> = HashMap::new();
+        let sets = self.sensors.iter().map(|sensor| {
+            let next = numbers.len();
+            *numbers.entry(set_of(&sensor.id)).or_insert(next)
+        });
+        sets.collect()
+    }
+
+    /// Returns the map of some of the sensors, or of all; `None` if they fill no part of the plane.
+    fn map(&self, chosen: &Chosen, part: Option<&[usize]>) -> Option<HeatMap> {
+        let sensors = match part {
+            Some(part) => part.iter().map(|&i| self.sensors[i]).collect(),
+            None => self.sensors.clone(),
+        };
+        let plane = Plane { sensors, ..*self };
+        let (points, parts) = plane.parts(chosen);
+        if parts.is_empty() {
+            return None;
+        }
+        let field = Field::between(&points, &plane.sets(), &parts);
+        let errors = plane.sensors.iter().map(|sensor| plane.point(chosen, sensor).1);
+        let errors: Vec<Option<f64>> = errors.collect();
+        let even = even(points.iter().map(|point| point.2).zip(errors.iter().copied()));
+        Some(HeatMap {
+            title: plane.title(chosen),
+            axes: plane.axes().map(|axis| format!("{}, m", AXES[axis])),
+            points,
+            field,
+            error: median(errors.into_iter().flatten().collect()),
+            even,
+        })
+    }
+
+    /// Names the grids of the sensors, if they are few, and says where the plane is.
+    fn title(&self, chosen: &Chosen) -> String {
         let upright = self.normal[self.across].abs() > 1.0 - FLAT;
         let middle: f64 = self.sensors.iter().map(|sensor| sensor.center[self.across]).sum();
         let at = 1e-6 * (1e6 * middle / self.sensors.len() as f64).round();
         let name = AXES[self.across];
-        (self.sensors.len() >= 3).then(|| HeatMap {
-            title: match upright {
-                true => format!("{name} = {} m{}", label(at), self.facing()),
-                false => format!("a plane across {name}, oblique"),
-            },
-            axes: [right, up].map(|axis| format!("{}, m", AXES[axis])),
-            points: self.sensors.iter().map(place).collect(),
-            values: self.sensors.iter().map(value).collect(),
-        })
+        let plane = match upright {
+            true => format!("{name} = {} m{}", label(at), self.facing()),
+            false => format!("a plane across {name}, oblique"),
+        };
+        let mut sets: Vec<&str> = self.sensors.iter().map(|sensor| set_of(&sensor.id)).collect();
+        sets.dedup();
+        let names = match sets[..] {
+            [one] if !one.is_empty() => format!("{one}, "),
+            [one, other] if !one.is_empty() && !other.is_empty() => format!("{one} and {other}, "),
+            _ => String::new(),
+        };
+        let of = chosen.of.map_or(String::new(), |of| format!(", {of}"));
+        format!("{names}{plane}{of}")
+    }
+}
+
+/// Returns the mean of values that differ by no more than their standard errors explain: the sum of
+/// their squared deviations in errors is less than two standard deviations above what chance makes
+/// it. `None` if they differ by more, or an error is not known.
+fn even(values: impl Iterator<Item = (f64, Option<f64>)>) -> Option<f64> {
+    let known: Option<Vec<(f64, f64)>> =
+        values.map(|(value, error)| Some((value, error.filter(|e| *e > 0.0)?))).collect();
+    let known = known.filter(|known| known.len() > 1)?;
+    let mean = known.iter().map(|(value, _)| value).sum::<f64>() / known.len() as f64;
+    let squares = known.iter().map(|(value, error)| ((value - mean) / error).powi(2));
+    let free = known.len() as f64 - 1.0;
+    (squares.sum::<f64>() <= free + 2.0 * (2.0 * free).sqrt()).then_some(mean)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 24 values whose noise is their error are even, also a little more of it is; a slope of ten
+    /// errors is not, nor are values without errors.
+    #[test]
+    fn noise_is_even() {
+        let of = |noise: f64, slope: f64, error: Option<f64>| {
+            // of these numbers the mean is 0 and the mean square 1
+            let value =
+                |i: i32| 400.0 + noise * f64::from(1 - 2 * (i % 2)) + slope * f64::from(i) / 24.0;
+            even((0..24).map(|i| (value(i), error)))
+        };
+        assert_eq!(of(7.0, 0.0, Some(7.0)), Some(400.0));
+        assert!(of(8.0, 0.0, Some(7.0)).is_some() && of(10.0, 0.0, Some(7.0)).is_none());
+        assert!(of(7.0, 70.0, Some(7.0)).is_none());
+        assert!(of(0.0, 0.0, None).is_none() && of(0.0, 0.0, Some(0.0)).is_none());
     }
 }

@@ -49,10 +49,21 @@ impl DailyLight {
         };
         chart.y = format!("DLI, {}", self.unit);
         let by_month = self.months.len() > 1;
-        for (colour, of) in self.of.iter().enumerate() {
-            match by_month {
-                true => self.columns(of, colour, &mut chart.series),
-                false => lines(of, colour, self.of.len() > 1, &mut chart.series),
+        match (by_month, &self.of[..]) {
+            (true, [of]) => self.columns(of, &mut chart.series),
+            // small ones side by side, with the same axes
+            (true, all) => {
+                let panel = |of: &OfId| {
+                    let mut series = Vec::new();
+                    self.columns(of, &mut series);
+                    (of.id.clone(), series)
+                };
+                chart.panels = all.iter().map(panel).collect();
+            }
+            (false, all) => {
+                for (colour, of) in all.iter().enumerate() {
+                    lines(of, colour, all.len() > 1, &mut chart.series);
+                }
             }
         }
         match by_month {
@@ -70,35 +81,21 @@ impl DailyLight {
         if let [of] = &self.of[..] {
             chart.title += &format!(", {}", of.id);
         }
-        let mut meaning = |name: &str, stroke| {
-            let (name, colour) = (Some(name.into()), Series::GREY);
-            chart.series.push(Series { name, colour, stroke, points: Vec::new() });
-        };
-        if self.of.iter().any(|of| !of.daylight.is_empty()) {
-            match (by_month, &self.of[..]) {
-                (true, [_]) => {}
-                (true, _) => {
-                    meaning("daylight", Stroke::Columns { width: 1.0, pale: false });
-                    meaning("lamps", Stroke::Columns { width: 1.0, pale: true });
-                }
-                (false, _) => meaning("daylight alone", Stroke::Dashed),
-            }
-        }
-        if by_month {
-            meaning("least to greatest day", Stroke::Whiskers);
+        if !by_month && self.of.iter().any(|of| !of.daylight.is_empty()) {
+            let (name, colour) = (Some("daylight alone".into()), Series::GREY);
+            let (stroke, points) = (Stroke::Dashed, Vec::new());
+            chart.series.push(Series { name, colour, stroke, points });
         }
         chart
     }
 
     /// Adds a column for each month: its light or, where it is known, daylight with that of lamps
-    /// on it.
-    fn columns(&self, of: &OfId, colour: usize, series: &mut Vec<Series>) {
-        let width = 0.8 / self.of.len() as f64;
-        let aside = width * (colour as f64 - 0.5 * (self.of.len() as f64 - 1.0));
+    /// on it; and a thin line from its least day to its greatest.
+    fn columns(&self, of: &OfId, series: &mut Vec<Series>) {
         let (mut lower, mut upper, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
         let mut first = 0;
         for (m, (month, &mean)) in self.months.iter().zip(&of.months).enumerate() {
-            let x = (m + 1) as f64 + aside;
+            let x = (m + 1) as f64;
             let own = self.days.iter().skip(first).take_while(|day| day.starts_with(month));
             let last = (first + own.count()).min(of.days.len());
             let days = &of.days[first..last];
@@ -113,21 +110,17 @@ impl DailyLight {
             ranges.extend([end(f64::min), end(f64::max)].into_iter().flatten().map(|y| (x, y)));
             first = last;
         }
-        let column = |pale| Stroke::Columns { width: 0.9 * width, pale };
+        let column = Stroke::Columns { width: 0.72, pale: false };
         let (daylight, lamps) = ("daylight".to_string(), "lamps".to_string());
-        match (of.daylight.is_empty(), self.of.len()) {
-            (true, 1) => add(series, None, colour, column(false), lower),
-            (true, _) => add(series, Some(&of.id), colour, column(false), lower),
-            (false, 1) => {
-                add(series, Some(&daylight), colour, column(false), lower);
-                add(series, Some(&lamps), colour + 1, column(false), upper);
-            }
-            (false, _) => {
-                add(series, Some(&of.id), colour, column(false), lower);
-                add(series, None, colour, column(true), upper);
+        match of.daylight.is_empty() {
+            true => add(series, None, 0, column, lower),
+            false => {
+                add(series, Some(&daylight), 0, column, lower);
+                add(series, Some(&lamps), 1, column, upper);
             }
         }
-        add(series, None, Series::GREY, Stroke::Whiskers, ranges);
+        let days = "least to greatest day".to_string();
+        add(series, Some(&days), Series::GREY, Stroke::Whiskers, ranges);
     }
 }
 

@@ -71,7 +71,11 @@ type Objects<'a> = IndexMap<&'a str, IndexMap<Option<&'a str>, Plant>>;
 
 pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
     let mut objects: Objects = IndexMap::new();
+    let ground = if chosen.patterns.is_empty() { ground(chosen) } else { Vec::new() };
     for captor in chosen.captors() {
+        if ground.contains(&captor.id.split('/').next().unwrap_or_default()) {
+            continue;
+        }
         let Some((power, error)) = absorbed(captor, chosen.band) else { continue };
         let Organ { object, instance, rank } = Organ::of(&captor.id);
         let plant = objects.entry(object).or_default().entry(instance).or_default();
@@ -130,6 +134,38 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
         ));
     }
     Ok(Plot { drawn: Drawn::Charts(charts), notes: Vec::new() })
+}
+
+/// Returns the objects that are ground and no plants: they lie flat below all other surfaces, and have
+/// neither instances nor ranks.
+fn ground<'a>(chosen: &Chosen<'a>) -> Vec<&'a str> {
+    let mut objects: IndexMap<&str, Vec<&CaptorResult>> = IndexMap::new();
+    for captor in chosen.captors().filter(|captor| captor.absorbed.is_some()) {
+        objects.entry(Organ::of(&captor.id).object).or_default().push(captor);
+    }
+    let lowest = |of: &dyn Fn(&str) -> bool| {
+        let own = objects.iter().filter(|(name, _)| of(name));
+        own.flat_map(|(_, captors)| captors).map(|captor| captor.center[2]).reduce(f64::min)
+    };
+    let extent = (0..3).map(|axis| {
+        let places = || chosen.result.captors.iter().map(move |captor| captor.center[axis]);
+        let ends = places().reduce(f64::min).zip(places().reduce(f64::max));
+        ends.map_or(0.0, |(low, high)| high - low)
+    });
+    let extent = extent.fold(0.0, f64::max);
+    let is_ground = |name: &&str, captors: &Vec<&CaptorResult>| {
+        let heights = || captors.iter().map(|captor| captor.center[2]);
+        let highest = heights().fold(f64::NEG_INFINITY, f64::max);
+        let others = lowest(&|other| other != *name);
+        let bare = |captor: &&CaptorResult| {
+            let organ = Organ::of(&captor.id);
+            organ.instance.is_none() && organ.rank.is_none() && captor.normal[2].abs() > 0.999
+        };
+        let flat = highest - heights().fold(f64::INFINITY, f64::min) <= 1e-3 * extent;
+        captors.iter().all(bare) && flat && others.is_some_and(|others| highest < others)
+    };
+    let found = objects.iter().filter(|(name, captors)| is_ground(name, captors));
+    found.map(|(name, _)| *name).collect()
 }
 
 fn absorbed(captor: &CaptorResult, band: usize) -> Option<(f64, Option<f64>)> {

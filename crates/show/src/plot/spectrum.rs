@@ -34,11 +34,11 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
     for group in result.groups.iter().filter(|group| chosen.takes(&group.id)) {
         let is_same =
             |other: &&GroupResult| other.area == group.area && other.front.flux == group.front.flux;
-        if chosen.pattern.is_some() || !group.id.contains('#') && !groups.iter().any(is_same) {
+        if !chosen.patterns.is_empty() || !group.id.contains('#') && !groups.iter().any(is_same) {
             groups.push(group);
         }
     }
-    if chosen.pattern.is_none() {
+    if chosen.patterns.is_empty() {
         let mut members: HashMap<&str, Vec<usize>> = HashMap::new();
         for (i, captor) in result.captors.iter().enumerate() {
             for group in captor.groups.iter().flatten() {
@@ -52,10 +52,10 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
     let groups: Vec<(&str, &FaceResult)> =
         groups.into_iter().map(|group| (group.id.as_str(), &group.front)).collect();
     let captors: Vec<(&str, &FaceResult)> =
-        chosen.captors().map(|captor| (captor.id.as_str(), &captor.front)).collect();
+        chosen.named_captors().map(|captor| (captor.id.as_str(), &captor.front)).collect();
     // many captors are better shown by their groups, unless some are asked for
     let by_group = captors.is_empty()
-        || chosen.pattern.is_none() && captors.len() > MOST && !groups.is_empty();
+        || chosen.patterns.is_empty() && captors.len() > MOST && !groups.is_empty();
     let (what, all) = if by_group { ("groups", groups) } else { ("captors", captors) };
     if all.is_empty() {
         return Err(nothing("have no captors", "run a scene with sensors or captors"));

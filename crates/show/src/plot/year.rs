@@ -3,9 +3,11 @@
 use std::{collections::HashMap, path::Path};
 
 use super::{
-    carpet::{Carpet, Carpets},
+    carpet::{Carpet, Carpets, Cell},
+    chosen::parted,
     drawing::{Drawn, Plot},
     months::{DailyLight, OfId},
+    rows::rows_of,
 };
 use crate::{
     chart::{Chart, Series, Stroke},
@@ -42,8 +44,9 @@ pub struct YearPlotRequest<'a> {
     pub face: Face,
     /// Name of a band or sum; `None` stands for the last one.
     pub band: Option<&'a str>,
-    /// Only captors and groups whose ids fit this pattern, in which `*` stands for any characters.
-    pub captors: Option<&'a str>,
+    /// Only captors and groups whose ids fit one of these patterns, in which `*` stands for any
+    /// characters; a pattern that no id fits may be several, with commas between them. None are all.
+    pub captors: &'a [String],
     /// The day, such as `2005-06-21`; `None` stands for the one with the most light.
     pub day: Option<&'a str>,
     /// Ends of the colour bar of carpets.
@@ -112,9 +115,14 @@ impl<'t> Chosen<'t> {
         };
         let counts = |id: usize| !table.value(0, id, band)[0].is_nan();
         let all = || (0..table.ids.len()).filter(|&id| counts(id));
-        let mut ids: Vec<usize> = match request.captors {
-            Some(wanted) => all().filter(|&id| pattern::fits(wanted, &table.ids[id])).collect(),
-            None => {
+        let fits = |wanted: &str, id: usize| pattern::fits(wanted, &table.ids[id]);
+        let patterns = parted(request.captors, |wanted| all().any(|id| fits(wanted, id)));
+        let mut ids: Vec<usize> = match patterns.is_empty() {
+            false => {
+                let wanted = |&id: &usize| patterns.iter().any(|wanted| fits(wanted, id));
+                all().filter(wanted).collect()
+            }
+            true => {
                 let groups = all().filter(|&id| year.is_group(&table.ids[id]));
                 let name = |&id: &usize| table.ids[id].as_str();
                 let members = |&id: &usize| year.members(&table.ids[id]);
@@ -122,9 +130,10 @@ impl<'t> Chosen<'t> {
                 if groups.is_empty() { all().collect() } else { groups }
             }
         };
-        if ids.is_empty() {
+        let unknown = patterns.iter().find(|wanted| !all().any(|id| fits(wanted, id)));
+        if ids.is_empty() || unknown.is_some() {
             let word = request.face.word();
-            let problem = match request.captors {
+            let problem = match unknown {
                 Some(wanted) => format!("no captor or group `{wanted}` with light of `{word}`"),
                 None => format!("no captor or group with light of `{word}`"),
             };
@@ -196,60 +205,41 @@ fn months_plot(
     Ok(Plot { drawn: Drawn::Charts(vec![light.chart()]), notes: chosen.notes.clone() })
 }
 
-/// Splits the start of an hour, such as `2005-06-21T13:30+01:00`, into its day and its hour, h.
-fn parted(time: &str) -> Option<(&str, f64)> {
-    let (day, clock) = time.split_once('T')?;
-    let (hour, minute) = (clock.get(..2)?.parse::<f64>(), clock.get(3..5)?.parse::<f64>());
-    Some((day, hour.ok()? + minute.ok()? / 60.0))
-}
-
-/// Returns for each hour of a table its day and its hour of the day. Error: a time is none.
-fn clocks(hours: &YearTable) -> Result<Vec<(&str, f64)>> {
-    let parted = |time| {
-        parted(time).ok_or_else(|| {
-            Error::input(hours.path.display(), format!("`{time}` is no time"))
-                .remedy("write the table again with `phylux year`")
-        })
-    };
-    hours.times.iter().map(String::as_str).map(parted).collect()
-}
-
-/// Returns the length of the hours, h.
-fn step(clocks: &[(&str, f64)]) -> f64 {
-    let steps = clocks.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|p| p[1].1 - p[0].1);
-    steps.filter(|step| *step > 0.0).reduce(f64::min).unwrap_or(1.0)
-}
-
 fn carpet(
     facts: &YearFacts,
     hours: &YearTable,
     chosen: &Chosen,
     request: &YearPlotRequest,
 ) -> Result<Plot> {
-    let clocks = clocks(hours)?;
-    let mut days: Vec<String> = Vec::new();
-    let mut day_of = Vec::with_capacity(clocks.len());
-    for (day, _) in &clocks {
-        if days.last().is_none_or(|last| last != day) {
-            days.push((*day).into());
+    let rows = rows_of(hours)?;
+    let mut days: Vec<(i64, String)> = Vec::new();
+    for row in &rows {
+        if days.last().is_none_or(|(last, _)| *last < row.number) {
+            days.push((row.number, row.day.into()));
         }
-        day_of.push(days.len() - 1);
     }
+    let day_of = |number: i64| days.binary_search_by_key(&number, |(number, _)| *number).ok();
     let carpet = |&id: &usize| {
-        let value = |t: usize| f64::from(hours.value(t, id, chosen.band)[0]);
-        let cells = clocks.iter().zip(&day_of).enumerate();
-        let cells = cells.map(|(t, ((_, hour), day))| (*day, *hour, value(t)));
+        let mut cells = Vec::new();
+        for (t, row) in rows.iter().enumerate() {
+            let value = f64::from(hours.value(t, id, chosen.band)[0]);
+            // a row that goes on beyond midnight is a part of two days
+            for (number, from, to) in row.by_day() {
+                cells.extend(day_of(number).map(|day| Cell { day, from, to, value }));
+            }
+        }
         let title = format!("{} of every hour at “{}”", chosen.light, hours.ids[id]);
-        Carpet { title, cells: cells.collect() }
+        Carpet { title, cells }
     };
     let carpets: Vec<Carpet> = chosen.ids.iter().map(carpet).collect();
-    let values = carpets.iter().flat_map(|c| c.cells.iter().map(|cell| cell.2));
+    let values = carpets.iter().flat_map(|c| c.cells.iter().map(|cell| cell.value));
     let scale = match request.range {
         Some((low, high)) => Scale::new(low, high, false)?,
         None => Scale::around(values.filter(|value| value.is_finite()).chain([0.0])),
     };
     let label = format!("{}, {}", chosen.light, facts.irradiance(chosen.name));
-    let drawn = Drawn::Carpets(Carpets { carpets, days, step: step(&clocks), scale, label });
+    let days = days.into_iter().map(|(_, name)| name).collect();
+    let drawn = Drawn::Carpets(Carpets { carpets, days, scale, label });
     Ok(Plot { drawn, notes: chosen.notes.clone() })
 }
 
@@ -259,30 +249,30 @@ fn day(
     chosen: &Chosen,
     request: &YearPlotRequest,
 ) -> Result<Plot> {
-    let clocks = clocks(hours)?;
+    let rows = rows_of(hours)?;
     let value = |t: usize, id: usize| hours.value(t, id, chosen.band).map(f64::from);
     let day = match request.day {
         Some(day) => day,
         None => {
             let mut best = ("", 0.0);
             let mut now = ("", 0.0);
-            for (t, (day, _)) in clocks.iter().enumerate() {
-                if now.0 != *day {
-                    now = (day, 0.0);
+            for (t, row) in rows.iter().enumerate() {
+                if now.0 != row.day {
+                    now = (row.day, 0.0);
                 }
-                now.1 += chosen.ids.iter().map(|&id| value(t, id)[0]).sum::<f64>();
+                now.1 += row.length * chosen.ids.iter().map(|&id| value(t, id)[0]).sum::<f64>();
                 best = if best.0.is_empty() || now.1 > best.1 { now } else { best };
             }
             best.0
         }
     };
-    let own: Vec<usize> = (0..clocks.len()).filter(|&t| clocks[t].0 == day).collect();
+    let own: Vec<usize> = (0..rows.len()).filter(|&t| rows[t].day == day).collect();
     if own.is_empty() {
-        let (first, last) = (clocks.first().map_or("", |c| c.0), clocks.last().map_or("", |c| c.0));
+        let (first, last) =
+            (rows.first().map_or("", |row| row.day), rows.last().map_or("", |row| row.day));
         return Err(Error::input("--day", format!("the year has no day `{day}`"))
             .remedy(format!("name one from {first} to {last}")));
     }
-    let middle = 0.5 * step(&clocks);
     let mut chart = Chart {
         title: format!("{} on {day}", chosen.light),
         x: "hour of the day".into(),
@@ -298,7 +288,7 @@ fn day(
     let dark = |t: &usize| !chosen.ids.iter().any(|&id| lit(t, id));
     let ends = own.iter().map(|t| {
         let y = if dark(t) { 0.0 } else { f64::NAN };
-        [(clocks[*t].1, y), (clocks[*t].1 + 2.0 * middle, y)]
+        [(rows[*t].hour, y), (rows[*t].hour + rows[*t].length, y)]
     });
     let night: Vec<(f64, f64)> = ends.flatten().collect();
     if night.iter().any(|(_, y)| *y == 0.0) {
@@ -306,7 +296,7 @@ fn day(
         chart.series.push(Series { name, colour, stroke: Stroke::Plain, points: night });
     }
     for (colour, &id) in chosen.ids.iter().enumerate() {
-        let at = |&t: &usize| (clocks[t].1 + middle, value(t, id));
+        let at = |&t: &usize| (rows[t].hour + 0.5 * rows[t].length, value(t, id));
         let points = own.iter().map(|t| (at(t), lit(t, id)));
         let points = points.map(|((x, [y, _]), lit)| (x, if lit { y } else { f64::NAN })).collect();
         // the line goes on to the hours without light beside them

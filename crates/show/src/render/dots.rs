@@ -145,7 +145,7 @@ fn dot(viewpoint: &Viewpoint, point: Vec3, index: usize) -> Option<Dot> {
 fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
     let all = paths.max(scene.sources() as u64);
     with_lanes!(scene.lanes(), L => {
-        let strata = Strata::new(&scene.lights, all, scene.lanes());
+        let strata = Strata::new(scene.lights(), all, scene.lanes());
         let streams = Streams::new(seed, Purpose::Dots, 0);
         (0..paths)
             .map(|index| {

@@ -90,9 +90,9 @@ impl<'a> Gather<'a> {
         settings: &Settings,
         control: &Control,
     ) -> Result<Self> {
-        let cache = RadianceCache::new(light, settings.threads)?;
+        let cache = RadianceCache::new(light, settings.threads.get())?;
         let focused = focused_light(light, settings, control)?;
-        let focused_cache = RadianceCache::new(&focused, settings.threads)?;
+        let focused_cache = RadianceCache::new(&focused, settings.threads.get())?;
         let focused = SurfaceLight { k: FOCUSED * focused.k, ..focused };
         let white = Lambert::white(light.scene.lanes()).into();
         let normals = Normals::new(light.scene);

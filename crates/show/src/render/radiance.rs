@@ -196,7 +196,7 @@ impl<'a> Whitted<'a> {
             // a light with a material lies in a surface: search a little beyond the hit
             let t_max = scene.beyond(hit.as_ref());
             scene.lights_met(&ray, t_max, |hit| {
-                let met = scene.lights[hit.light].radiance::<L>(&ray, hit.on.as_ref());
+                let met = scene.lights()[hit.light].radiance::<L>(&ray, hit.on.as_ref());
                 let met = met.scaled(share(&way, &hit)) * throughput;
                 match gloss {
                     Some((gloss, direction)) => {
@@ -204,7 +204,7 @@ impl<'a> Whitted<'a> {
                     }
                     // a lamp mirrored by a smooth leaf is met by some of the rays of a pixel, and
                     // the filter evens it; the sun is so bright that it stays in its place
-                    None if on_gloss && scene.lights[hit.light].entrance().is_none() => {
+                    None if on_gloss && scene.lights()[hit.light].entrance().is_none() => {
                         sum.lamps += met;
                     }
                     None => sum.told += met,

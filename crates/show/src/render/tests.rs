@@ -17,7 +17,7 @@ use phylux_core::{
     scene::material::Material,
     transport::{
         paths,
-        settings::Settings,
+        settings::{MapLimit, Settings, ThreadCount},
         simulate::{Control, light_surfaces},
         surface_light::SurfaceLight,
     },
@@ -69,7 +69,8 @@ static STOP: AtomicBool = AtomicBool::new(false);
 const CONTROL: Control = Control { stop: &STOP, progress: &|_| {} };
 
 fn lit(loaded: &LoadedScene, map_photons: usize) -> SurfaceLight<'_> {
-    let settings = Settings { map_photons, ..Settings::default() };
+    let settings =
+        Settings { map_photons: MapLimit::nearest_to(map_photons), ..Settings::default() };
     light_surfaces(&loaded.scene, &settings, &CONTROL).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -86,7 +87,7 @@ fn found(
     threads: usize,
 ) -> Fragments {
     let sampling = Sampling { rays: 4, before: 0, seed: 1, threads };
-    let settings = Settings { threads, ..Settings::default() };
+    let settings = Settings { threads: ThreadCount::nearest_to(threads), ..Settings::default() };
     let gather = (gather > 0).then(|| Gather::new(light, gather, &settings, &CONTROL));
     let gather = gather.transpose().unwrap_or_else(|e| panic!("{e}"));
     let found = render(light, gather.as_ref(), &viewpoint(loaded), show, sampling, &CONTROL);
@@ -388,7 +389,7 @@ fn a_closed_room_is_seen_from_inside() {
             Viewpoint::choose_view(&loaded.scene, (40, 30), 45.0).unwrap_or_else(|e| panic!("{e}"));
         let viewpoint =
             Viewpoint::new(&loaded.scene, &view).unwrap_or_else(|e| panic!("{e}")).cut_open();
-        let middle = |corner: Point| glam::DVec3::from(corner) - loaded.scene.center;
+        let middle = |corner: Point| glam::DVec3::from(corner) - loaded.scene.center();
         assert!(viewpoint.sees(middle([1.0, 1.0, 0.21]).as_vec3()));
         assert!(viewpoint.sees(middle([1.9, 1.9, 0.1]).as_vec3()));
         // the far walls are not cut away
@@ -444,7 +445,7 @@ fn the_floors_of_a_rack_stay() {
         Viewpoint::choose_view(&loaded.scene, (40, 30), 45.0).unwrap_or_else(|e| panic!("{e}"));
     let viewpoint = Viewpoint::new(&loaded.scene, &view).unwrap_or_else(|e| panic!("{e}"));
     let viewpoint = viewpoint.cut_open();
-    let above = |z: f64| (glam::DVec3::new(0.6, 0.3, z) - loaded.scene.center).as_vec3();
+    let above = |z: f64| (glam::DVec3::new(0.6, 0.3, z) - loaded.scene.center()).as_vec3();
     // the upper floor hides the middle of the lower one, and nothing hides the upper one
     assert!(viewpoint.sees(above(1.31)) && viewpoint.sees(above(1.9)));
     let down = phylux_core::math::geometry::Ray { origin: above(2.5), direction: -glam::Vec3::Z };

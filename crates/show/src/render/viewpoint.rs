@@ -57,8 +57,8 @@ impl<'a> Viewpoint<'a> {
     /// Places the camera of a view in a scene. Error: the camera is so far away that single
     /// precision would not do.
     pub fn new(scene: &'a Scene, view: &View) -> Result<Self> {
-        let distance = view.position.distance(scene.center);
-        let farthest = FARTHEST * f64::from(scene.radius);
+        let distance = view.position.distance(scene.center());
+        let farthest = FARTHEST * f64::from(scene.radius());
         if distance > farthest {
             let problem = format!(
                 "its position is {distance:.3e} m from the middle of the scene, must be within {farthest:.3e} m"
@@ -66,7 +66,7 @@ impl<'a> Viewpoint<'a> {
             return Err(Error::input("camera", problem)
                 .remedy("bring it nearer (coordinates are in the scene's unit)"));
         }
-        Ok(Self { scene, camera: Camera::new(view, scene.center), cut: Vec::new() })
+        Ok(Self { scene, camera: Camera::new(view, scene.center()), cut: Vec::new() })
     }
 
     /// Chooses a view that shows all surfaces of the scene from outside or, where the captors are
@@ -74,7 +74,7 @@ impl<'a> Viewpoint<'a> {
     /// pixels that is `fov_deg` degrees wide. Error: the scene has no surface to see.
     pub fn choose_view(scene: &Scene, size: (usize, usize), fov_deg: f64) -> Result<View> {
         if scene.triangles().is_empty() {
-            let place = format!("scene {}", scene.name);
+            let place = format!("scene {}", scene.name());
             return Err(Error::input(place, "it has no surface, so there is nothing to see")
                 .remedy("add an object, or give a camera to look at its lamps"));
         }
@@ -86,11 +86,11 @@ impl<'a> Viewpoint<'a> {
             Extent::of_triangles(triangles).join(Extent::of_triangles(scene.captor_triangles()));
         let is_part = (0.0..PART * all.size().length()).contains(&captors.size().length());
         if !is_part || captors.size() == Vec3::ZERO {
-            return Ok(View::of(&all, scene.center, size, fov_deg));
+            return Ok(View::of(&all, scene.center(), size, fov_deg));
         }
         let (middle, half) = (captors.center(), 0.5 * captors.size().max(PART * all.size()));
         let around = Extent { min: middle - half, max: middle + half };
-        Ok(View::of(&around, scene.center, size, fov_deg))
+        Ok(View::of(&around, scene.center(), size, fov_deg))
     }
 
     /// Returns the same viewpoint, but without the large surfaces whose plane lies between the

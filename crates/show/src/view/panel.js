@@ -335,7 +335,7 @@ function makePanel() {
   on("smooth", "change", (e) => { state.smooth = e.target.checked; repaint(false); });
   on("find", "change", (e) => find(e.target.value));
   on("copy", "click", () => copyText(csv(), "copy"));
-  on("clear", "click", () => { state.listed = []; showListed(); });
+  on("clearListed", "click", () => { state.listed = []; showListed(); });
 
   element("photonSection").hidden = !photons;
   if (photons) makePhotonPanel();

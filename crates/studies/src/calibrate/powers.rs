@@ -20,7 +20,7 @@ pub fn calibrated_scene(
     dimmed: bool,
     folder: &Path,
 ) -> Result<Value> {
-    for light in &loaded.scene.lights {
+    for light in loaded.scene.lights() {
         let Some(factors) = factors.get(&light.name) else { continue };
         let entry = entry(&mut document, &light.name);
         let entry = entry.filter(|e| e.contains_key("power") || e.contains_key("radiance"));

@@ -1,12 +1,15 @@
 //! The objects of a scene one by one, and mistakes that are common where a model comes from another
 //! program.
 
-use std::{collections::HashSet, time::Duration};
+use std::collections::HashSet;
 
 use glam::{DVec3, Vec3};
 use serde::{Serialize, Serializer};
 
-use super::remarks::{Remarks, length, quoted};
+use super::{
+    copies, lamps,
+    remarks::{Remarks, length, quoted},
+};
 use phylux_core::{
     math::geometry::{Extent, Ray, closeness},
     scene::{
@@ -16,8 +19,8 @@ use phylux_core::{
         world::Scene,
     },
     transport::{
-        settings::{Guiding, Settings},
-        simulate::{Control, Simulation, simulate},
+        settings::{Guiding, NearestCount, PhotonCount, Settings, TimeLimit},
+        simulate::{Control, simulate},
     },
 };
 
@@ -44,7 +47,7 @@ const FLIGHTS: u64 = 16;
 /// The trial says nothing if fewer arrivals than this would be expected of evenly spread flights.
 const EXPECTED: f64 = 100.0;
 /// The trial ends after this time.
-const LONGEST: Duration = Duration::from_secs(5);
+const LONGEST: f64 = 5.0;
 
 /// An object, with all of its copies together.
 #[derive(Clone, Debug, Serialize)]
@@ -80,7 +83,7 @@ struct Piece {
 /// Returns the objects that have surfaces, with their indices.
 fn pieces(scene: &Scene) -> Vec<(usize, Piece)> {
     let empty = Piece { extent: Extent::EMPTY, area: 0.0, up: 0.0 };
-    let mut pieces = vec![empty; scene.objects.len()];
+    let mut pieces = vec![empty; scene.objects().len()];
     let all = scene
         .standing()
         .into_iter()
@@ -108,9 +111,9 @@ pub(super) fn objects(scene: &Scene) -> Vec<ObjectSummary> {
         let Piece { extent, area, up } = piece;
         let height = [extent.min.z, extent.max.z].map(|z| f64::from(z) - lowest);
         ObjectSummary {
-            object: scene.objects[object].clone(),
-            from: scene.center + extent.min.as_dvec3(),
-            to: scene.center + extent.max.as_dvec3(),
+            object: scene.objects()[object].clone(),
+            from: scene.center() + extent.min.as_dvec3(),
+            to: scene.center() + extent.max.as_dvec3(),
             height,
             facing_up: if area > 0.0 { up / area } else { 0.0 },
         }
@@ -122,7 +125,7 @@ pub(super) fn objects(scene: &Scene) -> Vec<ObjectSummary> {
 pub(super) fn check_slips(scene: &Scene, remarks: &mut Remarks) {
     let pieces = pieces(scene);
     let lamps: Vec<(&Light, Extent)> = scene
-        .lights
+        .lights()
         .iter()
         .map(|light| (light, light.extent()))
         // daylight has no place
@@ -134,6 +137,8 @@ pub(super) fn check_slips(scene: &Scene, remarks: &mut Remarks) {
     if let Some(room) = room {
         check_room(scene, &pieces, room, &lamps, remarks);
     }
+    copies::check_copies(scene, remarks);
+    lamps::check_lamps(scene, room.map(|(room, _)| *room), remarks);
     check_captors_in_solids(scene, remarks);
     check_dark_captors(scene, remarks);
 }
@@ -149,8 +154,8 @@ fn room<'a>(
     let largest = pieces.iter().max_by(|a, b| volume(&a.1).total_cmp(&volume(&b.1)))?;
     let (object, Piece { extent, .. }) = largest;
     // some plants may be below the floor by mistake, but hardly all captors and all lamps
-    let captors = scene.captors.iter().filter(|captor| !is_of(scene, captor, *object));
-    let captors = captors.map(|captor| (captor.center - scene.center).as_vec3());
+    let captors = scene.captors().iter().filter(|captor| !is_of(scene, captor, *object));
+    let captors = captors.map(|captor| (captor.center - scene.center()).as_vec3());
     let mut middles = captors.chain(lamps.iter().map(|(_, lamp)| lamp.center()));
     let is_inside = |middle: Vec3| {
         !Extent::of([middle]).is_clear_of(extent, 0.0) && is_in(scene, middle, *object)
@@ -181,7 +186,7 @@ fn check_heights(
     });
     let named = too_high.map(|(object, piece)| {
         let top = f64::from(piece.extent.max.z - lowest);
-        format!("`{}` ({})", scene.objects[*object], length(top))
+        format!("`{}` ({})", scene.objects()[*object], length(top))
     });
     remarks.warn_of(named, |list| {
         format!(
@@ -205,20 +210,20 @@ fn check_room(
     let sticks_out = |object: usize, other: &Extent| {
         let most = Vec3::splat(STICKS_OUT * largest);
         // of a low plant a small part under the floor is much
-        let slack = match scene.captors.iter().any(|captor| is_of(scene, captor, object)) {
+        let slack = match scene.captors().iter().any(|captor| is_of(scene, captor, object)) {
             true => most.min(OWN_PART * other.size()).max(Vec3::splat(FLUSH * largest)),
             false => most,
         };
         let low = other.min.cmplt(extent.min - slack);
         (low | other.max.cmpgt(extent.max + slack)).any()
     };
-    let name = &scene.objects[*room];
+    let name = &scene.objects()[*room];
     let through = pieces.iter().filter(|(object, piece)| {
         object != room
             && sticks_out(*object, &piece.extent)
             && !piece.extent.is_clear_of(extent, 0.0)
     });
-    remarks.warn_of(quoted(through.map(|(object, _)| &scene.objects[*object])), |list| {
+    remarks.warn_of(quoted(through.map(|(object, _)| &scene.objects()[*object])), |list| {
         format!(
             "objects that reach through the walls of `{name}`: {list}; check their `scale` and \
             `translate`"
@@ -227,10 +232,10 @@ fn check_room(
     let outside =
         || lamps.iter().filter(|(_, lamp)| lamp.is_clear_of(extent, STICKS_OUT * largest));
     // where a lamp or daylight is outside, captors may be there as well
-    let all_inside = lamps.len() == scene.lights.len() && outside().next().is_none();
+    let all_inside = lamps.len() == scene.lights().len() && outside().next().is_none();
     let lost = || {
-        let captors = scene.captors.iter().filter(|captor| {
-            let middle = (captor.center - scene.center).as_vec3();
+        let captors = scene.captors().iter().filter(|captor| {
+            let middle = (captor.center - scene.center()).as_vec3();
             Extent::of([middle]).is_clear_of(extent, closeness(middle))
         });
         captors.filter(|captor| all_inside && !is_of(scene, captor, *room)).map(|captor| &captor.id)
@@ -282,7 +287,7 @@ fn is_closed(scene: &Scene, object: usize, extent: &Extent, rays: usize) -> bool
 fn check_captors_in_solids(scene: &Scene, remarks: &mut Remarks) {
     let in_surface: HashSet<usize> = scene.captors_in_surfaces().iter().copied().collect();
     let is_half_inside = |captor: &Captor| {
-        let middle = (captor.center - scene.center).as_vec3();
+        let middle = (captor.center - scene.center()).as_vec3();
         let offset = 2.0 * closeness(middle);
         let is_inside = |corner: Vec3| {
             let (way, far) = (corner - middle, corner.distance(middle));
@@ -294,7 +299,7 @@ fn check_captors_in_solids(scene: &Scene, remarks: &mut Remarks) {
         };
         scene.triangles_of(captor).iter().any(|t| [t.a, t.b].into_iter().any(is_inside))
     };
-    let flat = scene.captors.iter().enumerate().filter(|(index, captor)| {
+    let flat = scene.captors().iter().enumerate().filter(|(index, captor)| {
         let virtual_kind = matches!(captor.kind, CaptorKind::Virtual { .. });
         let few = captor.triangles.len() <= MOST_TRIANGLES;
         virtual_kind && few && captor.normal != DVec3::ZERO && !in_surface.contains(index)
@@ -307,7 +312,7 @@ fn check_captors_in_solids(scene: &Scene, remarks: &mut Remarks) {
 
 /// Returns whether a point is in a closed object: every ray from there crosses the object's surface
 /// an odd number of times.
-fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
+pub(super) fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
     let ways =
         [[0.3, 0.5, 0.8], [-0.7, 0.2, 0.4], [0.1, -0.9, -0.2], [-0.4, -0.3, 0.6], [0.8, 0.1, -0.5]];
     ways.map(Vec3::from).into_iter().all(|way| {
@@ -325,25 +330,26 @@ fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
 /// Warns if no photon of a trial comes to any captor, although many would if they flew in all
 /// directions alike.
 fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
-    let lit = scene.lights.iter().any(|light| light.power.iter().any(|power| *power > 0.0));
+    let lit = scene.lights().iter().any(|light| light.power.iter().any(|power| *power > 0.0));
     let around = scene.triangles().extent();
     let around = around.join(Extent::of_triangles(scene.captor_triangles()));
-    let areas: f64 = scene.captors.iter().map(|captor| captor.area).sum();
+    let areas: f64 = scene.captors().iter().map(|captor| captor.area).sum();
     let expected = (TRIAL * FLIGHTS) as f64 * areas / f64::from(2.0 * around.half_area());
     if !lit || expected.is_nan() || expected < EXPECTED || scene.sources() as u64 > TRIAL {
         return;
     }
     let settings = Settings {
-        photons: Some(TRIAL),
-        k: Some(0),
+        photons: Some(PhotonCount::nearest_to(TRIAL)),
+        k: Some(NearestCount::NONE),
         guiding: Guiding::Aim,
-        max_time: Some(LONGEST),
+        max_time: TimeLimit::new(LONGEST).ok(),
         ..Settings::default()
     };
     let control = Control::default();
     // a scene that is too large for a trial is no mistake
-    let Ok(Simulation { totals, .. }) = simulate(scene, &settings, &control) else { return };
-    let channels = scene.captors.iter().map(|c| (c.first_channel, c.channels()));
+    let Ok(simulation) = simulate(scene, &settings, &control) else { return };
+    let totals = simulation.totals();
+    let channels = scene.captors().iter().map(|c| (c.first_channel, c.channels()));
     let mut channels = channels.flat_map(|(first, count)| first..first + count);
     if channels.all(|channel| totals.photons(channel) == 0) {
         let photons = totals.histories;

@@ -52,8 +52,8 @@ pub(super) fn length(metres: f64) -> String {
 
 /// Writes a point in the user's coordinates, to a thousandth of the scene's size.
 pub(super) fn place(scene: &Scene, point: Vec3) -> String {
-    let decimals = decimals(scene.radius.into(), 4);
-    let p = (scene.center + point.as_dvec3()).to_array();
+    let decimals = decimals(scene.radius().into(), 4);
+    let p = (scene.center() + point.as_dvec3()).to_array();
     // avoids a minus before zero
     let scale = 10f64.powi(decimals as i32);
     let [x, y, z] = p.map(|v| format!("{:.decimals$}", (v * scale).round() / scale + 0.0));

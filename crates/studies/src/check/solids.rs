@@ -112,7 +112,7 @@ fn check_neighbours(solids: &Solids, welded: &Welded, remarks: &mut Remarks) {
 
 fn note_lights(solids: &Solids, remarks: &mut Remarks) {
     let scene = solids.scene;
-    let inside = scene.lights.iter().filter_map(|light| {
+    let inside = scene.lights().iter().filter_map(|light| {
         let start = light.emit(&mut Stream::new(0, 0, 0)).origin;
         let outer = solids.innermost(&solids.windings(start)?)?;
         Some(format!("`{}` in {}", light.name, solids.name(outer)))
@@ -148,8 +148,8 @@ pub(super) fn check_sheets(scene: &Scene, welded: &Welded, remarks: &mut Remarks
 fn name(scene: &Scene, piece: &Piece) -> String {
     let surface = &scene.surface(piece.triangles[0]);
     let what = match surface.captor() {
-        Some(captor) => &scene.captors[captor].id,
-        None => &scene.materials[surface.material as usize].name,
+        Some(captor) => &scene.captors()[captor].id,
+        None => &scene.materials()[surface.material as usize].name,
     };
     format!("`{what}` at {}", place(scene, piece.extent.center()))
 }

@@ -63,10 +63,10 @@ impl Bounces {
 }
 
 fn count<L: Lanes>(scene: &Scene, photons: u64, control: &Control) -> Result<Bounces> {
-    let bands = scene.bands.len();
+    let bands = scene.bands().len();
     let width = scene.channels() * bands;
     let mut sums = vec![vec![Sum::default(); width]; LIMITS.len()];
-    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let strata = Strata::new(scene.lights(), photons, scene.lanes());
     let streams = Streams::new(Settings::default().seed, Purpose::Bounces, 0);
     for index in 0..photons {
         if control.stop.load(Ordering::Relaxed) {

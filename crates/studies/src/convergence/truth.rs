@@ -42,7 +42,7 @@ pub struct TrueValue {
 impl Reference {
     /// Takes the irradiances of a run on the faces that light has reached, if it knows them to 5 %.
     pub fn of_run(result: &RunResult, scene: &Scene) -> Self {
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         let faces = result.captors.iter().flat_map(CaptorResult::faces);
         let each = faces.flat_map(|face| {
             (0..bands).map(|b| TrueValue {
@@ -168,13 +168,14 @@ impl<'a> Places<'a> {
     fn of(scene: &'a Scene) -> Self {
         let (mut first, mut next) = (Vec::new(), 0);
         let mut captors = BTreeMap::new();
-        for (c, captor) in scene.captors.iter().enumerate() {
+        for (c, captor) in scene.captors().iter().enumerate() {
             first.push(next);
-            next += captor.kind.faces().len() * scene.bands.len();
+            next += captor.kind.faces().len() * scene.bands().len();
             let short = captor.id.rsplit('/').next().unwrap_or_default();
             captors.entry(short).and_modify(|found| *found = None).or_insert(Some(c));
         }
-        captors.extend(scene.captors.iter().enumerate().map(|(c, captor)| (&*captor.id, Some(c))));
+        captors
+            .extend(scene.captors().iter().enumerate().map(|(c, captor)| (&*captor.id, Some(c))));
         Self { scene, first, captors }
     }
 
@@ -192,10 +193,10 @@ impl<'a> Places<'a> {
             }
             None => return Err(unknown("captor", captor, self.captors.keys().copied().collect())),
         };
-        let faces = &["front", "back"][..self.scene.captors[captor].kind.faces().len()];
+        let faces = &["front", "back"][..self.scene.captors()[captor].kind.faces().len()];
         let found = faces.iter().position(|name| *name == face);
         let face = found.ok_or_else(|| unknown("face", face, faces.to_vec()))?;
-        let bands = &self.scene.bands;
+        let bands = self.scene.bands();
         let number = || band.strip_prefix('b')?.parse().ok().filter(|b: &usize| *b < bands.len());
         let named = |name: &str| bands.iter().position(|b| b.name == name);
         let band = named(band).or_else(|| named(csv_text::text(band))).or_else(number).ok_or_else(
@@ -258,8 +259,8 @@ mod tests {
                     check_finite(&reference);
                     check_finite(&reference.floor());
                     assert!(reference.compared() > 0);
-                    let faces = SCENE.captors.iter().map(|captor| captor.kind.faces().len());
-                    let most = faces.sum::<usize>() * SCENE.bands.len();
+                    let faces = SCENE.captors().iter().map(|captor| captor.kind.faces().len());
+                    let most = faces.sum::<usize>() * SCENE.bands().len();
                     assert!(reference.values.iter().all(|(i, v)| *i < most && v.value > 0.0));
                 }
             }

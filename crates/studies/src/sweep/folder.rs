@@ -228,7 +228,7 @@ impl SweepFolder {
     pub fn picture(&self, name: &str) -> Result<OwnFile<'_>> {
         let path = self.path.join(PICTURES);
         let made = fs::create_dir_all(&path);
-        made.map_err(|e| Error::run(path.display(), format!("cannot be created: {}", e.kind())))?;
+        made.map_err(|e| Error::unwritable(path.display(), e.kind()))?;
         self.written.create(&format!("{PICTURES}/{name}"))
     }
 
@@ -345,7 +345,7 @@ impl Times {
     const HEAD: &str = "run,file,seconds,threads\n";
 
     fn open(path: PathBuf) -> Result<Self> {
-        let fail = |e: io::Error| Error::run(path.display(), format!("cannot be written: {e}"));
+        let fail = |e: io::Error| Error::unwritable(path.display(), e);
         let mut file = File::options().create(true).append(true).open(&path).map_err(fail)?;
         let text = fs::read(&path).map_err(fail)?;
         // after a power cut, the last line may be incomplete
@@ -374,7 +374,7 @@ impl Times {
     pub fn add(&mut self, run: &Run, key: &str, time: Time) -> Result<()> {
         let line = format!("{},{key}.json,{:.3},{}\n", run.number, time.seconds, time.threads);
         let added = self.file.write_all(line.as_bytes());
-        added.map_err(|e| Error::run(self.path.display(), format!("cannot be written: {e}")))
+        added.map_err(|e| Error::unwritable(self.path.display(), e))
     }
 
     /// Returns the last time of each run in the table of the folder at `path`, by the name of the
@@ -416,7 +416,7 @@ mod tests {
     use serde_json::{Map, json};
 
     use super::*;
-    use phylux_core::transport::settings::Settings;
+    use phylux_core::transport::settings::{NearestCount, Settings};
     use phylux_files::{result_file::read_results, sweep_file::hash};
     use phylux_testing::{SCENE, check_error, check_finite, small_run, spoiled};
 
@@ -440,7 +440,7 @@ mod tests {
         let scene = hash(SWEEP.document(&run).to_string().as_bytes());
         let files = BTreeMap::from([("leaf.obj".into(), Some(hash(b"")))]);
         let origin = Origin { parameters: Map::new(), scene, base: None, files };
-        let result = small_run(Settings { k: Some(0), ..Settings::default() });
+        let result = small_run(Settings { k: Some(NearestCount::NONE), ..Settings::default() });
         folder.write_result(&key, &origin, &result).unwrap_or_else(|e| panic!("{e}"));
         let results = fs::read_to_string(result_path(path, &key)).expect("results");
         folder.write_failure(&key, &origin, "no light").unwrap_or_else(|e| panic!("{e}"));

@@ -18,7 +18,7 @@ use super::{
 use phylux_core::{
     error::Result,
     transport::{
-        settings::Settings,
+        settings::{PhotonCount, Settings, ThreadCount, TimeLimit},
         simulate::{Control, simulate},
     },
 };
@@ -149,18 +149,23 @@ fn trial(sweep: &Sweep, run: &Run, control: &SweepControl) -> Result<Trial> {
     loaded.check_captors()?;
     let load = started.elapsed();
     let asked = &loaded.settings;
-    let photons = asked.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+    let photons = asked.photons_or_default();
     let few = photons.min(TRIAL.max(loaded.scene.sources() as u64));
     let (tolerance, max_time) = (None, None);
-    let settings =
-        Settings { photons: Some(few), tolerance, max_time, threads: 1, ..asked.clone() };
+    let settings = Settings {
+        photons: Some(PhotonCount::nearest_to(few)),
+        tolerance,
+        max_time,
+        threads: ThreadCount::ONE,
+        ..asked.clone()
+    };
     let started = Instant::now();
     let control = Control { stop: control.stop, progress: &|_| {} };
     let simulation = simulate(&loaded.scene, &settings, &control)?;
-    let result = RunResult::new(&loaded.scene, &settings, &simulation);
+    let result = RunResult::new(&simulation);
     let each = started.elapsed().as_secs_f64() / few as f64;
     let traced = each * photons as f64;
-    let limit = asked.max_time.unwrap_or(Duration::MAX).as_secs_f64();
+    let limit = asked.max_time.map_or(Duration::MAX, TimeLimit::get).as_secs_f64();
     let seconds = asked.tolerance.is_none().then(|| load.as_secs_f64() + traced.min(limit));
 
     let mut json = Vec::new();

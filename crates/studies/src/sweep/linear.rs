@@ -6,10 +6,7 @@ use std::collections::{BTreeMap, HashMap};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use phylux_core::{
-    scene::world::Scene,
-    transport::{settings::Settings, simulate::Simulation},
-};
+use phylux_core::{scene::world::Scene, transport::simulate::Simulation};
 use phylux_files::{
     scene_file::LoadedScene,
     sweep_file::{Parameter, Run, Sweep, hash},
@@ -234,28 +231,22 @@ impl Base {
         let named: HashMap<String, Option<usize>> =
             lights.into_iter().flatten().enumerate().map(name).collect();
         let part = |name: &str| named.get(name).copied().flatten().unwrap_or(0);
-        scene.lights.iter().map(|light| part(&light.name)).collect()
+        scene.lights().iter().map(|light| part(&light.name)).collect()
     }
 }
 
-/// Returns the results of `run`, whose scene is that of `base` with other powers. `simulation` of
-/// `base` was split by `part_of`, the part of each light.
-pub fn at_powers(
-    base: &LoadedScene,
-    simulation: &Simulation,
-    part_of: &[usize],
-    run: &LoadedScene,
-) -> RunResult {
+/// Returns the results of `run`, whose scene is that of `simulation` with other powers. The
+/// simulation was split by `part_of`, the part of each light.
+pub fn at_powers(simulation: &Simulation, part_of: &[usize], run: &LoadedScene) -> RunResult {
     let parts = part_of.iter().max().map_or(0, |last| last + 1);
-    let mut of_parts = vec![vec![0.0f64; base.scene.bands.len()]; parts];
-    for ((was, is), &part) in base.scene.lights.iter().zip(&run.scene.lights).zip(part_of) {
+    let base = simulation.scene();
+    let mut of_parts = vec![vec![0.0f64; base.bands().len()]; parts];
+    for ((was, is), &part) in base.lights().iter().zip(run.scene.lights()).zip(part_of) {
         let factors = factors(&is.power, &was.power);
         // a light that is dark in a band has the factor 0 there, which changes no maximum
         of_parts[part].iter_mut().zip(factors).for_each(|(all, factor)| *all = all.max(factor));
     }
-    let mixed = simulation.at_powers(&run.scene, part_of, &of_parts);
-    let settings = Settings { by_light: false, ..run.settings.clone() };
-    RunResult::new(&run.scene, &settings, &mixed)
+    RunResult::new(&simulation.at_powers(&run.scene, part_of, &of_parts))
 }
 
 /// Returns the factors of `power` over `largest`, per band; 0 where `largest` is 0.

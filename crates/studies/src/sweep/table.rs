@@ -43,5 +43,5 @@ impl<'a> Table<'a> {
 }
 
 fn unwritten(name: &str, e: io::Error) -> Error {
-    Error::run(name, format!("cannot be written: {e}"))
+    Error::unwritable(name, e)
 }

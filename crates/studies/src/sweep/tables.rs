@@ -153,7 +153,7 @@ pub fn write(
     for ((_, chart), name) in charts.into_iter().zip(pictures) {
         let drawn = control.plots.chart(chart)?;
         let mut file = folder.picture(&name)?;
-        file.write_all(&drawn).map_err(|e| Error::run(&name, format!("cannot be written: {e}")))?;
+        file.write_all(&drawn).map_err(|e| Error::unwritable(&name, e))?;
         file.finish()?;
     }
 

@@ -18,7 +18,7 @@ use super::{
 use phylux_core::{
     error::{Error, Result, catch_panic, lock, unlocked},
     transport::{
-        settings::Settings,
+        settings::{Settings, ThreadCount},
         simulate::{Control, Progress, Simulation, simulate, simulate_split},
     },
 };
@@ -64,11 +64,16 @@ struct Progressing<'a> {
     broken: Mutex<Option<Error>>,
 }
 
-/// The simulation that several runs share, when it is done.
-struct Shared {
-    scene: LoadedScene,
+/// The scene that several runs share, and the part of each of its lights.
+struct SharedScene {
+    loaded: LoadedScene,
     part_of: Vec<usize>,
-    simulation: Simulation,
+}
+
+/// The simulation that several runs share, when it is done.
+struct Shared<'s> {
+    part_of: &'s [usize],
+    simulation: Simulation<'s>,
 }
 
 /// A worker, which does one job at a time, and the number of its threads.
@@ -146,7 +151,11 @@ impl<'a> Work<'a> {
     fn job(&self, all: &Progressing, todo: &Todo, worker: Worker) -> Result<()> {
         let started = Instant::now();
         // the shared simulation is the same whichever runs of the job are done already
-        let shared = todo.job.base.as_ref().map(|_| self.shared(all, todo, worker));
+        let base = todo.job.base.as_ref().map(|_| self.base(todo));
+        let shared = base.as_ref().map(|base| match base {
+            Ok(base) => self.shared(all, todo, worker, base),
+            Err(error) => Err(error.clone()),
+        });
         let each = started.elapsed().as_secs_f64() / todo.runs.len() as f64;
         let next = AtomicUsize::new(0);
         let hand = || {
@@ -185,13 +194,12 @@ impl<'a> Work<'a> {
         let (origin, loaded) = Origin::load(self.sweep, run, job.base.as_deref(), self.inputs);
         let found = loaded.and_then(|loaded| {
             loaded.check_captors()?;
-            match shared {
-                Some(Ok(Shared { scene, part_of, simulation })) => {
-                    Ok(at_powers(scene, simulation, part_of, &loaded))
-                }
-                Some(Err(error)) => Err(error.clone()),
-                None => self.alone(all, &loaded, worker),
-            }
+            let found = match shared {
+                Some(Ok(Shared { part_of, simulation })) => at_powers(simulation, part_of, &loaded),
+                Some(Err(error)) => return Err(error.clone()),
+                None => self.alone(all, &loaded, worker).map_err(|error| loaded.placed(error))?,
+            };
+            Ok(found.with_warnings_of_scene(loaded.warnings))
         });
         if self.control.stopped() {
             return Ok(());
@@ -209,24 +217,36 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Does the simulation that all runs of a job share.
-    fn shared(&self, all: &Progressing, todo: &Todo, worker: Worker) -> Result<Shared> {
+    /// Loads the scene that all runs of a job share.
+    fn base(&self, todo: &Todo) -> Result<SharedScene> {
         let missing = || Error::run("sweep", "the powers of a group of runs have no largest");
         let base = Base::new(self.sweep, &todo.job.runs).ok_or_else(missing)?;
-        let scene = self.inputs.load(self.sweep, base.document.clone())?;
-        let part_of = base.parts(&scene.scene);
-        let settings = Settings { threads: worker.threads, ..scene.settings.clone() };
+        let loaded = self.inputs.load(self.sweep, base.document.clone())?;
+        Ok(SharedScene { part_of: base.parts(&loaded.scene), loaded })
+    }
+
+    /// Does the simulation that all runs of a job share.
+    fn shared<'s>(
+        &self,
+        all: &Progressing,
+        todo: &Todo,
+        worker: Worker,
+        SharedScene { loaded, part_of }: &'s SharedScene,
+    ) -> Result<Shared<'s>> {
+        let threads = ThreadCount::nearest_to(worker.threads);
+        let settings = Settings { threads, ..loaded.settings.clone() };
         let simulation = self.watched(all, worker, todo.runs.len(), |control| {
-            simulate_split(&scene.scene, &settings, part_of.clone(), control)
+            simulate_split(&loaded.scene, &settings, part_of.clone(), control)
         })?;
-        Ok(Shared { scene, part_of, simulation })
+        Ok(Shared { part_of, simulation })
     }
 
     fn alone(&self, all: &Progressing, loaded: &LoadedScene, worker: Worker) -> Result<RunResult> {
-        let settings = Settings { threads: worker.threads, ..loaded.settings.clone() };
+        let threads = ThreadCount::nearest_to(worker.threads);
+        let settings = Settings { threads, ..loaded.settings.clone() };
         let simulation =
             self.watched(all, worker, 1, |control| simulate(&loaded.scene, &settings, control))?;
-        Ok(RunResult::new(&loaded.scene, &settings, &simulation))
+        Ok(RunResult::new(&simulation))
     }
 
     /// Does work for which this number of runs waits, and reports its progress.

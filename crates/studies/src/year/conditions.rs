@@ -32,9 +32,9 @@ pub(super) type Wrong<'w> = &'w dyn Fn(&str, String) -> Error;
 impl<'a> Outside<'a> {
     pub fn new(scene: &Scene, hourly: &'a HourlyLights, bands: &'a [BandResult]) -> Self {
         let light = |slot: &Slot| {
-            let mut light = vec![0.0; scene.bands.len()];
+            let mut light = vec![0.0; scene.bands().len()];
             if let Some(hour) = slot.hour.map(|h| &hourly.hours[h]) {
-                let direct = hour.direct_normal * hour.sun.elevation.sin().max(0.0);
+                let direct = hour.direct_horizontal();
                 let suns = hourly.suns.iter().map(|sun| (&sun.shares, direct));
                 let skies = hourly.skies.iter().map(|shares| (shares, hour.diffuse_horizontal));
                 for (shares, of) in suns.chain(skies) {

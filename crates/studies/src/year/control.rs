@@ -62,9 +62,9 @@ pub(super) struct Controlled<'a> {
 
 /// Returns the names of the lights that are not daylight.
 pub(super) fn lamp_names<'s>(scene: &'s Scene, hourly: &HourlyLights) -> Vec<&'s str> {
-    let mut is_daylight = vec![false; scene.lights.len()];
+    let mut is_daylight = vec![false; scene.lights().len()];
     hourly.lights.iter().for_each(|light| is_daylight[light.light] = true);
-    let lamps = scene.lights.iter().zip(is_daylight).filter(|(_, daylight)| !daylight);
+    let lamps = scene.lights().iter().zip(is_daylight).filter(|(_, daylight)| !daylight);
     lamps.map(|(light, _)| light.name.as_str()).collect()
 }
 
@@ -163,8 +163,8 @@ impl Controlled<'_> {
                         }
                     }
                 }
-                let name = parts[0].scene.lights[parts[0].lamps[lamp]].name.clone();
-                let watts = entry.lamps.watts.or(parts[0].scene.watts.get(&name).copied());
+                let name = parts[0].scene.lights()[parts[0].lamps[lamp]].name.clone();
+                let watts = entry.lamps.watts.or(parts[0].scene.watts().get(&name).copied());
                 let (on, power) = (entry.on.clone(), entry.power.clone());
                 switched.push((lamp, Lamp { name, watts, on, power }));
             }

@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn a_day_of_25_hours_is_whole() {
         let start = Timestamp { unix: 0.0, offset: 0.0 };
-        let slots = vec![Slot { start, length: 1.0, global: 0.0, hour: None }; 25];
+        let slots = vec![Slot { start, length: 1.0, sun_up: 0.0, global: 0.0, hour: None }; 25];
         let all: Vec<usize> = (0..25).collect();
         let sum =
             |period: Period| period.slots.iter().map(|(_, weight)| weight / HOUR).sum::<f64>();

@@ -1,7 +1,8 @@
-//! How far off the scattered sunlight of single hours is because it is mixed with that of hours
-//! about them. Sums over the period do not suffer, because bundles hold each hour once in all.
+//! How far off the light of single hours may be besides what its photons say: its scattered sunlight
+//! is mixed with that of hours about them, and few photons may make it up. Sums over the period do not
+//! suffer, because bundles hold each hour once in all, and because they have the photons of all hours.
 
-use super::responses::Responses;
+use super::{part::Part, responses::Responses};
 use phylux_files::scene_file::HourlyLight;
 
 /// Ratio of the error of an hour to the mean difference of its bundles to what the bundles beside
@@ -34,4 +35,28 @@ pub(super) fn bends(hourly: &[HourlyLight], responses: &Responses) -> Vec<Vec<f6
         bends[light.light] = squares.into_iter().map(f64::sqrt).collect();
     }
     bends
+}
+
+/// Returns for each place what a photon brings there that arrives, over the power with which it sets out
+/// from its light: the mean over the photons of all lights, 0 where none arrived.
+pub(super) fn of_a_photon(part: &Part, responses: &Responses) -> Vec<f64> {
+    let mut sums = vec![[0.0; 2]; responses.width()];
+    for (light, &power) in part.photon.iter().enumerate().filter(|(_, power)| **power > 0.0) {
+        let (means, variances) = (responses.means_of(light), responses.variances_of(light));
+        for (sums, (mean, variance)) in sums.iter_mut().zip(means.iter().zip(variances)) {
+            // n photons that bring e each have the mean n e and the variance n e^2
+            sums[0] += variance / power;
+            sums[1] += mean;
+        }
+    }
+    sums.into_iter().map(|[squares, sum]| if sum > 0.0 { squares / sum } else { 0.0 }).collect()
+}
+
+impl Part<'_> {
+    /// Returns the largest power, in the strength that its light has in a slot, with which a photon sets
+    /// out.
+    pub(super) fn largest_photon(&self, slot: usize) -> f64 {
+        let lights = self.weights[slot].iter();
+        lights.map(|&(light, strength)| strength * self.photon[light]).fold(0.0, f64::max)
+    }
 }

@@ -49,7 +49,7 @@ impl Needs {
         // a photon that arrives on a face brings light to it and to its surface, in all columns
         let of_photon = places.channels.min(2) as u64 * places.columns as u64 * PAIR;
         for (scene, share) in scenes.scenes.iter().zip(energies(scenes)) {
-            let all = &scene.loaded.scene.lights;
+            let all = scene.loaded.scene.lights();
             let shares = Strata::photons_of_lights(all, (share * photons as f64) as u64, 1);
             let full = ids * places.light() as u64 * PAIR;
             rows += shares.iter().map(|photons| full.min(photons * of_photon)).sum::<u64>();

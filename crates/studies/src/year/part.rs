@@ -24,7 +24,7 @@ use phylux_core::{
         direct_sun::{SunRays, direct_sun},
         settings::Settings,
         shard::Shard,
-        simulate::{Control, simulate_light_by_light},
+        simulate::{Control, photons_by_light, simulate_light_by_light},
         tally::Totals,
     },
 };
@@ -56,6 +56,8 @@ pub(super) struct Part<'a> {
     pub areas: Vec<[f64; CHANNELS.len()]>,
     /// Seed of its random numbers.
     pub seed: u64,
+    /// For each light the power of one of its photons, in the band where it is largest: W or umol/s.
+    pub photon: Vec<f64>,
     /// For each light, whether it is daylight.
     pub is_daylight: Vec<bool>,
     /// The lights that are not.
@@ -82,14 +84,14 @@ impl<'a> Part<'a> {
     ) -> Result<Self> {
         let scene = &loaded.scene;
         let hourly = loaded.hourly.as_ref().ok_or_else(|| {
-            Error::input(&scene.name, "was not loaded by the hour").remedy("load it so")
+            Error::input(scene.name(), "was not loaded by the hour").remedy("load it so")
         })?;
         let mut weights = vec![Vec::new(); hourly.slots.len()];
         let mut slot_of_hour = vec![0; hourly.hours.len()];
         for (s, slot) in hourly.slots.iter().enumerate() {
             slot.hour.iter().for_each(|&h| slot_of_hour[h] = s);
         }
-        let mut is_daylight = vec![false; scene.lights.len()];
+        let mut is_daylight = vec![false; scene.lights().len()];
         for light in &hourly.lights {
             is_daylight[light.light] = true;
             for &(h, factor) in &light.factors {
@@ -102,19 +104,20 @@ impl<'a> Part<'a> {
             index,
             scene,
             hourly: &hourly.lights,
-            responses: LightRows::new(scene.lights.len(), places.widths(), folder),
+            responses: LightRows::new(scene.lights().len(), places.widths(), folder),
             weights,
             suns,
             lights,
             shares,
             areas: Places::new(scene).areas,
             seed,
-            lamps: (0..scene.lights.len()).filter(|&light| !is_daylight[light]).collect(),
+            lamps: (0..scene.lights().len()).filter(|&light| !is_daylight[light]).collect(),
+            photon: vec![0.0; scene.lights().len()],
             is_daylight,
             batches: None,
-            arrived: vec![[0; 2]; scene.captors.len()],
-            of_daylight: vec![[0; 2]; scene.captors.len()],
-            of_lamps: vec![Vec::new(); scene.lights.len()],
+            arrived: vec![[0; 2]; scene.captors().len()],
+            of_daylight: vec![[0; 2]; scene.captors().len()],
+            of_lamps: vec![Vec::new(); scene.lights().len()],
         })
     }
 
@@ -132,9 +135,9 @@ impl<'a> Part<'a> {
         let unit =
             |light: usize| Unit { part: index as u32, kind: UnitKind::Light, index: light as u64 };
         let (counts, values) =
-            (1 + 2 * self.scene.captors.len(), places.ids.len() * places.light());
+            (1 + 2 * self.scene.captors().len(), places.ids.len() * places.light());
         let mut missing = Vec::new();
-        for light in 0..self.scene.lights.len() {
+        for light in 0..self.scene.lights().len() {
             match kept.get(unit(light), counts, values)? {
                 Some(row) => self.take(light, &row)?,
                 None if shard.holds(light) => missing.push(light),
@@ -142,6 +145,11 @@ impl<'a> Part<'a> {
             }
         }
         let scene = self.scene;
+        let photons = settings.photons_or_default();
+        let shares = photons_by_light(scene, photons);
+        for ((photon, light), photons) in self.photon.iter_mut().zip(scene.lights()).zip(shares) {
+            *photon = light.power.iter().copied().fold(0.0, f64::max) / photons.max(1) as f64;
+        }
         let mut row = Row { counts: vec![0; counts], values: vec![[0.0; 2]; values] };
         simulate_light_by_light(scene, settings, control, &missing, &mut |light, totals| {
             self.fill(totals, places, &mut row);
@@ -155,7 +163,7 @@ impl<'a> Part<'a> {
     fn fill(&self, totals: &Totals, places: &Places, row: &mut Row) {
         let few = |count: u64| u32::try_from(count).unwrap_or(u32::MAX);
         row.counts[0] = few(totals.batches);
-        for (captor, out) in self.scene.captors.iter().zip(row.counts[1..].chunks_exact_mut(2)) {
+        for (captor, out) in self.scene.captors().iter().zip(row.counts[1..].chunks_exact_mut(2)) {
             let back = captor.kind.has_back().then_some(captor.first_channel + 1);
             out[0] = few(totals.photons(captor.first_channel));
             out[1] = back.map_or(0, |channel| few(totals.photons(channel)));
@@ -231,10 +239,10 @@ impl<'a> Part<'a> {
     /// surfaces scatter or refract. Rays find the rest, but for what several mirrors send.
     pub fn has_light_by_photons(&self) -> bool {
         let scene = self.scene;
-        let mut materials = scene.materials.iter().map(|named| &named.material);
+        let mut materials = scene.materials().iter().map(|named| &named.material);
         let scatters = materials.any(|material| material.is_diffuse() || material.is_solid());
         let is_sun = |light: usize| {
-            scene.lights[light].entrance().is_some_and(|entrance| entrance.light.has_sun())
+            scene.lights()[light].entrance().is_some_and(|entrance| entrance.light.has_sun())
         };
         let found = |light: &HourlyLight| scatters || !is_sun(light.light);
         self.hourly.iter().any(|light| !light.factors.is_empty() && found(light))
@@ -259,7 +267,7 @@ pub(super) fn too_few_photons(parts: &[Part], of: &str, lamps: Option<&[usize]>)
             lamps.iter().map(of_lamp).fold([0; 2], added)
         }
     };
-    let captors = &parts[0].scene.captors;
+    let captors = parts[0].scene.captors();
     let is_few = |&captor: &usize| {
         let [front, back] = parts.iter().map(|part| in_part(part, captor)).fold([0; 2], added);
         front < FEW_HISTORIES || (0 < back && back < FEW_HISTORIES)
@@ -285,11 +293,10 @@ fn moving_suns(hourly: &HourlyLights) -> (Vec<Option<usize>>, Vec<InfiniteLight>
     let mut lights = Vec::new();
     let suns = hourly.slots.iter().map(|slot| {
         let hour = &hourly.hours[slot.hour?];
-        let toward = hour.sun.direction(hourly.north);
         let parts = hourly.suns.iter().filter_map(|sun| {
-            let disc = Suns::new(sun.half_angle, [(toward, hour.direct_normal)])?;
+            let discs = Suns::new(sun.half_angle, hour.suns(hourly.north))?;
             let strength = sun.shares.iter().map(|share| share * hour.direct_normal).collect();
-            Some(InfinitePart::new(InfiniteShape::Suns(disc.into()), strength))
+            Some(InfinitePart::new(InfiniteShape::Suns(discs.into()), strength))
         });
         let parts: Vec<InfinitePart> = parts.collect();
         (!parts.is_empty()).then(|| {

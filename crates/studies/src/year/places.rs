@@ -43,8 +43,8 @@ impl Shape {
         let Of::Captor(captor) = of else {
             return Self { kind: "group", center: None, normal: None, groups: Vec::new() };
         };
-        let captor = &scene.captors[captor];
-        let groups = captor.groups.iter().map(|&g| scene.groups[g].clone()).collect();
+        let captor = &scene.captors()[captor];
+        let groups = captor.groups.iter().map(|&g| scene.groups()[g].clone()).collect();
         let kind = match captor.kind {
             CaptorKind::Virtual { .. } => "virtual",
             CaptorKind::Surface => "surface",
@@ -83,17 +83,19 @@ pub struct Places {
 
 impl Places {
     pub(super) fn new(scene: &Scene) -> Self {
-        let known: HashSet<&str> = scene.captors.iter().map(|captor| captor.id.as_str()).collect();
-        let groups = (0..scene.groups.len()).filter(|&g| !known.contains(scene.groups[g].as_str()));
-        let captors = scene.captors.len();
-        let mut id_of_group = vec![None; scene.groups.len()];
+        let known: HashSet<&str> =
+            scene.captors().iter().map(|captor| captor.id.as_str()).collect();
+        let groups =
+            (0..scene.groups().len()).filter(|&g| !known.contains(scene.groups()[g].as_str()));
+        let captors = scene.captors().len();
+        let mut id_of_group = vec![None; scene.groups().len()];
         groups.clone().enumerate().for_each(|(i, group)| id_of_group[group] = Some(captors + i));
         let of: Vec<Of> = (0..captors).map(Of::Captor).chain(groups.map(Of::Group)).collect();
         let area = |area: f64, kind: CaptorKind| {
             CHANNELS.map(|c| if (c as usize) < kind.channels() { area } else { 0.0 })
         };
-        let mut of_groups = vec![[0.0; CHANNELS.len()]; scene.groups.len()];
-        for captor in &scene.captors {
+        let mut of_groups = vec![[0.0; CHANNELS.len()]; scene.groups().len()];
+        for captor in scene.captors() {
             for &group in &captor.groups {
                 let own = area(captor.area, captor.kind);
                 of_groups[group].iter_mut().zip(own).for_each(|(sum, area)| *sum += area);
@@ -103,24 +105,24 @@ impl Places {
             ids: of
                 .iter()
                 .map(|of| match *of {
-                    Of::Captor(captor) => scene.captors[captor].id.clone(),
-                    Of::Group(group) => scene.groups[group].clone(),
+                    Of::Captor(captor) => scene.captors()[captor].id.clone(),
+                    Of::Group(group) => scene.groups()[group].clone(),
                 })
                 .collect(),
             areas: of
                 .iter()
                 .map(|of| match *of {
-                    Of::Captor(c) => area(scene.captors[c].area, scene.captors[c].kind),
+                    Of::Captor(c) => area(scene.captors()[c].area, scene.captors()[c].kind),
                     Of::Group(group) => of_groups[group],
                 })
                 .collect(),
             id_of_group,
-            groups: scene.captors.iter().map(|captor| captor.groups.clone()).collect(),
+            groups: scene.captors().iter().map(|captor| captor.groups.clone()).collect(),
             shapes: of.iter().map(|&of| Shape::new(scene, of)).collect(),
             of,
             captors,
-            channels: scene.captors.iter().map(|c| c.kind.channels()).max().unwrap_or(1),
-            columns: scene.bands.len() + scene.sums.len(),
+            channels: scene.captors().iter().map(|c| c.kind.channels()).max().unwrap_or(1),
+            columns: scene.bands().len() + scene.sums().len(),
             ratios: RatioResult::all(scene),
         }
     }
@@ -130,7 +132,7 @@ impl Places {
         let mut bands = band_results(scene);
         bands.truncate(self.columns - RATIO * self.ratios.len());
         // a sum with a unit of its own is not in MJ
-        let integrated = |band: &BandResult| match scene.quantity {
+        let integrated = |band: &BandResult| match scene.quantity() {
             Quantity::Watt => band.unit.is_none(),
             Quantity::Micromole => band.has_dli(&bands, true),
         };
@@ -200,7 +202,7 @@ impl Places {
     pub(super) fn channel(&self, scene: &Scene, id: usize, channel: Channel) -> usize {
         channel as usize
             + match self.of[id] {
-                Of::Captor(captor) => scene.captors[captor].first_channel,
+                Of::Captor(captor) => scene.captors()[captor].first_channel,
                 Of::Group(group) => scene.channels() + group * CHANNELS.len(),
             }
     }

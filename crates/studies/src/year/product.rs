@@ -11,11 +11,11 @@ use rayon::prelude::*;
 
 use super::{
     hours::Period,
-    interpolated::{FACTOR, HOURS, bends},
+    interpolated::{FACTOR, HOURS, bends, of_a_photon},
     kept::Kept,
     matrix::Matrix,
     part::Part,
-    places::{Of, Places},
+    places::{Of, Places, RATIO},
     responses::Responses,
     strengths::{Strengths, Table, add},
     value::Value,
@@ -38,8 +38,8 @@ pub(super) struct Wanted<'a> {
     pub hours: Vec<Option<usize>>,
     /// For each slot, its row in the table of hours; `None` where nothing shines.
     pub rows: Vec<Option<usize>>,
-    /// The lengths of the slots, h.
-    pub lengths: Vec<f64>,
+    /// How long the sun is above the horizon in each slot, h.
+    pub sun_up: Vec<f64>,
     pub periods: Vec<Period>,
     /// Ids and a band for which daylight alone is added up in the first periods, as many as
     /// are given.
@@ -97,7 +97,7 @@ struct Block {
 struct Looked {
     /// Sum of the squares of what hours may be off because they are interpolated.
     off: f64,
-    /// Sum of their variances by chance.
+    /// Sum of their variances by chance, and by what few photons and points leave unknown.
     noise: f64,
     /// Number of hours with light, and of those in which few photons make it up.
     lit: usize,
@@ -151,10 +151,10 @@ impl<'a> Product<'a> {
         let scene = self.parts[0].scene;
         let of = |(p, period): (usize, &Period)| {
             let weight: f64 = period.slots.iter().map(|(_, weight)| weight).sum();
-            let mut power = vec![0.0; scene.bands.len()];
+            let mut power = vec![0.0; scene.bands().len()];
             for (part, strengths) in self.parts.iter().zip(&self.strengths) {
                 for (light, strength) in strengths.periods.of(p) {
-                    add(&mut power, strength / weight, &part.scene.lights[light].power);
+                    add(&mut power, strength / weight, &part.scene.lights()[light].power);
                 }
             }
             scene.with_sums(&power)
@@ -245,7 +245,7 @@ impl<'a> Product<'a> {
         let places = self.places;
         for (captor, rows) in ids.zip(direct) {
             let own = part.areas[captor];
-            let of = part.scene.captors[captor].groups.iter();
+            let of = part.scene.captors()[captor].groups.iter();
             for id in of.filter_map(|&group| places.id_of_group[group]) {
                 let (sums, all) = (&mut groups[id - places.captors], part.areas[id]);
                 let share = |c: usize| if all[c] > 0.0 { own[c] / all[c] } else { 0.0 };
@@ -339,10 +339,10 @@ impl<'a> Product<'a> {
                 for (value, &[mean, error]) in values.iter_mut().zip(&own[..light]) {
                     value.add(share, f64::from(mean), f64::from(error));
                 }
-                let length = self.wanted.lengths[slot] * part.shares[slot];
+                let sun_up = self.wanted.sun_up[slot] * part.shares[slot];
                 let [mean, error] = own[light].map(f64::from);
-                sunlit.add(length, mean, error);
-                time += length;
+                sunlit.add(sun_up, mean, error);
+                time += sun_up;
             }
         }
         (time > 0.0)
@@ -382,6 +382,12 @@ impl<'a> Product<'a> {
         self.looked_at.iter().for_each(|&i| looked_at[i] = true);
         let bends: Vec<Vec<Vec<f64>>> =
             self.parts.iter().zip(responses).map(|(part, own)| bends(part.hourly, own)).collect();
+        let photons: Vec<Vec<f64>> =
+            self.parts.iter().zip(responses).map(|(part, own)| of_a_photon(part, own)).collect();
+        // columns of light, without those that ratios are made of
+        let of_light = places.columns - RATIO * places.ratios.len();
+        // to which the share of the area is not known
+        let half_a_point = 0.5 / wanted.rays.count() as f64;
         let mut looked = vec![Looked::default(); width];
         for chunk in needed.chunks(SLOTS) {
             let [means, variances] = self.of_parts(responses, |strengths| &strengths.hours, chunk);
@@ -394,19 +400,35 @@ impl<'a> Product<'a> {
                 }
             }
             for (c, &slot) in chunk.iter().enumerate() {
+                let largest: Vec<f64> =
+                    self.parts.iter().map(|part| part.largest_photon(self.slots[slot])).collect();
                 for i in 0..ids.len() {
                     let at = c * width + i * light;
                     let mut values: Vec<Value> = (at..at + light)
                         .map(|at| Value { mean: means[at], variance: variances[at] })
                         .collect();
                     let one = [(self.slots[slot], 1.0)];
-                    let sunlit = self.add_direct(&mut values, &block.direct, i, &one);
+                    let mut sunlit = self.add_direct(&mut values, &block.direct, i, &one);
                     for (j, value) in values.iter_mut().enumerate() {
+                        // ratios are told by how their parts vary together, to which this adds nothing
+                        if j % places.columns < of_light {
+                            let share = sunlit.map_or(0.0, |sunlit| sunlit.mean);
+                            if share > 0.0 {
+                                let direct = value.mean - means[at + j];
+                                value.variance += (direct / share * half_a_point).powi(2);
+                            }
+                            for (of, power) in photons.iter().zip(&largest) {
+                                value.variance += (of[i * light + j] * power).powi(2);
+                            }
+                        }
                         let more = off[at + j] * off[at + j];
                         if looked_at[slot] {
                             looked[i * light + j].add(value, more, variances[at + j]);
                         }
                         value.variance += more;
+                    }
+                    if let Some(sunlit) = &mut sunlit {
+                        sunlit.variance += half_a_point * half_a_point;
                     }
                     if wanted.hours[ids.start + i].is_some() {
                         let sunlit = sunlit.map_or([f32::NAN; 2], Value::pair);
@@ -486,14 +508,14 @@ pub(super) fn daylight_at(
         };
         let rows: Vec<Vec<[f32; 2]>> = captors.par_iter().map(direct).collect::<Result<_>>()?;
         stopped(control.stop)?;
-        let area: f64 = captors.iter().map(|&c| part.scene.captors[c].area).sum();
+        let area: f64 = captors.iter().map(|&c| part.scene.captors()[c].area).sum();
         for (slot, sum) in sums.iter_mut().enumerate() {
             let lights = part.weights[slot].iter();
             *sum += lights.map(|&(light, weight)| weight * fronts[light]).sum::<f64>();
             let Some(sun) = part.suns[slot] else { continue };
             let place = sun * places.row() + Channel::Front as usize * places.columns + band;
             for (&captor, rows) in captors.iter().zip(&rows) {
-                let share = part.shares[slot] * part.scene.captors[captor].area / area;
+                let share = part.shares[slot] * part.scene.captors()[captor].area / area;
                 *sum += share * f64::from(rows[place][0]);
             }
         }

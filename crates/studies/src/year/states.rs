@@ -78,7 +78,7 @@ impl YearScenes {
         };
         let Some(hourly) = &base.hourly else { return Ok(Self::plain(base)) };
         let name = control.display().to_string();
-        let bytes = read_bytes(path).map_err(|why| Error::input(path.display(), why))?;
+        let bytes = read_bytes(path).map_err(|why| Error::unreadable(path.display(), why))?;
         let document = json::parse(&path.display().to_string(), &bytes)?;
         let changes = Changes { control: (file, control), document: &document };
         let slots = hourly.slots.clone();
@@ -172,7 +172,7 @@ impl YearScenes {
     pub fn digest(&self) -> Result<String> {
         let mut hash = Sha256::new();
         for file in self.files.iter().collect::<IndexSet<_>>() {
-            let bytes = read_bytes(file).map_err(|why| Error::input(file.display(), why))?;
+            let bytes = read_bytes(file).map_err(|why| Error::unreadable(file.display(), why))?;
             hash.update(Sha256::digest(&bytes));
         }
         Ok(hex(hash))

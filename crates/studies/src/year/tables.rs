@@ -208,7 +208,7 @@ pub fn write(
 }
 
 fn unwritten(e: io::Error) -> Error {
-    Error::run("tables", format!("cannot be written: {e}"))
+    Error::unwritable("tables", e)
 }
 
 /// Counts the rows of the tables of values.

@@ -20,7 +20,7 @@ use phylux_core::{
     scene::world::Scene,
     transport::{
         direct_sun::SunRays,
-        settings::Settings,
+        settings::{PhotonCount, Settings},
         shard::Shard,
         simulate::{Control, Progress},
     },
@@ -62,7 +62,7 @@ pub fn trace_shard(
         (control.progress)(Progress { photons, of, worst: None });
         Ok(())
     };
-    let pool = machine::pool(settings.threads)?;
+    let pool = machine::pool(settings.threads.get())?;
     for part in &parts {
         pool.install(|| captors.par_iter().try_for_each(|&captor| find(part, captor)))?;
     }
@@ -87,7 +87,7 @@ impl<'s> Begun<'s> {
         };
         let scene = &loaded.scene;
         let hourly = loaded.hourly.as_ref().ok_or_else(|| {
-            Error::input(&scene.name, "was not loaded by the hour").remedy("load it so")
+            Error::input(scene.name(), "was not loaded by the hour").remedy("load it so")
         })?;
         let places = Places::new(scene);
         let rays = scenes.points(&places, options.sun_rays, &options.hours)?;
@@ -127,13 +127,13 @@ pub(super) fn traced<'s>(
     shard: Shard,
     control: &Control,
 ) -> Result<Vec<Part<'s>>> {
-    let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+    let photons = settings.photons_or_default();
     let shares = energies(scenes);
     check_photons(scenes, &shares, photons)?;
     let mut parts = Vec::new();
     for (index, (scene, share)) in scenes.scenes.iter().zip(shares).enumerate() {
         let settings = Settings {
-            photons: Some((share * photons as f64).round() as u64),
+            photons: Some(PhotonCount::nearest_to((share * photons as f64).round() as u64)),
             // the parts are independent
             seed: settings.seed ^ (index as u64) << 56,
             ..settings.clone()
@@ -186,7 +186,7 @@ pub(super) fn energies(scenes: &YearScenes) -> Vec<f64> {
     let total = |i: usize| each.iter().map(|sums| sums[i]).sum::<f64>();
     let lamps = scenes.scenes.iter().all(|scene| {
         let daylight = scene.loaded.hourly.as_ref().map_or(0, |hourly| hourly.lights.len());
-        scene.loaded.scene.lights.len() > daylight
+        scene.loaded.scene.lights().len() > daylight
     });
     let part = |sums: &[f64; 2], i: usize| if total(i) > 0.0 { sums[i] / total(i) } else { 0.0 };
     let share = |sums| match lamps {

@@ -42,7 +42,7 @@ pub(super) fn hours_by_few(few: usize, all: usize) -> Option<String> {
     (few as f64 > MANY * all as f64).then(|| {
         format!(
             "hours have few photons: at {few} of {all} captors and groups fewer than some {FEW_HISTORIES} make \
-             up the light of most hours on a face, so that errors of single hours may be too small; sums over \
+             up the light of most hours on a face, so that single hours and their errors are rough; sums over \
              the period have many more; trace more photons, or use groups"
         )
     })
@@ -64,9 +64,9 @@ pub(super) fn unseen_sun(unseen: &Unseen) -> Option<String> {
 
 /// Returns a warning if captors are larger or smaller in some states than in the first scene.
 pub(super) fn other_areas(parts: &[Part]) -> Option<String> {
-    let captors = &parts[0].scene.captors;
+    let captors = parts[0].scene.captors();
     let differs = |captor: &usize| {
-        let area = |part: &Part| part.scene.captors[*captor].area;
+        let area = |part: &Part| part.scene.captors()[*captor].area;
         parts.iter().any(|part| (area(part) / area(&parts[0]) - 1.0).abs() > 1e-9)
     };
     let mut others = (0..captors.len()).filter(differs);
@@ -83,7 +83,7 @@ pub(super) fn other_areas(parts: &[Part]) -> Option<String> {
 
 /// Returns a warning if the scene asks for what surfaces absorb on each face: a year has their sum.
 pub(super) fn no_faces(parts: &[Part]) -> Option<String> {
-    parts[0].scene.absorbed_by_face.then(|| {
+    parts[0].scene.absorbed_by_face().then(|| {
         "`absorbed_by_face`: a year tells what surfaces absorb on both faces together; a run tells it \
          by face"
             .into()

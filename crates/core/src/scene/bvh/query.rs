@@ -1,10 +1,10 @@
 //! The searches of the structure, compiled twice: for any processor, and for those with AVX2.
 
-use std::sync::LazyLock;
+use std::{cell::Cell, sync::LazyLock};
 
 use super::layout::{Bvh, Gather, Hit};
 use super::walk::Probe;
-use crate::math::geometry::Ray;
+use crate::math::{effort, geometry::Ray};
 
 /// A search with its arguments. `answer` must be inlined: what it calls is then compiled for the
 /// processor too, and the ray stays in registers. Callbacks for hits are called through a pointer:
@@ -53,6 +53,9 @@ impl Kernel {
 /// Runs a search with the fastest code for this processor.
 #[inline]
 pub(super) fn ask<Q: Query>(query: Q) -> Q::Answer {
+    if effort::is_counted() {
+        return ask_counted(query);
+    }
     #[cfg(target_arch = "x86_64")]
     if Kernel::used() == Kernel::Avx2 {
         #[allow(unsafe_code)]
@@ -67,6 +70,21 @@ pub(super) fn ask<Q: Query>(query: Q) -> Q::Answer {
 #[inline(never)]
 pub(super) fn ask_plain<Q: Query>(query: Q) -> Q::Answer {
     query.answer(|lanes| (0..8).map(|i| (lanes[i] & 1) << i).sum())
+}
+
+/// Runs a search with code for any processor, and counts the tests of boxes and triangles. Each ends
+/// by gathering bits.
+#[cold]
+#[inline(never)]
+fn ask_counted<Q: Query>(query: Q) -> Q::Answer {
+    let visits = Cell::new(0);
+    let visited = &visits;
+    let answer = query.answer(|lanes: [u32; 8]| {
+        visited.set(visited.get() + 1);
+        (0..8).map(|i| (lanes[i] & 1) << i).sum()
+    });
+    effort::spend(effort::RAY + effort::VISIT * visits.get());
+    answer
 }
 
 /// Runs a search with code compiled for AVX2. It gives the same bits, as Rust never

@@ -2,6 +2,8 @@
 
 use std::{f64::consts::PI, sync::Arc};
 
+use glam::DVec3;
+
 use super::{
     by_hour::{Beside, HourlyPart},
     hours::Hour,
@@ -59,12 +61,29 @@ fn sunset(declination: f64, latitude: f64) -> f64 {
 struct Bundle {
     /// Indices of the hours, and the part of the direct light of each, W/m2.
     strengths: Vec<(usize, f64)>,
+    /// Its suns: the directions towards them, and the direct light of each times the weight of its
+    /// hour.
+    suns: Vec<(DVec3, f64)>,
     /// The same times the weights of the hours: their sum, and their sums times the place of the
     /// sun on the grid, x in the day and y in the season.
     sums: [f64; 3],
 }
 
 impl Bundle {
+    /// Adds a sun of an hour with this index and weight: its direct light, the direction towards it, and
+    /// its place on the grid.
+    fn add(&mut self, hour: usize, weight: f64, light: f64, toward: DVec3, [x, y]: [f64; 2]) {
+        // the suns of an hour come one after the other
+        match self.strengths.last_mut() {
+            Some((last, strength)) if *last == hour => *strength += light,
+            _ => self.strengths.push((hour, light)),
+        }
+        self.suns.push((toward, weight * light));
+        for (sum, place) in self.sums.iter_mut().zip([1.0, x, y]) {
+            *sum += weight * light * place;
+        }
+    }
+
     /// Returns the mean place of its suns: 0 in the day, 1 in the season.
     fn at(&self, axis: usize) -> f64 {
         self.sums[axis + 1] / self.sums[0]
@@ -72,18 +91,24 @@ impl Bundle {
 }
 
 /// Returns the suns of all hours in bundles, which stand at the nodes of a grid of declinations and
-/// times of the day, from sunrise to sunset. The light of an hour is that of the four bundles around
-/// its sun, with bilinear weights, and each bundle holds the suns of its hours in just these parts.
+/// times of the day, from sunrise to sunset. The light of each sun of an hour is that of the four
+/// bundles around it, with bilinear weights, and each bundle holds its suns in just these parts.
 /// Therefore the light of one hour is mixed with that of hours about it, but the sum over all hours
 /// is exactly that of their suns. `half_angle`, `latitude` and `north` are in rad.
 ///
 /// The grid is meant for scattered light, which changes smoothly with the position of the sun;
 /// light straight from the sun does not.
 pub fn suns_by_hour(hours: &[Hour], half_angle: f64, latitude: f64, north: f64) -> Vec<HourlyPart> {
-    let lit = || hours.iter().enumerate().filter(|(_, hour)| hour.direct_normal > 0.0);
-    let places: Vec<(usize, Celestial)> =
-        lit().map(|(h, hour)| (h, Celestial::of(hour.sun, latitude))).collect();
-    let declinations = places.iter().map(|(_, at)| at.declination);
+    let suns_of = |(h, hour): (usize, &Hour)| {
+        let direct = hour.direct_normal;
+        let course = hour.course;
+        let suns = course.iter().map(|(sun, share)| (h, sun, share * direct));
+        suns.filter(|(_, _, light)| *light > 0.0).collect::<Vec<_>>()
+    };
+    let located = |(h, sun, light)| (h, sun, light, Celestial::of(sun, latitude));
+    let places: Vec<(usize, SunPosition, f64, Celestial)> =
+        hours.iter().enumerate().flat_map(suns_of).map(located).collect();
+    let declinations = places.iter().map(|(_, _, _, at)| at.declination);
     let first = declinations.clone().fold(f64::INFINITY, f64::min);
     let range = declinations.fold(f64::NEG_INFINITY, f64::max) - first;
     if places.is_empty() {
@@ -91,30 +116,23 @@ pub fn suns_by_hour(hours: &[Hour], half_angle: f64, latitude: f64, north: f64) 
     }
     let steps = if range <= ONE_ROW { 0 } else { (range / ROW_STEP).ceil() as usize };
     let mut bundles = vec![Bundle::default(); (steps + 1) * SUNS];
-    for (h, at) in places {
+    for (h, sun, light, at) in places {
+        let toward = sun.direction(north);
         let y = if steps > 0 { (at.declination - first) / range * steps as f64 } else { 0.0 };
         let half_day = sunset(at.declination, latitude);
         let of_day = if half_day > 0.0 { at.hour_angle / half_day } else { 0.0 };
         let x = 0.5 * (of_day.clamp(-1.0, 1.0) + 1.0) * (SUNS - 1) as f64;
         for (r, of_row) in between(y, steps + 1) {
             for (s, of_sun) in between(x, SUNS) {
-                let strength = of_row * of_sun * hours[h].direct_normal;
+                let strength = of_row * of_sun * light;
                 if strength > 0.0 {
-                    let bundle = &mut bundles[r * SUNS + s];
-                    bundle.strengths.push((h, strength));
-                    let weight = hours[h].weight * strength;
-                    for (sum, place) in bundle.sums.iter_mut().zip([1.0, x, y]) {
-                        *sum += weight * place;
-                    }
+                    bundles[r * SUNS + s].add(h, hours[h].weight, strength, toward, [x, y]);
                 }
             }
         }
     }
     let part = |bundle: &Bundle| {
-        let sun = |&(h, strength): &(usize, f64)| {
-            (hours[h].sun.direction(north), hours[h].weight * strength)
-        };
-        let suns = Suns::new(half_angle, bundle.strengths.iter().map(sun))?;
+        let suns = Suns::new(half_angle, bundle.suns.iter().copied())?;
         let strengths = bundle.strengths.iter().copied();
         HourlyPart::new(InfiniteShape::Suns(Arc::new(suns)), hours, strengths)
     };
@@ -168,21 +186,24 @@ fn between(at: f64, count: usize) -> [(usize, f64); 2] {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
-    use crate::scene::daylight::{Date, Timestamp, eccentricity};
+    use crate::scene::daylight::{Date, SunCourse, Timestamp, eccentricity};
 
     /// Returns the hours of a year with a sun of 500 W/m2, or those of its first days.
     fn hours(days: usize, latitude: f64) -> Vec<Hour> {
         let count = 24 * days;
         let hour = |h: usize| {
-            let time = Timestamp { unix: 1.735e9 + 3600.0 * h as f64, offset: 0.0 };
-            let sun = SunPosition::at(time, latitude, 0.0);
-            let direct_normal = if sun.elevation > 0.0 { 500.0 } else { 0.0 };
+            let at = |minutes: f64| {
+                let unix = 1.735e9 + 3600.0 * h as f64 + 60.0 * minutes;
+                SunPosition::at(Timestamp { unix, offset: 0.0 }, latitude, 0.0)
+            };
+            let course = SunCourse::new(0.0, 3600.0, |seconds| at(seconds / 60.0));
+            let sun = at(30.0);
+            let direct_normal = if course.is_some() { 500.0 } else { 0.0 };
+            let course = course.unwrap_or(SunCourse::still(sun));
             let eccentricity = eccentricity(Date { year: 2025, month: 1, day: 1 });
             let (weight, diffuse_horizontal) = (1.0 / count as f64, 0.0);
-            Hour { weight, sun, eccentricity, direct_normal, diffuse_horizontal }
+            Hour { weight, sun, course, eccentricity, direct_normal, diffuse_horizontal }
         };
         (0..count).map(hour).collect()
     }
@@ -214,7 +235,8 @@ mod tests {
         for (h, hour) in hours.iter().enumerate() {
             assert!((strength[h] - hour.direct_normal).abs() < 1e-6);
             if hour.direct_normal > 0.0 {
-                let cos = sums[h].normalize().dot(hour.sun.direction(0.0));
+                let mean: DVec3 = hour.suns(0.0).map(|(toward, light)| light * toward).sum();
+                let cos = sums[h].normalize().dot(mean.normalize());
                 off.push(cos.min(1.0).acos().to_degrees());
             }
         }
@@ -225,7 +247,9 @@ mod tests {
         for normal in [[0.0, 0.0, 1.0], [0.0, -0.8, 0.6], [0.6, 0.8, 0.0], [-1.0, 0.0, 0.0]] {
             let normal = DVec3::from(normal);
             let found: f64 = parts.iter().map(|p| p.mean * suns(p).irradiance(normal)).sum();
-            let lit = |h: &Hour| h.direct_normal * h.sun.direction(0.0).dot(normal).max(0.0);
+            let lit = |h: &Hour| -> f64 {
+                h.suns(0.0).map(|(toward, light)| light * toward.dot(normal).max(0.0)).sum()
+            };
             let all: f64 = hours.iter().map(|h| h.weight * lit(h)).sum();
             assert!((found / all - 1.0).abs() < 1e-9, "{normal}: {found}, {all}");
         }
@@ -238,7 +262,11 @@ mod tests {
     fn light_that_changes_linearly_is_guessed_by_the_bundles_beside() {
         let latitude = 43.61f64.to_radians();
         for (days, each) in [(365, 2), (1, 1)] {
-            let hours = hours(days, latitude);
+            let mut hours = hours(days, latitude);
+            for hour in &mut hours {
+                hour.course = SunCourse::still(hour.sun);
+                hour.direct_normal *= f64::from(u8::from(hour.sun.elevation > 0.0));
+            }
             let parts = suns_by_hour(&hours, 0.0, latitude, 0.0);
             let light = |hour: &Hour| {
                 let at = Celestial::of(hour.sun, latitude);

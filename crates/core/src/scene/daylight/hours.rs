@@ -7,7 +7,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{
-    radiance_map::RadianceMap, sky_model::RelativeSky, sun_position::SunPosition, suns::Suns,
+    radiance_map::RadianceMap, sky_model::RelativeSky, sun_course::SunCourse,
+    sun_position::SunPosition, suns::Suns,
 };
 
 /// Position of the sun and weather in an hour, or at an instant.
@@ -16,8 +17,10 @@ pub struct Hour {
     /// Share of the period, 0 to 1. Where the shares of all hours add up to less than 1, the rest
     /// of the period is dark.
     pub weight: f64,
-    /// Position of the sun.
+    /// Position of the sun in the middle of the time in which it shines.
     pub sun: SunPosition,
+    /// Its positions in that time, from which the direct light comes.
+    pub course: SunCourse,
     /// The [`eccentricity`](super::eccentricity) of the day.
     pub eccentricity: f64,
     /// Direct irradiance on a plane across the sun's direction, of the whole spectrum, W/m2, at
@@ -30,7 +33,21 @@ pub struct Hour {
 impl Hour {
     /// Returns the irradiance on an unobstructed horizontal plane, of the whole spectrum, W/m2.
     pub fn global(&self) -> f64 {
-        self.direct_normal * self.sun.elevation.sin().max(0.0) + self.diffuse_horizontal
+        self.direct_horizontal() + self.diffuse_horizontal
+    }
+
+    /// Returns the direct part of this irradiance, W/m2.
+    pub fn direct_horizontal(&self) -> f64 {
+        self.direct_normal * self.course.sine()
+    }
+
+    /// Returns the directions towards the sun in the course of the hour, and the direct irradiance, W/m2,
+    /// across each. `north` is that of [`azimuth_of`](super::azimuth_of).
+    pub fn suns(&self, north: f64) -> impl Iterator<Item = (DVec3, f64)> + '_ {
+        let of = move |(sun, share): (SunPosition, f64)| {
+            (sun.direction(north), share * self.direct_normal)
+        };
+        self.course.iter().map(of)
     }
 }
 
@@ -78,16 +95,16 @@ const TASK: usize = 32;
 
 /// Returns the mean direct irradiance on a horizontal plane, W/m2.
 pub fn mean_direct(hours: &[Hour]) -> f64 {
-    hours.iter().map(|h| h.weight * h.direct_normal * h.sun.elevation.sin().max(0.0)).sum()
+    hours.iter().map(|hour| hour.weight * hour.direct_horizontal()).sum()
 }
 
 /// Returns the suns of all hours as one light, and its mean direct normal irradiance, W/m2, or
 /// `None` where there is no direct light. `half_angle` and `north` (see
 /// [`azimuth_of`](super::azimuth_of)) are in rad.
 pub fn mean_sun(hours: &[Hour], half_angle: f64, north: f64) -> Option<(Suns, f64)> {
-    let irradiance = |hour: &Hour| hour.weight * hour.direct_normal;
-    let mean = hours.iter().map(irradiance).sum();
-    let suns = hours.iter().map(|hour| (hour.sun.direction(north), irradiance(hour)));
+    let mean = hours.iter().map(|hour| hour.weight * hour.direct_normal).sum();
+    let weighted = |hour: &'_ Hour, (toward, light): (DVec3, f64)| (toward, hour.weight * light);
+    let suns = hours.iter().flat_map(|hour| hour.suns(north).map(move |sun| weighted(hour, sun)));
     Some((Suns::new(half_angle, suns)?, mean))
 }
 

@@ -329,6 +329,23 @@ impl InfiniteLight {
     /// bands). Returns with it the irradiance of the suns on a plane across the direction, over the
     /// probability of the choice, per band, W/m2. Returns `None` where the light has no suns.
     pub fn sample_suns<L: Lanes>(&self, rng: &mut Stream) -> Option<(Vec3, Spectrum<L>)> {
+        self.suns_by(rng, |suns, rng| (suns.direction(rng), 1.0))
+    }
+
+    /// Samples like [`sample_suns`](Self::sample_suns), but each sun of a part as likely as the others:
+    /// if they are those of an hour, each stands for the same time.
+    pub fn sample_suns_alike<L: Lanes>(&self, rng: &mut Stream) -> Option<(Vec3, Spectrum<L>)> {
+        self.suns_by(rng, Suns::each_alike)
+    }
+
+    /// Samples a part of the light that has suns in proportion to its strength, and a direction in it
+    /// by `choose`, which returns with it the ratio of radiance to the density of the choice over the
+    /// part's integral of radiance.
+    fn suns_by<L: Lanes>(
+        &self,
+        rng: &mut Stream,
+        choose: impl Fn(&Suns, &mut Stream) -> (DVec3, f64),
+    ) -> Option<(Vec3, Spectrum<L>)> {
         let suns = self.parts.iter().filter_map(|part| match &part.shape {
             InfiniteShape::Suns(suns) => Some((part, suns)),
             InfiniteShape::Map(_) => None,
@@ -343,7 +360,8 @@ impl InfiniteLight {
             rest < 0.0
         })?;
         let irradiance = suns.total() * all / part.strength();
-        Some((suns.direction(rng).as_vec3(), part.spectrum(|_| irradiance)))
+        let (toward, ratio) = choose(suns, rng);
+        Some((toward.as_vec3(), part.spectrum(|_| ratio * irradiance)))
     }
 
     /// Returns the irradiance on a plane that faces `normal`, per band, W/m2.

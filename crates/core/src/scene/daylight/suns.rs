@@ -118,15 +118,30 @@ impl Suns {
         self.choose(rng).0
     }
 
-    /// Draws a direction towards a sun, and returns it with that sun.
+    /// Draws a direction towards one of the suns, each as likely as the others, and uniform on its
+    /// disc. Returns with it the chance of that sun in [`direction`](Self::direction) over its chance
+    /// here.
+    pub fn each_alike(&self, rng: &mut Stream) -> (DVec3, f64) {
+        let count = self.suns.len();
+        let sun = &self.suns[((rng.uniform_fine() * count as f64) as usize).min(count - 1)];
+        (self.on_disc(sun, rng), sun.weight * count as f64)
+    }
+
+    /// Draws a direction towards a sun, in proportion to its irradiance, and returns it with that sun.
     #[inline(always)]
     fn choose(&self, rng: &mut Stream) -> (DVec3, &Sun) {
         let sun = &self.suns[weighted_choice(&self.running, rng.uniform_fine()).index];
+        (self.on_disc(sun, rng), sun)
+    }
+
+    /// Draws a direction uniform on the disc of a sun.
+    #[inline(always)]
+    fn on_disc(&self, sun: &Sun, rng: &mut Stream) -> DVec3 {
         if self.is_parallel() {
-            return (sun.toward, sun);
+            return sun.toward;
         }
         let local = uniform_cone(self.versine() as f32, rng.square());
-        (to_world(sun.toward, local.as_dvec3()), sun)
+        to_world(sun.toward, local.as_dvec3())
     }
 
     /// Returns whether a plane that faces `normal` may see a sun.

@@ -23,7 +23,8 @@ fn position(elevation: f64, azimuth: f64) -> SunPosition {
 fn hour(direct_normal: f64, diffuse_horizontal: f64, sun: SunPosition) -> Hour {
     let june = Date { year: 2025, month: 6, day: 21 };
     let eccentricity = eccentricity(june);
-    Hour { weight: 1.0, sun, eccentricity, direct_normal, diffuse_horizontal }
+    let course = SunCourse::still(sun);
+    Hour { weight: 1.0, sun, course, eccentricity, direct_normal, diffuse_horizontal }
 }
 
 /// Returns a sky with the diffuse irradiance of the hour in its only band.

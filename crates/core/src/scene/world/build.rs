@@ -14,9 +14,9 @@ use super::{
     validate::check_images,
 };
 use crate::{
-    error::{Error, Result, number},
+    error::{Checked, Error, NO_THREADS, Result, number},
     math::{
-        geometry::{Extent, ROUNDING, Triangle, closeness},
+        geometry::{Extent, ROUNDING, Triangle, area, closeness},
         spectrum::lanes,
     },
     scene::{
@@ -26,7 +26,7 @@ use crate::{
         lattice::{Images, Layers, Repeats},
         light::{Entrance, Light, LightTree, MARGIN, Prism},
         material::Scatterer,
-        stand::{LayerBins, Stand},
+        stand::{Heights, LayerBins, Stand},
     },
 };
 
@@ -43,10 +43,11 @@ impl Scene {
     /// triangles are the same.
     pub fn with_kept(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
         let pool = rayon::ThreadPoolBuilder::new().build();
-        pool.map_err(|e| Error::run("threads", e))?.install(|| Self::build(parts, kept))
+        pool.map_err(|e| Error::run("threads", e).remedy(NO_THREADS))?
+            .install(|| Self::build(parts, kept))
     }
 
-    fn build(parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
+    fn build(mut parts: SceneParts, kept: &KeptShapes) -> Result<Self> {
         let name = parts.name.clone();
         let place = || format!("scene {name}");
         parts.validate(&place())?;
@@ -106,24 +107,13 @@ impl Scene {
             stand.is_ground = vec![false; parts.objects.len()];
             parts.ground.iter().for_each(|&object| stand.is_ground[object] = true);
         }
+        // shared copies that are none take no place
+        let is_any = |part: &SharedPart| !part.transforms.is_empty() && part.triangles() > 0;
+        parts.shared.retain(is_any);
+        parts.shared.iter_mut().for_each(|part| part.surfaces.sort_by_key(|of| of.captor));
         if let Some(dz) = parts.layers {
-            let is_ground = |object: Option<usize>| {
-                object.is_some_and(|object| stand.is_ground.get(object) == Some(&true))
-            };
-            let counts = |part: &SurfacePart| part.captor.is_some() && !is_ground(part.object);
-            let counted = surface_parts.iter().filter(|(_, part)| counts(part));
-            let own = counted.flat_map(|(_, part)| part.triangles.iter().map(|t| (*t, 1)));
-            let shared = parts.shared.iter().filter(|shared| !is_ground(shared.object));
-            let shared = shared.flat_map(|shared| {
-                let counted = || shared.surfaces.iter().filter(|part| part.captor.is_some());
-                shared.levels().into_iter().flat_map(move |(transform, copies)| {
-                    let triangles = counted().flat_map(|part| &part.triangles);
-                    triangles.map(move |t| (t.map(|p| transform.point(p)), copies))
-                })
-            });
-            let corners = own.chain(shared);
-            let bins = LayerBins::new(dz, center.z, corners);
-            stand.layers = Some(bins.map_err(|problem| problem.of("layers").at(place()))?);
+            let layers = layers_of(dz, &surface_parts, &parts.shared, &stand);
+            stand.layers = Some(layers.map_err(|problem| problem.of("layers").at(place()))?);
         }
         stand.balances = parts.lattice.is_some_and(|lattice| lattice.area().is_some())
             && parts.lights.iter().all(|light| light.infinite().is_some());
@@ -161,12 +151,8 @@ impl Scene {
         let mut placed = Placed::new(center);
         let mut common = Vec::with_capacity(parts.shared.len());
         let mut first = triangles.len();
-        for mut part in parts.shared {
-            part.surfaces.sort_by_key(|surface| surface.captor);
+        for part in parts.shared {
             let corners = || part.surfaces.iter().flat_map(|surface| &surface.triangles);
-            if part.transforms.is_empty() || corners().next().is_none() {
-                continue;
-            }
             placed.add(corners(), &part.transforms, first);
             add_captors(&part, first, &mut found);
             let prototype = &placed.prototypes[common.len()];
@@ -328,6 +314,37 @@ impl Scene {
             light_of_triangle,
         })
     }
+}
+
+/// Makes layers of the height `dz`, m, for surfaces that are sorted by captor, those without one
+/// first. Error: too many layers.
+fn layers_of(
+    dz: f64,
+    surfaces: &[(usize, SurfacePart)],
+    shared: &[SharedPart],
+    stand: &Stand,
+) -> Checked<LayerBins> {
+    let counts = |object: Option<usize>| {
+        !object.is_some_and(|object| stand.is_ground.get(object) == Some(&true))
+    };
+    let heights_of = |corners: &[DVec3; 3]| corners.map(|corner| corner.z);
+    let (others, captors) =
+        surfaces.split_at(surfaces.partition_point(|(_, part)| part.captor.is_none()));
+    let heights = Heights {
+        first: others.iter().map(|(_, part)| part.triangles.len()).sum(),
+        own: captors.iter().flat_map(|(_, part)| &part.triangles).map(heights_of).collect(),
+        shared: shared.iter().map(SharedPart::heights).collect(),
+    };
+    let own = captors.iter().filter(|(_, part)| counts(part.object));
+    let own = own.flat_map(|(_, part)| &part.triangles).map(|t| (heights_of(t), area(t)));
+    let copies = shared.iter().filter(|part| counts(part.object)).flat_map(|part| {
+        let of_captors = || part.surfaces.iter().filter(|of| of.captor.is_some());
+        part.levels().into_iter().flat_map(move |(level, area_of_copies)| {
+            let triangles = of_captors().flat_map(|of| &of.triangles);
+            triangles.map(move |t| (level.heights(t), area_of_copies * area(t)))
+        })
+    });
+    LayerBins::new(dz, own.chain(copies), heights)
 }
 
 /// Returns the properties of a triangle.

@@ -12,6 +12,7 @@ use crate::{
         lattice::Lattice,
         light::{Lamp, LightSource},
         material::Material,
+        stand::{Level, SharedHeights},
     },
 };
 
@@ -171,17 +172,25 @@ impl SharedPart {
         placed.map(move |transform| corners.map(|corner| transform.point(corner)))
     }
 
-    /// Returns transforms that stand for those of all copies as far as heights and areas go, each
-    /// with the number of copies that it stands for.
-    pub fn levels(&self) -> Vec<(&Transform, usize)> {
-        let mut kinds: BTreeMap<[u64; 4], (&Transform, usize)> = BTreeMap::new();
+    /// Returns the levels at which copies stand, each with the sum of the factors on areas over the
+    /// copies that stand so.
+    pub fn levels(&self) -> Vec<(Level, f64)> {
+        let mut kinds: BTreeMap<[u64; 4], (Level, f64)> = BTreeMap::new();
         for transform in &self.transforms {
-            let height = |p: DVec3| transform.point(p).z.to_bits();
-            let axis = |p: DVec3| transform.turned(p).z.to_bits();
-            let key = [height(DVec3::ZERO), axis(DVec3::X), axis(DVec3::Y), axis(DVec3::Z)];
-            kinds.entry(key).or_insert((transform, 0)).1 += 1;
+            let level = Level::of(transform);
+            let scale = transform.turned(DVec3::X).length();
+            kinds.entry(level.key()).or_insert((level, 0.0)).1 += scale * scale;
         }
         kinds.into_values().collect()
+    }
+
+    /// Returns the heights of the triangles of all copies, in the order of the surfaces.
+    pub fn heights(&self) -> SharedHeights {
+        let triangles = self.surfaces.iter().flat_map(|surface| &surface.triangles);
+        SharedHeights {
+            corners: triangles.copied().collect(),
+            copies: self.transforms.iter().map(Level::of).collect(),
+        }
     }
 }
 

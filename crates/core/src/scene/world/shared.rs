@@ -85,12 +85,14 @@ impl Scene {
     /// [those that share their triangles](Self::shared_copies).
     #[inline]
     pub fn shared_copy_of(&self, triangle: usize) -> Option<usize> {
-        if triangle < self.shapes.triangles.len() {
-            return None;
-        }
+        let Located { prototype, copy, .. } = self.located(triangle)?;
+        Some(self.shapes.placed.prototypes[prototype].instances.start + copy)
+    }
+
+    /// Returns what the index of a triangle of a shared copy means; `None` for other triangles.
+    pub(super) fn located(&self, triangle: usize) -> Option<Located> {
         let placed = &self.shapes.placed;
-        let Located { prototype, copy, .. } = placed.locate(triangle)?;
-        Some(placed.prototypes[prototype].instances.start + copy)
+        if triangle < self.shapes.triangles.len() { None } else { placed.locate(triangle) }
     }
 
     /// Returns the triangles of a captor.
@@ -167,8 +169,7 @@ impl Scene {
     /// repeats itself.
     pub fn in_first_copy(&self, triangle: usize) -> (usize, Mat3) {
         let placed = &self.shapes.placed;
-        let unshared = triangle < self.shapes.triangles.len();
-        let Some(located) = placed.locate(triangle).filter(|_| !unshared) else {
+        let Some(located) = self.located(triangle) else {
             return (triangle, Mat3::IDENTITY);
         };
         let prototype = &placed.prototypes[located.prototype];

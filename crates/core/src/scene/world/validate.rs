@@ -2,6 +2,8 @@
 
 use std::{collections::HashSet, fmt::Display};
 
+use glam::DVec3;
+
 use super::{
     Band, BandSum, CaptorPart, LightPart, NamedMaterial, SceneParts, SharedPart, SurfacePart,
 };
@@ -311,6 +313,8 @@ impl SharedPart {
             let problem = "a transform that stretches or shears";
             return Err(Problem::new(problem, "give such copies surfaces of their own"));
         }
+        let boxes: Vec<[DVec3; 2]> = self.boxes().map(|corners| ends(&corners)).collect();
+        check_crowd(&boxes)?;
         let captors = self.captors.saturating_mul(self.transforms.len());
         let end = self.first_captor.saturating_add(captors);
         let kinds = parts
@@ -326,6 +330,44 @@ impl SharedPart {
             }
         }
     }
+}
+
+/// Limit on the number of copies of an object whose boxes overlap at one point. A ray through it would
+/// look into each of them.
+pub const MAX_OVERLAPPING: usize = 10_000;
+/// Number of boxes whose middles are looked at for that, and the number of comparisons that this takes
+/// at most, where there are not very many boxes.
+const LOOKED_AT: usize = 256;
+const COMPARED: usize = 1 << 26;
+
+/// Refuses copies of an object, by the lowest and highest corners of their boxes, m, so many of which stand at one place that no ray would
+/// find its way through them in time.
+pub fn check_crowd(boxes: &[[DVec3; 2]]) -> Checked {
+    if boxes.len() <= MAX_OVERLAPPING {
+        return Ok(());
+    }
+    let holds =
+        |point: DVec3, [low, high]: &[DVec3; 2]| low.cmple(point).all() && point.cmple(*high).all();
+    let looked_at = (COMPARED / boxes.len()).clamp(LOOKED_AT / 8, LOOKED_AT);
+    for [low, high] in boxes.iter().step_by(boxes.len() / looked_at) {
+        let middle = 0.5 * (*low + *high);
+        let number = boxes.iter().filter(|other| holds(middle, other)).count();
+        if number > MAX_OVERLAPPING {
+            let at = middle.to_array().map(|metres| format!("{metres:.3}")).join(", ");
+            let problem = format!(
+                "{number} of its copies stand at one place, around ({at}) m, may be {MAX_OVERLAPPING}"
+            );
+            return Err(Problem::new(problem, "spread them, or leave out those that stand twice"));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the lowest and the highest coordinates of some points.
+pub fn ends(points: &[DVec3]) -> [DVec3; 2] {
+    let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    [low, high]
 }
 
 /// Returns whether copies may share triangles of a material: mirrors and panes that show images of

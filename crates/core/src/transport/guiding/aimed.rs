@@ -70,7 +70,7 @@ impl<'a> Origin<'a> {
 
     /// Takes the place where a photon was emitted; `None` for a dark light at infinity.
     fn of<L>(scene: &'a Scene, emission: &Emission<'_, L>) -> Option<Self> {
-        let light = &scene.lights[emission.light];
+        let light = &scene.lights()[emission.light];
         match emission.start {
             Some(start) => Some(Self::Light(light, start)),
             None => {

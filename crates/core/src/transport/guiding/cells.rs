@@ -1,59 +1,61 @@
 //! Surfaces cut into cells, each with a front and a back, and the density of arrivals on each cell.
-//! A copy that shares its triangles is one cell, as a whole.
+//!
+//! A cell is what a cube of space holds of the surfaces of one material that look about the same
+//! way. Its number of triangles does not matter: a wall has the same cells as one rectangle, as a fan
+//! of slivers and as a copy that shares its triangles.
 //!
 //! Where few photons or importons arrive at a cell, its density is the mean over a neighbourhood
 //! that is just large enough to hold sufficient arrivals.
 
-use glam::Vec3;
+use std::collections::HashMap;
+
+use glam::{Vec2, Vec3};
 use indexmap::IndexMap;
 
-use crate::scene::world::{Scene, SurfaceHit};
+use crate::{
+    math::{
+        rng::{Purpose, Streams},
+        sampling::{Discrete, uniform_triangle},
+    },
+    scene::world::{Scene, SurfaceHit},
+};
 
-/// The approximate number of cells of a scene. Every triangle has at least one cell on each face,
-/// however many triangles there are.
-const CELLS: f32 = 40_000.0;
-/// The most pieces that a side of a triangle is cut into.
-const MOST_PIECES: f32 = 200.0;
+/// The side of a cube is that of a square of this many of all surfaces.
+const SQUARES: f64 = 10_000.0;
+/// The areas of cells are measured by this many random points on all surfaces, each of which stands for
+/// the same area.
+const POINTS: f64 = 32.0 * SQUARES;
 /// A density rests on at least this many arrivals, if a neighbourhood holds them.
 const ENOUGH: u32 = 32;
-/// The smallest neighbourhood is a cube of this many cell sizes; each further one is twice as
-/// large.
-const CUBE: f32 = 2.0;
-/// How many sizes of cubes there are.
-const CUBES: u32 = 5;
+/// How many sizes of neighbourhoods there are; each has twice the side of the one before, the first
+/// twice that of a cell.
+const SIZES: u32 = 5;
 
-/// The faces of the triangles of a scene, cut into cells by barycentric coordinates.
+/// The cells of a scene's surfaces.
 pub struct Cells<'a> {
     scene: &'a Scene,
-    /// For each triangle that is no shared copy, the place of its first cell and the number of pieces into which each of
-    /// its sides is cut.
-    cuts: Vec<(u32, u32)>,
     cells: Vec<Cell>,
-    /// The place of the first cell of shared copies.
-    copies: usize,
-    /// The length of lists that hold a value for each cell. Some of their entries belong to no
-    /// cell.
-    places: usize,
-    /// The approximate side of a cell, m.
+    /// The cell of each cube. Of larger cubes, by how often their side is that of a cell doubled, it is
+    /// one of the cells in it.
+    of: HashMap<(u32, Cube), usize>,
+    /// The side of a cube, m.
     size: f32,
 }
 
-/// A piece of one face of a triangle.
+#[derive(Clone, Copy)]
 struct Cell {
-    /// Index of the cell's entry in lists that hold a value for each cell.
-    place: usize,
-    triangle: usize,
-    middle: Vec3,
-    /// Area, m2.
+    cube: Cube,
+    /// Area of one face, m2.
     area: f64,
 }
 
-/// A neighbourhood: the faces in a cube that are of one material and look the same way.
+/// A cube, and which of the surfaces in it are meant.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Cube {
     material: u32,
+    /// The axis closest to the normal, and whether the front looks along it.
     axis: usize,
-    looks: [bool; 2],
+    along: bool,
     place: [i32; 3],
 }
 
@@ -68,68 +70,97 @@ struct Heap {
 impl<'a> Cells<'a> {
     /// Cuts the surfaces of a scene.
     pub fn new(scene: &'a Scene) -> Self {
-        let own = || (0..scene.unshared()).map(|index| scene.triangles().at(index));
-        let area: f32 = own().map(|triangle| triangle.area()).sum();
-        let size = (4.0 * area / CELLS).sqrt().max(f32::MIN_POSITIVE);
-        let (mut places, mut cuts, mut cells) = (0, Vec::new(), Vec::new());
-        for (index, t) in own().enumerate() {
-            let edges = [t.a.distance(t.b), t.b.distance(t.c), t.c.distance(t.a)];
-            let longest = edges.into_iter().fold(0.0, f32::max);
-            let pieces = (longest / size).ceil().clamp(1.0, MOST_PIECES) as u32;
-            let half = f64::from(t.area()) / f64::from(pieces * pieces);
-            for (i, j) in (0..pieces).flat_map(|i| (0..pieces - i).map(move |j| (i, j))) {
-                let whole = i + j + 1 < pieces;
-                let middle = if whole { 0.5 } else { 1.0 / 3.0 };
-                let [u, v] = [i, j].map(|n| (n as f32 + middle) / pieces as f32);
-                let area = if whole { 2.0 * half } else { half };
-                let place = places + 2 * (i * pieces + j) as usize;
-                for place in [place, place + 1] {
-                    cells.push(Cell { place, triangle: index, middle: t.point(u, v), area });
-                }
+        let area_of = |triangle| f64::from(scene.triangles().at(triangle).area());
+        let own: f64 = (0..scene.unshared()).map(area_of).sum();
+        let objects: Vec<_> = scene
+            .alike()
+            .map(|alike| {
+                let areas: Vec<f64> = alike.triangles.clone().map(area_of).collect();
+                let first: f64 = areas.iter().sum();
+                (alike, Discrete::new(areas), first)
+            })
+            .collect();
+        let shared: f64 =
+            objects.iter().map(|(alike, _, first)| first * alike.areas.iter().sum::<f64>()).sum();
+        let area = own + shared;
+        let size = ((area / SQUARES).sqrt() as f32).max(f32::MIN_POSITIVE);
+        let mut cells = Self { scene, cells: Vec::new(), of: HashMap::new(), size };
+
+        // each point stands for an equal share of the area, and lies where the sum of areas passes it
+        let each = area / POINTS;
+        let (mut passed, mut points) = (0.0, 0u32);
+        // the same points whatever the seed of the run
+        let mut rng = Streams::new(0, Purpose::Importons, u64::MAX).history(0);
+        let mut add = |area: f64, triangle: &dyn Fn(f64) -> usize| {
+            passed += area;
+            while (f64::from(points) + 0.5) * each < passed {
+                points += 1;
+                let triangle = triangle(rng.uniform_fine());
+                let Vec2 { x, y } = uniform_triangle(rng.square());
+                let point = scene.triangles().at(triangle).point(x, y);
+                cells.add(triangle, point, each);
             }
-            cuts.push((places as u32, pieces));
-            places += 2 * (pieces * pieces) as usize;
+        };
+        (0..scene.unshared()).for_each(|triangle| add(area_of(triangle), &|_| triangle));
+        for (alike, areas, first) in &objects {
+            for (copy, factor) in alike.areas.iter().enumerate() {
+                let start = alike.triangles.start + copy * alike.triangles.len();
+                add(factor * first, &|u| start + areas.choose(u).index);
+            }
         }
-        let copies = places;
-        let areas = scene.alike().flat_map(|alike| {
-            let area = |t| f64::from(scene.triangles().at(t).area());
-            let first: f64 = alike.triangles.map(area).sum();
-            alike.areas.into_iter().map(move |area| area * first)
-        });
-        for (copy, area) in scene.shared_copies().zip(areas) {
-            let (triangle, middle) = (copy.first, copy.extent.center());
-            cells.extend([places, places + 1].map(|place| Cell { place, triangle, middle, area }));
-            places += 2;
+        cells
+    }
+
+    /// Adds a point that stands for this area, m2.
+    fn add(&mut self, triangle: usize, point: Vec3, area: f64) {
+        let mut cube = self.cube(triangle, point);
+        let next = self.cells.len();
+        let cell = *self.of.entry((0, cube)).or_insert(next);
+        if cell < next {
+            self.cells[cell].area += area;
+            return;
         }
-        Self { scene, cuts, cells, copies, places, size }
+        self.cells.push(Cell { cube, area });
+        for size in 1..=SIZES {
+            cube = cube.larger();
+            self.of.entry((size, cube)).or_insert(next);
+        }
+    }
+
+    /// Returns the smallest cube of a point of a triangle.
+    fn cube(&self, triangle: usize, point: Vec3) -> Cube {
+        let surface = self.scene.surface(triangle);
+        let axis = surface.normal.abs().max_position();
+        // planes of round numbers do not lie in the borders of cubes
+        let place = point / self.size + Vec3::new(0.382, 0.236, 0.146);
+        Cube {
+            material: surface.material,
+            axis,
+            along: surface.normal[axis] > 0.0,
+            place: place.floor().to_array().map(|x| x as i32),
+        }
     }
 
     /// Returns the place of the cell of a face at a point of a triangle.
     #[inline]
     pub fn at(&self, hit: &SurfaceHit, front: bool) -> usize {
-        let Some(&(first, pieces)) = self.cuts.get(hit.triangle) else {
-            let copy = self.scene.shared_copy_of(hit.triangle).unwrap_or_default();
-            return self.copies + 2 * copy + usize::from(front);
-        };
-        let place = if pieces == 1 { 0 } else { self.place(hit, pieces) };
-        first as usize + 2 * place + usize::from(front)
+        let mut cube = self.cube(hit.triangle, hit.point);
+        for size in 0..=SIZES {
+            if let Some(cell) = self.of.get(&(size, cube)) {
+                return 2 * cell + usize::from(front);
+            }
+            cube = cube.larger();
+        }
+        usize::from(front)
     }
 
-    /// Returns the places of all cells, each with the index of its material.
+    /// Returns the places of all cells, each with the index of its material. The other face of the
+    /// cell at `place` is at `place ^ 1`.
     pub fn materials(&self) -> impl Iterator<Item = (usize, usize)> {
-        let material = |cell: &Cell| self.scene.surface(cell.triangle).material as usize;
-        self.cells.iter().map(move |cell| (cell.place, material(cell)))
-    }
-
-    fn place(&self, hit: &SurfaceHit, pieces: u32) -> usize {
-        let t = &self.scene.triangles().at(hit.triangle);
-        let (u, v, p) = (t.b - t.a, t.c - t.a, hit.point - t.a);
-        let normal = u.cross(v);
-        let square = normal.length_squared();
-        let piece = |share: f32| ((share / square * pieces as f32).max(0.0) as u32).min(pieces - 1);
-        let i = piece(p.cross(v).dot(normal));
-        let j = piece(u.cross(p).dot(normal)).min(pieces - 1 - i);
-        (i * pieces + j) as usize
+        let both = |(cell, Cell { cube, .. }): (usize, &Cell)| {
+            [2 * cell, 2 * cell + 1].map(|place| (place, cube.material as usize))
+        };
+        self.cells.iter().enumerate().flat_map(both)
     }
 
     /// Returns the density of arrivals on each cell: the sum of their values per area. Each arrival
@@ -137,57 +168,46 @@ impl<'a> Cells<'a> {
     /// that are of the same material and look the same way; the density is 0 where there are no
     /// arrivals at all.
     pub fn densities(&self, arrivals: impl Iterator<Item = (u32, f64)>) -> Vec<f32> {
-        let mut heaps = vec![Heap::default(); self.places];
+        // one place at least, which points of a scene without area have
+        let mut heaps = vec![Heap::default(); (2 * self.cells.len()).max(2)];
         for (place, value) in arrivals {
             heaps[place as usize].add(Heap { sum: value, area: 0.0, arrivals: 1 });
         }
-        self.cells.iter().for_each(|cell| heaps[cell.place].area = cell.area);
-        let mut densities = vec![0.0; self.places];
-        let mut poor: Vec<&Cell> = Vec::new();
-        for cell in &self.cells {
-            match heaps[cell.place] {
-                heap if heap.arrivals >= ENOUGH => densities[cell.place] = heap.density(),
-                _ => poor.push(cell),
+        let mut densities = vec![0.0; heaps.len()];
+        let mut poor: Vec<(usize, (Cube, usize))> = Vec::new();
+        // in the order of the cells, so that the sums are always the same
+        let mut cubes: IndexMap<(Cube, usize), Heap> = IndexMap::new();
+        for (place, heap) in heaps.iter_mut().enumerate().take(2 * self.cells.len()) {
+            let Cell { cube, area } = self.cells[place / 2];
+            heap.area = area;
+            // the underside of a roof and the floor below it are not neighbours
+            let around = (cube.larger(), place % 2);
+            cubes.entry(around).or_default().add(*heap);
+            match heap.arrivals >= ENOUGH {
+                true => densities[place] = heap.density(),
+                false => poor.push((place, around)),
             }
         }
-        // in the order of the cells, so that the sums are always the same
-        let mut cubes: IndexMap<Cube, Heap> = IndexMap::new();
-        for cell in &self.cells {
-            cubes.entry(self.cube_of(cell)).or_default().add(heaps[cell.place]);
-        }
-        let mut poor: Vec<(&Cell, Cube)> =
-            poor.into_iter().map(|cell| (cell, self.cube_of(cell))).collect();
-        for last in (0..CUBES).rev() {
-            poor.retain_mut(|(cell, cube)| {
-                let heap = cubes[&*cube];
+        for last in (0..SIZES).rev() {
+            poor.retain_mut(|(place, around)| {
+                let heap = cubes[&*around];
                 let enough = heap.arrivals >= ENOUGH || last == 0;
                 if enough {
-                    densities[cell.place] = heap.density();
+                    densities[*place] = heap.density();
                 }
-                *cube = cube.larger();
+                around.0 = around.0.larger();
                 !enough
             });
-            for (cube, heap) in std::mem::take(&mut cubes) {
-                cubes.entry(cube.larger()).or_default().add(heap);
+            for ((cube, face), heap) in std::mem::take(&mut cubes) {
+                cubes.entry((cube.larger(), face)).or_default().add(heap);
             }
         }
         densities
     }
-
-    /// Returns the smallest cube that holds a cell.
-    fn cube_of(&self, cell: &Cell) -> Cube {
-        let surface = &self.scene.surface(cell.triangle);
-        let is_front = cell.place % 2 == 1;
-        let axis = surface.normal.abs().max_position();
-        let up = (surface.normal[axis] > 0.0) == is_front;
-        let place = (cell.middle / (CUBE * self.size)).floor().to_array().map(|x| x as i32);
-        // the underside of a roof and the floor below it are not neighbours
-        Cube { material: surface.material, axis, looks: [is_front, up], place }
-    }
 }
 
 impl Cube {
-    /// Returns the neighbourhood twice as large that holds this one.
+    /// Returns the cube with twice the side that holds this one.
     fn larger(self) -> Self {
         Self { place: self.place.map(|x| x >> 1), ..self }
     }
@@ -202,5 +222,65 @@ impl Heap {
 
     fn density(self) -> f32 {
         (self.sum / self.area.max(f64::MIN_POSITIVE)) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::scene::{
+        light::{Cone, Lamp},
+        material::{Lambert, Material},
+        world::{Band, LightPart, NamedMaterial, SceneParts, SurfacePart},
+    };
+
+    /// A square of 2 m as a fan of so many triangles about its middle.
+    fn fan(slivers: usize) -> Scene {
+        let rim = |i: usize| {
+            let along = 8.0 * i as f64 / slivers as f64;
+            let (side, part) = ((along / 2.0) as usize % 4, along % 2.0 - 1.0);
+            let [x, y] = [[part, -1.0], [1.0, part], [-part, 1.0], [-1.0, -part]][side];
+            DVec3::new(x, y, 0.0)
+        };
+        let triangles = (0..slivers).map(|i| [DVec3::ZERO, rim(i), rim(i + 1)]).collect();
+        let wall = Material::Lambert(Lambert::new(&[0.5]).unwrap());
+        let scene = Scene::new(SceneParts {
+            bands: vec![Band { name: "all".into(), from_nm: None, to_nm: None }],
+            lights: vec![LightPart::new("lamp", Lamp::new([1.0], Cone::point(DVec3::Z)))],
+            materials: vec![NamedMaterial { name: "wall".into(), material: wall }],
+            surfaces: vec![SurfacePart { object: None, material: 0, captor: None, triangles }],
+            ..SceneParts::default()
+        });
+        scene.unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// A square has the same cells, of the same areas but for the noise of points, as 4 triangles and as 3,000 slivers,
+    /// and every point of it has one. The points are the same each time.
+    #[test]
+    fn cells_do_not_depend_on_the_triangles() {
+        let (few, many) = (fan(4), fan(3000));
+        let [few, many] = [&few, &many].map(Cells::new);
+        let all = |cells: &Cells| cells.cells.iter().map(|cell| cell.area).sum::<f64>();
+        for cells in [&few, &many] {
+            let number = cells.cells.len() as f64;
+            assert!((SQUARES..1.05 * SQUARES).contains(&number), "{number}");
+            assert!((all(cells) - 4.0).abs() < 1e-3, "{}", all(cells));
+        }
+        let mut rough = 0.0;
+        for cell in &few.cells {
+            let same = many.of.get(&(0, cell.cube)).map_or(0.0, |&of| many.cells[of].area);
+            rough += (cell.area - same).abs();
+        }
+        assert!(rough < 0.3 * all(&few), "{rough}");
+        for (i, j) in (0..40).flat_map(|i| (0..40).map(move |j| (i, j))) {
+            let [x, y] = [i, j].map(|n| (n as f32 + 0.37) / 20.0 - 1.0);
+            let hit = SurfaceHit { t: 1.0, triangle: 0, point: Vec3::new(x, y, 0.0) };
+            let place = many.at(&hit, true);
+            let middle = many.cells[place / 2].cube.place;
+            let own = many.cube(0, hit.point).place;
+            assert!(place % 2 == 1 && (0..3).all(|i| (middle[i] - own[i]).abs() <= 1));
+        }
     }
 }

@@ -31,8 +31,9 @@ use crate::{
 /// The dead band: the game is played only where it lets at least this many times as many photons go
 /// on as the roulette of absorption would, or at most the inverse of it.
 const BAND: f32 = 5.0;
-/// A photon that survives the game carries at most this many times the power that it would carry
-/// without it.
+/// A photon that survives games carries at most this many times the power that it would carry without
+/// all of them. Where nothing matters, a bound for each game alone would let ever fewer photons carry
+/// ever more.
 const MOST_GAIN: f32 = 20.0;
 /// The most photons into which one is split at a place: more of them would bring nearly the same.
 const MOST_COPIES: f32 = 300.0;
@@ -95,6 +96,8 @@ pub struct Guided<'a, 'p, L> {
     game: Option<Game>,
     /// How many photons this history has had, copies included.
     photons: u32,
+    /// How many times the power that it would carry without games the photon carries.
+    carries: f32,
 }
 
 /// Copies of a photon that are still to be followed, and the place from which they start.
@@ -105,6 +108,8 @@ pub struct Copies<'a, L> {
     seen: Seen,
     /// The power that each copy brings to the surface.
     power: Spectrum<L>,
+    /// How many times the power that it would carry without games each copy carries.
+    carries: f32,
     /// How many copies are left.
     left: u32,
 }
@@ -125,14 +130,14 @@ impl<'a, 'p, L: Lanes> Guided<'a, 'p, L> {
         windows: Option<(&'a Importance<'a>, f32)>,
         copies: &'p mut Vec<Copies<'a, L>>,
     ) -> Self {
-        Self { aimed, windows, copies, game: None, photons: 1 }
+        Self { aimed, windows, copies, game: None, photons: 1, carries: 1.0 }
     }
 
     fn game(&self, at: &Arrived<'a>, power: &Spectrum<L>) -> Option<Game> {
         let (importance, scale) = self.windows.filter(|_| at.material.is_diffuse())?;
         let kept = importance.kept(at.surface.material);
         let mean = scale * power.largest() * importance.at(&at.hit, at.interaction.front);
-        let gain = (mean / kept).max(1.0 / MOST_GAIN);
+        let gain = (mean / kept).max(self.carries / MOST_GAIN);
         let leave_alone = !(gain >= BAND || gain <= 1.0 / BAND);
         let too_many = gain > 1.0 && self.photons > MOST_PHOTONS;
         let mean = (gain * kept).min(MOST_COPIES);
@@ -206,17 +211,20 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
         if number == 0 {
             *onward = None;
         }
+        self.carries /= game.gain;
         if number > 1 {
             let power = power.clone().scaled(1.0 / game.mean);
             self.photons += number - 1;
-            self.copies.push(Copies { at: *at, interactions, seen, power, left: number - 1 });
+            let (left, carries) = (number - 1, self.carries);
+            self.copies.push(Copies { at: *at, interactions, seen, power, carries, left });
         }
     }
 
     fn next(&mut self, rng: &mut Stream, on: &mut impl FnMut(Event<'_, L>)) -> Option<Flight<L>> {
         loop {
             let copies = self.copies.last_mut()?;
-            let Copies { at, interactions, seen, .. } = *copies;
+            let Copies { at, interactions, seen, carries, .. } = *copies;
+            self.carries = carries;
             let sample = at.material.sample::<L>(&at.interaction, Transport::Light, rng);
             let onward = sample.map(|BsdfSample { direction, weight, lobe }| {
                 (weight * &copies.power, Onward { direction, lobe })

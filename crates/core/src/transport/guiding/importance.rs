@@ -32,7 +32,7 @@ impl<'a> Importance<'a> {
         let kept = kept(scene);
         let mut values = vec![0.0; arriving.len()];
         for (place, material) in cells.materials() {
-            let through = scene.materials[material].material.transmits_diffusely();
+            let through = scene.materials()[material].material.transmits_diffusely();
             let both = [arriving[place], arriving[place ^ 1]];
             let comes = if through { 0.5 * (both[0] + both[1]) } else { both[0] };
             values[place] = kept[material] * comes / PI;
@@ -64,10 +64,10 @@ fn kept(scene: &Scene) -> Vec<f32> {
     let of = |material: &Material| -> f32 {
         let at = Interaction::new(Vec3::new(0.0, 0.5f32.sqrt(), -(0.5f32.sqrt())), Vec3::Z);
         with_lanes!(scene.lanes(), L => {
-            let bands = scene.bands.len();
+            let bands = scene.bands().len();
             let absorbed = material.absorptance::<L>(&at);
             absorbed.map_or(0.5, |lost| 1.0 - lost.values()[..bands].iter().sum::<f32>() / bands as f32)
         })
     };
-    scene.materials.iter().map(|named| of(&named.material).clamp(0.0, 1.0)).collect()
+    scene.materials().iter().map(|named| of(&named.material).clamp(0.0, 1.0)).collect()
 }

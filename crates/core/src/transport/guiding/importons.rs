@@ -1,7 +1,10 @@
 //! Importons: they start at the captors and follow the ways of light backwards, so that they arrive
 //! where light matters to the captors.
 
-use std::f32::consts::PI;
+use std::{
+    f32::consts::PI,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -53,7 +56,7 @@ impl<'a> Sources<'a> {
     pub fn new(scene: &'a Scene, expected: &[Vec<f64>]) -> Self {
         let mut expected = expected.iter();
         let mut faces: Vec<Source> = Vec::new();
-        for (c, captor) in scene.captors.iter().enumerate() {
+        for (c, captor) in scene.captors().iter().enumerate() {
             for &face in captor.kind.faces() {
                 let triangles = scene.outline(captor);
                 let light = expected.next().into_iter().flatten();
@@ -85,19 +88,25 @@ impl Source<'_> {
 /// Traces this number of importons of a `round`. Returns the importance that arrives at each place
 /// of `cells` per area. Where few importons arrived in the round `before`, they are split (as in
 /// weight windows from the flux itself, MAGIC: Davis and Turner, Fusion Engineering and Design 86,
-/// 2011), so that some pass several openings.
+/// 2011), so that some pass several openings. Once `stop` is set, no more are traced.
 pub fn learn(
     sources: &Sources,
     cells: &Cells,
     seed: u64,
     (round, importons): (u64, u64),
     before: Option<&[f32]>,
+    stop: &AtomicBool,
 ) -> Vec<f32> {
     let scene = sources.scene;
     let streams = Streams::new(seed, Purpose::Importons, round);
     let usual = before.map(|density| (density, usual(sources, cells, density, streams)));
     let one = 1.0 / importons as f32;
-    let trace = |block: u64| with_lanes!(scene.lanes(), L => trace_block::<L>(sources, cells, streams, (block, one), usual));
+    let trace = |block: u64| match stop.load(Ordering::Relaxed) {
+        true => Vec::new(),
+        false => {
+            with_lanes!(scene.lanes(), L => trace_block::<L>(sources, cells, streams, (block, one), usual))
+        }
+    };
     // in the order of the blocks, whichever thread is first
     let blocks: Vec<Vec<(u32, f32)>> =
         (0..importons.div_ceil(BLOCK)).into_par_iter().map(trace).collect();

@@ -12,6 +12,7 @@ use glam::Vec3;
 
 use crate::{
     math::{
+        effort,
         geometry::{Extent, Frame, Ray, Triangle},
         rng::Stream,
         sampling::{uniform_circle, uniform_cone},
@@ -180,7 +181,7 @@ pub struct Targets {
 impl Targets {
     /// Builds the targets of a scene; `None` if it has no virtual captor.
     pub fn of(scene: &Scene) -> Option<Self> {
-        let captors = scene.captors.iter().enumerate();
+        let captors = scene.captors().iter().enumerate();
         let sensors = captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface);
         let targets: Vec<Target> =
             sensors.map(|(c, captor)| Target::new(scene, c, captor)).collect();
@@ -188,7 +189,7 @@ impl Targets {
             return None;
         }
         let used =
-            |of: fn(&Material) -> bool| scene.materials.iter().any(|named| of(&named.material));
+            |of: fn(&Material) -> bool| scene.materials().iter().any(|named| of(&named.material));
         let wide_share = if used(Material::is_solid) { WIDE_SHARE } else { 0.0 };
         let passes_surfaces = used(|material| {
             !material.is_diffuse() && (material.has_mirror() || material.is_clear())
@@ -279,6 +280,8 @@ impl Targets {
             number = first + usize::from(second);
         }
         let targets = self.targets_of(number);
+        // each is weighed, and most again for the density of what was chosen
+        effort::spend(2 * effort::TARGET * targets.len() as u64);
         let mut weights = [0.0; GROUP];
         let mut total = 0.0;
         for (weight, target) in weights.iter_mut().zip(targets) {

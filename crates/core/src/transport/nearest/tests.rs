@@ -46,7 +46,7 @@ fn scene_of(triangles: Vec<[DVec3; 3]>, leaf: Option<Leaf>) -> Scene {
 
 /// Returns `n` arrivals, uniform over the captor.
 fn arrivals(scene: &Scene, n: usize, rng: &mut Stream) -> Vec<Arrival> {
-    let captor = &scene.captors[0];
+    let captor = &scene.captors()[0];
     let triangles = scene.triangles_of(captor);
     let arrival = |history| {
         let mut target = rng.uniform_fine() * captor.area;
@@ -98,7 +98,7 @@ fn irradiance_is_unbiased() {
     ];
     for (what, triangles) in captors {
         let scene = scene_of(triangles, None);
-        let captor = &scene.captors[0];
+        let captor = &scene.captors()[0];
         for (n, k) in [(300, 50), (60, 50), (50, 50), (40, 3)] {
             let mut rng = Stream::new(1, 0, n as u64);
             let mut means = [Mean::default(); 2];
@@ -130,7 +130,7 @@ fn irradiance_is_unbiased() {
 #[test]
 fn few_photons_count_over_the_whole_captor() {
     let scene = scene_of(rectangle(0.0, 0.0, 2.0, 0.5), None);
-    let captor = &scene.captors[0];
+    let captor = &scene.captors()[0];
     let mut rng = Stream::new(2, 0, 0);
     let [Some(front), None] = estimate(&scene, &scatter(&scene, 7, &mut rng), captor, Some(50))
     else {
@@ -169,7 +169,7 @@ fn radiance_joins_both_faces() {
         }
     };
     let map = PhotonMap::new((0..14).map(arrival).collect(), [1.0, 2.0].repeat(14), 2, 1);
-    let [Some(front), Some(back)] = estimate(&scene, &map, &scene.captors[0], Some(50)) else {
+    let [Some(front), Some(back)] = estimate(&scene, &map, &scene.captors()[0], Some(50)) else {
         panic!("both faces have photons")
     };
     let near = |found: &[Estimate], expected: [f64; 2]| {
@@ -216,7 +216,7 @@ fn standard_error_is_the_spread() {
         let [mut values, mut squares, mut variances] = [Mean::default(); 3];
         for _ in 0..4_000 {
             let map = scatter_unequal(&scene, &mut rng);
-            let [Some(front), None] = estimate(&scene, &map, &scene.captors[0], Some(80)) else {
+            let [Some(front), None] = estimate(&scene, &map, &scene.captors()[0], Some(80)) else {
                 panic!("a front alone")
             };
             let Estimate { mean, standard_error } = front.irradiance[0];
@@ -243,7 +243,7 @@ fn k_grows_with_the_histories() {
         arrival.photon.history = i as u32 / 27;
     }
     let map = PhotonMap::new(all, [1.0, 3.0].repeat(27_000), 2, 1000);
-    let [front, _] = estimate(&scene, &map, &scene.captors[0], None);
+    let [front, _] = estimate(&scene, &map, &scene.captors()[0], None);
     let front = front.unwrap();
     assert_eq!(front.k, 2700);
     assert!((front.coverage / 0.1 - 1.0).abs() < 5.0 / 2700f64.sqrt(), "{}", front.coverage);
@@ -258,7 +258,7 @@ fn k_grows_with_the_photons() {
     let mut rng = Stream::new(4, 0, 0);
     for (photons, k) in [(1, 1), (49, 49), (60, 50), (1_000, 100), (27_000, 900)] {
         let map = scatter(&scene, photons, &mut rng);
-        let [Some(front), None] = estimate(&scene, &map, &scene.captors[0], None) else {
+        let [Some(front), None] = estimate(&scene, &map, &scene.captors()[0], None) else {
             panic!("a front alone")
         };
         assert_eq!(front.k, k);

@@ -38,6 +38,9 @@ const FEW: u64 = 100;
 /// variance that the run has found. Photons overestimate it up to threefold, because they assume
 /// that a path loses nothing on its way (see `LEAST` of paths).
 const TOO_SMALL: f64 = 4.0;
+/// Light that is left to photons hides nothing where it is less than this many standard errors: if
+/// none of it has come, the value is too small by no more than that.
+const MISSING: f64 = 0.5;
 /// A relative error of this size may be rounding.
 const ROUNDING: f64 = 1e-4;
 
@@ -72,6 +75,8 @@ struct Sums {
     second: Vec<f64>,
     /// Second moment of the light that is left to photons: the sum of squared power, per band.
     left: Vec<f64>,
+    /// Flux of the light that is left to photons: the sum of power, per band.
+    left_flux: Vec<f64>,
     /// Area of the face from which paths start, m2.
     area: f64,
 }
@@ -106,7 +111,7 @@ impl<'a> Source<'a> {
     /// Starts with a photon that leaves its light along `ray`.
     pub fn new(scene: &'a Scene, pilot: &Pilot, light: usize, ray: Ray) -> Self {
         let sent = pilot.spots.as_ref().is_some_and(|spots| spots.has(light));
-        let infinite = scene.lights[light].entrance().is_some();
+        let infinite = scene.lights()[light].entrance().is_some();
         let way = if infinite { Way::Known(0.0) } else { Way::Straight };
         Self { scene, light, ray, length: 0.0, sent, way }
     }
@@ -120,7 +125,7 @@ impl<'a> Source<'a> {
             (Way::Straight, Some(_)) => self.ray.at(self.length),
             _ => hit.point,
         };
-        let own = self.scene.lights[self.light].exitance();
+        let own = self.scene.lights()[self.light].exitance();
         self.way = match (self.way, lobe) {
             (Way::Straight, Some(lobe)) if lobe.is_specular() => Way::Known(own.unwrap_or(0.0)),
             (Way::Straight, Some(lobe)) if lobe.is_diffuse() => {
@@ -164,13 +169,13 @@ impl<'a> Source<'a> {
 impl ByChance {
     /// Returns whether a scene with a smooth surface may have such light.
     pub fn may_be(scene: &Scene) -> bool {
-        scene.lights.iter().any(|light| light.entrance().is_none())
+        scene.lights().iter().any(|light| light.entrance().is_none())
     }
 
     pub(super) fn new(scene: &Scene) -> Self {
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         let mut faces = vec![Sums::new(bands); scene.channels()];
-        for captor in &scene.captors {
+        for captor in scene.captors() {
             for &face in captor.kind.faces() {
                 faces[captor.first_channel + face as usize].area = captor.area_of_face();
             }
@@ -197,7 +202,7 @@ impl ByChance {
         (point, normal): (Vec3, Vec3),
     ) {
         let g = f64::from(source.per_watt(point, normal));
-        let lamp = &source.scene.lights[source.light].power;
+        let lamp = &source.scene.lights()[source.light].power;
         let bands = self.bands;
         let sums = self.sums(place);
         for (b, power) in power.values().iter().take(bands).enumerate() {
@@ -221,7 +226,10 @@ impl ByChance {
         for (b, power) in power.values().iter().take(bands).enumerate() {
             let flux = f64::from(*power) * weights[b];
             sums.flux[b] += flux;
-            sums.left[b] += if left { flux * flux } else { 0.0 };
+            if left {
+                sums.left[b] += flux * flux;
+                sums.left_flux[b] += flux;
+            }
         }
     }
 
@@ -253,13 +261,15 @@ impl ByChance {
         by_photons: &[bool],
     ) -> Vec<bool> {
         let (bands, captors) = (self.bands, scene.channels());
-        let mut variances =
-            vec![0.0; (captors + scene.groups.len() * scene.group_channels()) * bands];
+        let mut hidden = vec![
+            Hidden::default();
+            (captors + scene.groups().len() * scene.group_channels()) * bands
+        ];
         let faces = |captor: &Captor| {
             let Captor { first_channel, kind, .. } = *captor;
             kind.faces().iter().map(move |&face| (face as usize, first_channel + face as usize))
         };
-        for captor in &scene.captors {
+        for captor in scene.captors() {
             for (face, channel) in faces(captor) {
                 if by_photons.get(channel).is_some_and(|&alone| alone) {
                     continue;
@@ -277,34 +287,62 @@ impl ByChance {
                         true => flux,
                         false => totals.running(channel)[b].estimate(totals.batches).mean,
                     };
-                    // of a photon, for each unit of light
-                    let left = sums.left[b] / sums.flux[b];
-                    let variance = relative * flux.powi(2) / paths as f64
-                        + beside.map_or(0.0, |photons| left * flux / photons as f64);
-                    variances[channel * bands + b] = variance;
+                    // for each unit of light: the variance of a photon, and the flux
+                    let [left, left_flux] =
+                        [&sums.left, &sums.left_flux].map(|left| left[b] / sums.flux[b]);
+                    let own = Hidden {
+                        by_chance: relative * flux.powi(2) / paths as f64,
+                        left: beside.map_or(0.0, |photons| left * flux / photons as f64),
+                        left_flux: left_flux * flux,
+                    };
+                    hidden[channel * bands + b] = own;
                     for &group in &captor.groups {
                         let channel = captors + group * scene.group_channels() + face;
-                        variances[channel * bands + b] += variance;
+                        hidden[channel * bands + b].add(own);
                     }
                 }
             }
         }
-        let too_small = |(channel, variances): (usize, &[f64])| {
-            variances.iter().zip(totals.running(channel)).any(|(variance, running)| {
+        let too_small = |(channel, hidden): (usize, &[Hidden])| {
+            hidden.iter().zip(totals.running(channel)).any(|(hidden, running)| {
                 let found = running.estimate(totals.batches);
                 let least = (ROUNDING * found.mean).powi(2);
-                let error = found.standard_error;
-                error.is_some_and(|error| *variance > TOO_SMALL * error * error + least)
+                found.standard_error.is_some_and(|error| hidden.exceeds(error, least))
             })
         };
-        variances.chunks(bands).enumerate().map(too_small).collect()
+        hidden.chunks(bands).enumerate().map(too_small).collect()
+    }
+}
+
+/// What a run may not have shown of a face in a band.
+#[derive(Clone, Copy, Debug, Default)]
+struct Hidden {
+    /// Variance of the light that paths find by chance alone.
+    by_chance: f64,
+    /// Variance, and flux, of the light that is left to photons.
+    left: f64,
+    left_flux: f64,
+}
+
+impl Hidden {
+    fn add(&mut self, other: Self) {
+        self.by_chance += other.by_chance;
+        self.left += other.left;
+        self.left_flux += other.left_flux;
+    }
+
+    /// Returns whether this must add much to a standard error. The variance `least` may be rounding.
+    fn exceeds(&self, error: f64, least: f64) -> bool {
+        let most = TOO_SMALL * error * error + least;
+        let missing = self.left_flux > MISSING * error;
+        self.by_chance > most || (missing && self.by_chance + self.left > most)
     }
 }
 
 impl Sums {
     fn new(bands: usize) -> Self {
-        let [flux, second, left] = [0.0; 3].map(|zero| vec![zero; bands]);
-        Self { flux, second, left, ..Self::default() }
+        let [flux, second, left, left_flux] = [0.0; 4].map(|zero| vec![zero; bands]);
+        Self { flux, second, left, left_flux, ..Self::default() }
     }
 
     fn add(&mut self, other: &Self) {
@@ -314,6 +352,7 @@ impl Sums {
             (&mut self.flux, &other.flux),
             (&mut self.second, &other.second),
             (&mut self.left, &other.left),
+            (&mut self.left_flux, &other.left_flux),
         ] {
             sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
         }

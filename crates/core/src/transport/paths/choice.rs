@@ -2,7 +2,10 @@
 
 use glam::Vec3;
 
-use crate::{math::rng::Stream, scene::world::Scene};
+use crate::{
+    math::{effort, rng::Stream},
+    scene::world::Scene,
+};
 
 /// The largest number of lights that [`LightChoice::roughly`] looks at.
 pub(super) const ROUGH: usize = 256;
@@ -11,7 +14,7 @@ pub(super) const ROUGH: usize = 256;
 const FEW: usize = 8;
 
 /// Fraction of the choices among many lights that are the same for all of them.
-const EVEN: f64 = 0.2;
+const EVEN: f64 = 0.1;
 
 /// A point to be joined with a light.
 #[derive(Clone, Copy)]
@@ -25,7 +28,7 @@ pub(super) struct Place {
 /// may contribute there. The other half is the same for all lights that may contribute anything,
 /// for the sake of a dim lamp in a room that a bright lamp does not reach.
 ///
-/// Where the scene has many lights, its [tree](Scene::light_tree) chooses four fifths of them by
+/// Where the scene has many lights, its [tree](Scene::light_tree) chooses nine tenths of them by
 /// what they may contribute, and the rest is the same for all lights.
 ///
 /// The place itself is known to the caller, so that a choice, of which a path makes one at each
@@ -50,22 +53,25 @@ impl LightChoice {
     /// Estimates the chances at a place that is on no surface, in a time that does not grow with
     /// the number of lights: of more than [`ROUGH`], some stand for all.
     pub(super) fn roughly(scene: &Scene, at: Place) -> Self {
-        Self::of_each(scene, scene.lights.len().div_ceil(ROUGH).max(1), at)
+        Self::of_each(scene, scene.lights().len().div_ceil(ROUGH).max(1), at)
     }
 
     /// Computes the chances from each `step`-th light.
     fn of_each(scene: &Scene, step: usize, at: Place) -> Self {
         let mut choice = Self::default();
-        if scene.lights.len() == 1 {
+        if scene.lights().len() == 1 {
             return choice;
         }
         if let Some(tree) = scene.light_tree() {
             let infinite = infinite(scene, at).map(|(_, importance)| importance);
-            choice.total = tree.importance(at.point, at.one_sided) + infinite.sum::<f32>();
-            choice.count = scene.lights.len() as u32;
+            choice.total =
+                tree.importance(scene.lights(), at.point, at.one_sided) + infinite.sum::<f32>();
+            choice.count = scene.lights().len() as u32;
             return choice;
         }
-        for light in (0..scene.lights.len()).step_by(step) {
+        // twice: now, and when one is chosen
+        effort::spend(2 * effort::LIGHT * (scene.lights().len() / step) as u64);
+        for light in (0..scene.lights().len()).step_by(step) {
             let importance = importance(scene, at, light);
             choice.total += importance;
             choice.count += u32::from(importance > 0.0);
@@ -89,14 +95,14 @@ impl LightChoice {
         number: Option<f32>,
         rng: &mut Stream,
     ) -> Option<(usize, f32)> {
-        if scene.lights.len() == 1 {
+        if scene.lights().len() == 1 {
             return Some((0, 1.0));
         }
         if scene.light_tree().is_some() {
             return self.choose_of_many(scene, at, rng);
         }
         let mut rest = number.unwrap_or_else(|| rng.uniform());
-        let chances = (0..scene.lights.len()).map(|light| (light, self.chance(scene, at, light)));
+        let chances = (0..scene.lights().len()).map(|light| (light, self.chance(scene, at, light)));
         chances.filter(|(_, chance)| *chance > 0.0).find(|(_, chance)| {
             rest -= chance;
             rest < 0.0
@@ -121,9 +127,9 @@ impl LightChoice {
                 Some((light, _)) => light,
                 None => {
                     let tree = scene.light_tree()?;
-                    let all = tree.importance(at.point, at.one_sided);
+                    let all = tree.importance(scene.lights(), at.point, at.one_sided);
                     let number = (rest / f64::from(all)).clamp(0.0, 1.0 - f64::EPSILON);
-                    tree.choose(at.point, at.one_sided, number)?.0
+                    tree.choose(scene.lights(), at.point, at.one_sided, number)?.0
                 }
             }
         };
@@ -134,24 +140,24 @@ impl LightChoice {
     /// Returns the chance with which a light is chosen, in [0, 1].
     #[inline]
     pub(super) fn chance(&self, scene: &Scene, at: Place, light: usize) -> f32 {
-        if scene.lights.len() == 1 {
+        if scene.lights().len() == 1 {
             return 1.0;
         }
         if let Some(tree) = scene.light_tree() {
             if self.total <= 0.0 {
                 return 0.0;
             }
-            let share = match scene.lights[light].entrance() {
+            let share = match scene.lights()[light].entrance() {
                 Some(_) => importance(scene, at, light) / self.total,
                 None => {
-                    tree.importance(at.point, at.one_sided) / self.total
-                        * tree.probability(at.point, at.one_sided, light)
+                    tree.importance(scene.lights(), at.point, at.one_sided) / self.total
+                        * tree.probability(scene.lights(), at.point, at.one_sided, light)
                 }
             };
             return (1.0 - EVEN as f32) * share + EVEN as f32 / self.count as f32;
         }
         let importance = match self.each.get(light) {
-            Some(&each) if scene.lights.len() <= FEW => each,
+            Some(&each) if scene.lights().len() <= FEW => each,
             _ => importance(scene, at, light),
         };
         if importance == 0.0 {
@@ -170,6 +176,6 @@ fn infinite(scene: &Scene, at: Place) -> impl Iterator<Item = (usize, f32)> {
 /// Returns the approximate irradiance of a light at a place, W/m2 or umol/m2/s; zero only where the
 /// light sheds none directly.
 fn importance(scene: &Scene, at: Place, light: usize) -> f32 {
-    let power = scene.lights[light].power.iter().copied().fold(0.0, f64::max) as f32;
+    let power = scene.lights()[light].power.iter().copied().fold(0.0, f64::max) as f32;
     if power > 0.0 { power * scene.importance(light, at.point, at.one_sided) } else { 0.0 }
 }

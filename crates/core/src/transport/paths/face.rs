@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// What one path has found for a face, per band in W or umol/s.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PathScore<L> {
     /// Estimate of the flux on the face.
     pub flux: Spectrum<L>,
@@ -39,8 +39,9 @@ pub struct PathScore<L> {
     /// found is missing. If surfaces have left only a fraction of the path, this is true with that
     /// probability.
     pub cut_off: bool,
-    /// The layer in which the path starts, where a surface captor counts in one.
-    pub layer: Option<usize>,
+    /// The same in each layer in which the path or a photon that was sent to it arrives. Empty where
+    /// the captor counts in no layer.
+    pub in_layers: Vec<(usize, Spectrum<L>)>,
 }
 
 /// A face of a captor, from which paths start.
@@ -72,10 +73,10 @@ struct StartTriangle {
 impl<'a> Face<'a> {
     /// Returns the front or the back of a captor of `scene`.
     pub fn new(scene: &'a Scene, captor: usize, channel: Channel) -> Self {
-        let of: &Captor = &scene.captors[captor];
+        let of: &Captor = &scene.captors()[captor];
         let triangles = scene.outline(of);
         let area = of.area_of_face() as f32;
-        let middle = (of.center - scene.center).as_vec3();
+        let middle = (of.center - scene.center()).as_vec3();
         let places = Vec::new();
         let mut face = Self { captor, channel, scene, area, middle, triangles, places };
         face.places = (0..face.triangles.own().len()).map(|index| face.make_place(index)).collect();
@@ -89,7 +90,7 @@ impl<'a> Face<'a> {
     }
 
     fn make_place(&self, index: usize) -> StartTriangle {
-        let (scene, captor) = (self.scene, &self.scene.captors[self.captor]);
+        let (scene, captor) = (self.scene, &self.scene.captors()[self.captor]);
         let triangle = self.triangles.triangle(index);
         let front = triangle.normal();
         let normal = if self.channel == Channel::Back { -front } else { front };
@@ -141,12 +142,13 @@ impl<'a> Face<'a> {
         });
         let Path { rays, cut_off, .. } = path;
         let [flux, absorbed] = [0.0; 2].map(|zero| Spectrum::splat(self.scene.lanes(), zero));
-        let mut score =
-            PathScore { flux, absorbed, rays, cut_off, layer: self.layer(triangle, point) };
+        let mut score = PathScore { flux, absorbed, rays, cut_off, in_layers: Vec::new() };
         for (direction, flux) in direct.chain(indirect) {
             score.absorbed += self.absorbed(triangle, direction, &flux, rng);
             score.flux += self.read(flux, direction.dot(normal));
         }
+        let layer = self.layer(triangle, point);
+        score.in_layers.extend(layer.map(|layer| (layer, score.absorbed.clone())));
         if let Some(spots) = &pilot.spots {
             self.sent(spots, free, &mut score, rng);
         }
@@ -155,16 +157,14 @@ impl<'a> Face<'a> {
 
     /// Returns the layer in which a point of a triangle of the captor counts.
     fn layer(&self, triangle: usize, point: Vec3) -> Option<usize> {
-        let layers = self.scene.stand().layers.as_ref()?;
-        let of = &self.scene.captors[self.captor];
-        let counts =
-            of.kind == CaptorKind::Surface && !self.scene.is_ground(of.triangles.start + triangle);
-        counts.then(|| layers.of(point))
+        let captor = &self.scene.captors()[self.captor];
+        let of = |first: usize| self.scene.layer_of(first + triangle, point);
+        (captor.kind == CaptorKind::Surface).then_some(captor.triangles.start).and_then(of)
     }
 
     /// Returns what the sensor reads of flux that comes at this cosine to the normal of the face.
     fn read<L: Lanes>(&self, flux: Spectrum<L>, cos: f32) -> Spectrum<L> {
-        match &self.scene.captors[self.captor].sensor.response {
+        match &self.scene.captors()[self.captor].sensor.response {
             None => flux,
             Some(response) => flux.scaled(response.factor(cos)),
         }
@@ -181,11 +181,11 @@ impl<'a> Face<'a> {
     /// Sends a photon from a lamp, and adds to `score` what it brings to the face, weighted by the
     /// balance heuristic against the paths that start there.
     fn sent<L: Lanes>(&self, spots: &Spots, free: f32, score: &mut PathScore<L>, rng: &mut Stream) {
-        let (scene, captor) = (self.scene, &self.scene.captors[self.captor]);
+        let (scene, captor) = (self.scene, &self.scene.captors()[self.captor]);
         let (light, chance) = spots.choose(scene, self.middle, rng);
-        let ray = scene.lights[light].emit(rng);
+        let ray = scene.lights()[light].emit(rng);
         score.rays += 1;
-        let power = scene.lights[light].spectrum::<L>();
+        let power = scene.lights()[light].spectrum::<L>();
         spots::straight::<L>(scene, ray, |crossing, through| {
             let channel = if crossing.front { Channel::Front } else { Channel::Back };
             if (crossing.captor, channel) != (self.captor, self.channel) {
@@ -201,16 +201,20 @@ impl<'a> Face<'a> {
                 free * cosine_hemisphere_density(d.dot(normal))
             });
             let flux = (power.clone() * through).scaled(share / chance);
-            score.absorbed += self.absorbed(triangle, origin.towards, &flux, rng);
+            let absorbed = self.absorbed(triangle, origin.towards, &flux, rng);
+            let layer = self.layer(triangle, point);
+            score.in_layers.extend(layer.map(|layer| (layer, absorbed.clone())));
+            score.absorbed += absorbed;
             score.flux += self.read(flux, origin.towards.dot(normal));
         });
     }
 
-    /// Draws a point of the captor, and a direction of the suns of `light`, which is at infinity.
+    /// Draws a point of the captor, and a direction of the suns of `light`, which is at infinity, each as
+    /// likely as the others.
     /// `None` where the light has no suns.
     pub fn sunbeam<L: Lanes>(&self, light: &InfiniteLight, rng: &mut Stream) -> Option<Sunbeam<L>> {
         let (triangle, weights) = self.choose(rng);
-        let (sun, irradiance) = light.sample_suns::<L>(rng)?;
+        let (sun, irradiance) = light.sample_suns_alike::<L>(rng)?;
         Some(Sunbeam { triangle, weights, sun, irradiance })
     }
 
@@ -230,7 +234,7 @@ impl<'a> Face<'a> {
         let straight = self.straight(&at, sun);
         let Start { triangle, point: origin, normal } = at;
         // the face of a spherical sensor is four times its cross-section, which is its area
-        let start = self.area / scene.captors[self.captor].area as f32;
+        let start = self.area / scene.captors()[self.captor].area as f32;
         let shines = |ray: &Ray| scene.visibility_along::<L>(ray, f32::INFINITY);
         let mut found: Option<Sunlight<L>> = None;
         // takes in the fraction of the suns' light that arrives along a direction
@@ -312,7 +316,7 @@ impl<'a> Face<'a> {
 
     /// Returns the surface of a triangle of a surface captor; `None` for a virtual captor.
     fn surface(&self, triangle: usize) -> Option<Surface> {
-        let captor = &self.scene.captors[self.captor];
+        let captor = &self.scene.captors()[self.captor];
         let surface = || self.scene.surface(captor.triangles.start + triangle);
         (captor.kind == CaptorKind::Surface).then(surface)
     }
@@ -328,7 +332,7 @@ impl<'a> Face<'a> {
         let Some(surface) = self.surface(triangle) else { return flux.zero() };
         let interaction =
             Interaction::new(-direction, surface.normal)
-                .on(self.scene.captors[self.captor].triangles.start + triangle);
+                .on(self.scene.captors()[self.captor].triangles.start + triangle);
         let material = self.scene.material(&surface);
         match material.absorptance(&interaction) {
             Some(absorptance) => absorptance * flux,

@@ -51,13 +51,13 @@ impl Reflectors {
     /// Finds the reflectors, by photons that are followed to their first surface. `None` if no
     /// light shines on a glossy surface.
     pub fn find(scene: &Scene, seed: u64) -> Option<Self> {
-        if !scene.materials.iter().any(|named| named.material.glossy() > 0.0) {
+        if !scene.materials().iter().any(|named| named.material.glossy() > 0.0) {
             return None;
         }
-        let photons = PHOTONS.min((MOST_PHOTONS / scene.lights.len() as u64).max(1));
+        let photons = PHOTONS.min((MOST_PHOTONS / scene.lights().len() as u64).max(1));
         let mut reflectors = Self { share: 0.0, lit: Vec::new(), chances: HashMap::new() };
         let (mut reflected, mut all) = (0.0, 0.0);
-        for (l, light) in scene.lights.iter().enumerate() {
+        for (l, light) in scene.lights().iter().enumerate() {
             let found = shone_on(scene, light, l as u64 * photons..(l as u64 + 1) * photons, seed);
             let total: f64 = found.values().sum();
             let mut lit = Lit::default();

@@ -16,6 +16,7 @@ use crate::{
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
+        captor::CaptorKind,
         light::{EmitterHit, Light},
         material::{LobeKind, Scatterer, Transport},
         world::{Arrived, Crossing, Scene},
@@ -74,7 +75,7 @@ impl Spots {
     /// surface. `None` if there is no such lamp. The spots that paths find often enough because
     /// they aim at `reflectors` do not count.
     pub fn find(scene: &Scene, reflectors: Option<&Reflectors>, seed: u64) -> Option<Self> {
-        let photons = PHOTONS.min((MOST_PHOTONS / scene.lights.len().max(1) as u64).max(16));
+        let photons = PHOTONS.min((MOST_PHOTONS / scene.lights().len().max(1) as u64).max(16));
         let streams = Streams::new(seed, Purpose::Spots, 0);
         let is_spot = |&light: &usize| {
             let first = light as u64 * photons;
@@ -90,7 +91,7 @@ impl Spots {
         };
         let shines =
             |light: &Light| light.entrance().is_none() && light.power.iter().any(|&p| p > 0.0);
-        let lamps = (0..scene.lights.len()).filter(|&light| shines(&scene.lights[light]));
+        let lamps = (0..scene.lights().len()).filter(|&light| shines(&scene.lights()[light]));
         let lamps: Vec<usize> = lamps.filter(is_spot).collect();
         (!lamps.is_empty()).then_some(Self { lamps })
     }
@@ -133,11 +134,11 @@ impl Spots {
     /// squared distance, the other half the same for all these lamps. `all` is the sum of power
     /// over squared distance over these lamps.
     fn chance_of(&self, scene: &Scene, lamp: usize, at: Vec3, all: f32) -> f32 {
-        0.5 * (near(&scene.lights[lamp], at) / all + 1.0 / self.lamps.len() as f32)
+        0.5 * (near(&scene.lights()[lamp], at) / all + 1.0 / self.lamps.len() as f32)
     }
 
     fn all(&self, scene: &Scene, at: Vec3) -> f32 {
-        self.lamps.iter().map(|&lamp| near(&scene.lights[lamp], at)).sum()
+        self.lamps.iter().map(|&lamp| near(&scene.lights()[lamp], at)).sum()
     }
 
     /// Returns how many times as likely a photon is sent to a point as a path comes there. `brings`
@@ -184,7 +185,7 @@ fn near(lamp: &Light, at: Vec3) -> f32 {
 pub(super) fn origin(scene: &Scene, light: usize, ray: &Ray, point: Vec3) -> Option<Origin> {
     let away = point - ray.origin;
     let towards = -away.try_normalize()?;
-    if let Some(irradiance) = scene.lights[light].irradiance(away) {
+    if let Some(irradiance) = scene.lights()[light].irradiance(away) {
         return Some(Origin { light, towards, irradiance, density: None });
     }
     let distance = away.length();
@@ -238,7 +239,7 @@ fn follow<L: Lanes>(
     rng: &mut Stream,
     mut on: impl FnMut(f32, f32),
 ) {
-    let ray = scene.lights[light].emit(rng);
+    let ray = scene.lights()[light].emit(rng);
     let ratio = |point: Vec3, normal: Vec3, density: f32| {
         let origin = origin(scene, light, &ray, point)?;
         let cos = origin.towards.dot(normal).abs();
@@ -246,8 +247,12 @@ fn follow<L: Lanes>(
         Some(origin.irradiance * cos / (density * (1.0 + met)))
     };
     let landed = straight::<L>(scene, ray, |crossing, _| {
-        let captor = &scene.captors[crossing.captor];
-        let triangle = scene.triangles_of(captor)[crossing.triangle - captor.triangles.start];
+        let captor = &scene.captors()[crossing.captor];
+        // of a captor that is a copy its one triangle is placed, and not all of them
+        let triangle = match captor.kind {
+            CaptorKind::Virtual { .. } => scene.captor_triangles()[crossing.triangle],
+            CaptorKind::Surface => scene.triangles().at(crossing.triangle),
+        };
         let density = 1.0 / captor.area as f32;
         if let Some(ratio) = ratio(crossing.point, triangle.normal(), density)
             && (crossing.front || captor.kind.has_back())
@@ -262,7 +267,7 @@ fn follow<L: Lanes>(
     let onward = at.leave(scatter.lobe, scatter.direction);
     let mut next: Option<(Vec3, f32)> = None;
     let wall = scene.meet(&onward, |crossing| {
-        let captor = &scene.captors[crossing.captor];
+        let captor = &scene.captors()[crossing.captor];
         let normal = scene.captor_triangles()[crossing.triangle].normal();
         if crossing.front || captor.kind.has_back() {
             next = Some((crossing.point, normal.dot(scatter.direction)));

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{
-    Pilot,
+    Near, Pilot,
     chance::{ByChance, Place, Source},
 };
 use crate::{
@@ -98,7 +98,7 @@ impl Unseen {
     /// Returns whether paths may miss light in the scene: it has a point, line or sun, and a smooth
     /// surface.
     pub fn may_be(scene: &Scene) -> bool {
-        is_smooth(scene) && scene.lights.iter().any(Light::is_delta)
+        is_smooth(scene) && scene.lights().iter().any(Light::is_delta)
     }
 
     /// Runs the photons. `None` if there [cannot be](Self::may_be) such light.
@@ -145,7 +145,7 @@ pub fn unaimed(
     seed: u64,
 ) -> Option<ByChance> {
     let mirrors = |material: &Material| material.has_mirror() && !material.is_solid();
-    let any = scene.materials.iter().any(|named| mirrors(&named.material));
+    let any = scene.materials().iter().any(|named| mirrors(&named.material));
     let photons = histories.min(PHOTONS);
     any.then(|| with_lanes!(scene.lanes(), L => count_unaimed::<L>(scene, shows, photons, seed)))
         .flatten()
@@ -158,7 +158,7 @@ fn count_unaimed<L: Lanes>(
     seed: u64,
 ) -> Option<ByChance> {
     let mut found = ByChance::new(scene);
-    let done = each_photon::<L>(scene, photons, seed, |photon, _, rng| {
+    let done = each_photon::<L>(scene, (photons, MOST_RAYS), seed, None, |photon, _, rng| {
         let mut rays = 0;
         // the mirrors since a flight was aimed, and whether flights are aimed by way of them
         let (mut mirrors, mut aimed) = (0, true);
@@ -185,30 +185,61 @@ fn count_unaimed<L: Lanes>(
     found.of(scene, done)
 }
 
-/// Traces plain photons one by one: so many, but two for each source, and fewer if they are followed
-/// so long that they take [`MOST_RAYS`]. `follow` traces one, and returns its number of rays. Returns
+/// Returns, for each channel of the captors and each band, whether light of a short run of photons
+/// arrives there. The photons take at most about `rays` rays.
+pub fn reached(scene: &Scene, rays: u64, seed: u64) -> Vec<bool> {
+    with_lanes!(scene.lanes(), L => count_reached::<L>(scene, rays, seed))
+}
+
+fn count_reached<L: Lanes>(scene: &Scene, rays: u64, seed: u64) -> Vec<bool> {
+    let bands = scene.bands().len();
+    let mut reached = vec![false; scene.channels() * bands];
+    each_photon::<L>(scene, (PHOTONS, rays), seed, None, |photon, _, rng| {
+        let mut rays = 0;
+        trace(scene, photon.ray, photon.power, (), rng, |event| {
+            rays += u64::from(matches!(event, Event::Arrival { .. }));
+            let Some(counted) = event.counted(scene) else { return };
+            let response = counted.captor.sensor.response.as_ref();
+            if response.is_some_and(|response| response.factor(event.cosine(scene)) == 0.0) {
+                return;
+            }
+            let channel = reached[counted.channel() * bands..][..bands].iter_mut();
+            channel.zip(counted.power.values()).for_each(|(reached, p)| *reached |= *p > 0.0);
+        });
+        rays
+    });
+    reached
+}
+
+/// Traces photons one by one, some of sun and sky through a box `near` the captors: so many, but two
+/// for each source, and fewer if they are followed so long that they take so many `rays`. `follow` traces one, and returns its number of rays. Returns
 /// how many were traced.
 fn each_photon<L: Lanes>(
     scene: &Scene,
-    photons: u64,
+    (photons, rays): (u64, u64),
     seed: u64,
+    near: Option<&Near>,
     mut follow: impl FnMut(Emission<'_, L>, &Strata, &mut Stream) -> u64,
 ) -> u64 {
     let photons = photons.max(2 * scene.sources() as u64);
-    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let strata = Strata::new(scene.lights(), photons, scene.lanes());
     let streams = Streams::new(seed, Purpose::Unseen, 0);
-    let (mut done, mut rays) = (0, 0);
+    let (mut done, mut taken) = (0, 0);
     // neighbouring histories share the lights well, so the loop may end after any of them
-    while done < photons && rays < MOST_RAYS {
+    while done < photons && taken < rays {
         let mut rng = streams.history(done);
-        rays += follow(scene.emit::<L>(&strata, done, &mut rng), &strata, &mut rng);
+        let photon = match near {
+            Some(near) => near.emit::<L>(scene, &strata, done, &mut rng).0,
+            None => scene.emit::<L>(&strata, done, &mut rng),
+        };
+        taken += if photon.power.is_zero() { 0 } else { follow(photon, &strata, &mut rng) };
         done += 1;
     }
     done
 }
 
 fn is_smooth(scene: &Scene) -> bool {
-    scene.materials.iter().any(|named| named.material.has_mirror())
+    scene.materials().iter().any(|named| named.material.has_mirror())
 }
 
 /// The lights whose photons are counted.
@@ -227,59 +258,66 @@ fn count<L: Lanes>(
     seed: u64,
 ) -> (Unseen, Option<ByChance>) {
     let nothing = || {
-        let zeros = vec![0.0; scene.bands.len()];
+        let zeros = vec![0.0; scene.bands().len()];
         Unseen { all: zeros.clone(), hidden: zeros }
     };
     let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
     let mut by_chance = pilot.map(|_| ByChance::new(scene));
     let has_photons = pilot.is_some_and(Pilot::has_photons);
-    let done = each_photon::<L>(scene, PHOTONS, seed, |photon, strata, rng| {
-        if of == Of::Daylight && scene.lights[photon.light].entrance().is_none() {
-            return 0;
-        }
-        let mut rays = 0;
-        let left = pilot.is_some_and(|pilot| pilot.leaves(photon.light));
-        let delta = left || strata.is_delta(&scene.lights, photon.source);
-        let mut finding = Finding::new(scene, photon.light, delta);
-        let mut source = pilot.map(|pilot| Source::new(scene, pilot, photon.light, photon.ray));
-        trace(scene, photon.ray, photon.power, (), rng, |event| {
-            let hidden = finding.hidden;
-            let mut judge = |power: &Spectrum<L>, place: Place, at: (Vec3, Vec3)| {
-                let Some((by_chance, source)) = by_chance.as_mut().zip(source.as_ref()) else {
-                    return;
+    let near = Near::find(scene);
+    let done = each_photon::<L>(
+        scene,
+        (PHOTONS, MOST_RAYS),
+        seed,
+        near.as_ref(),
+        |photon, strata, rng| {
+            if of == Of::Daylight && scene.lights()[photon.light].entrance().is_none() {
+                return 0;
+            }
+            let mut rays = 0;
+            let left = pilot.is_some_and(|pilot| pilot.leaves(photon.light));
+            let delta = left || strata.is_delta(scene.lights(), photon.source);
+            let mut finding = Finding::new(scene, photon.light, delta);
+            let mut source = pilot.map(|pilot| Source::new(scene, pilot, photon.light, photon.ray));
+            trace(scene, photon.ray, photon.power, (), rng, |event| {
+                let hidden = finding.hidden;
+                let mut judge = |power: &Spectrum<L>, place: Place, at: (Vec3, Vec3)| {
+                    let Some((by_chance, source)) = by_chance.as_mut().zip(source.as_ref()) else {
+                        return;
+                    };
+                    match hidden {
+                        false => by_chance.add(source, photon.weights, power, place, at),
+                        true if has_photons => by_chance.leave(photon.weights, power, place, true),
+                        true => {}
+                    }
                 };
-                match hidden {
-                    false => by_chance.add(source, photon.weights, power, place, at),
-                    true if has_photons => by_chance.leave(photon.weights, power, place, true),
-                    true => {}
-                }
-            };
-            if let Some(counted) = event.counted(scene) {
-                on_captors.add(photon.weights, counted.power, hidden);
-                let face = Place::Face(counted.channel());
-                match &event {
-                    Event::Crossing { crossing, .. } => {
-                        let normal = scene.captor_triangles()[crossing.triangle].normal();
-                        judge(counted.power, face, (crossing.point, normal));
+                if let Some(counted) = event.counted(scene) {
+                    on_captors.add(photon.weights, counted.power, hidden);
+                    let face = Place::Face(counted.channel());
+                    match &event {
+                        Event::Crossing { crossing, .. } => {
+                            let normal = scene.captor_triangles()[crossing.triangle].normal();
+                            judge(counted.power, face, (crossing.point, normal));
+                        }
+                        Event::Arrival { at, .. } => {
+                            judge(counted.power, face, (at.hit.point, at.surface.normal));
+                        }
+                        _ => {}
                     }
-                    Event::Arrival { at, .. } => {
-                        judge(counted.power, face, (at.hit.point, at.surface.normal));
+                }
+                if let Event::Arrival { at, power, lobe, .. } = event {
+                    rays += 1;
+                    on_surfaces.add(photon.weights, power, hidden);
+                    judge(power, Place::Surface, (at.hit.point, at.surface.normal));
+                    finding.arrived(at.hit.triangle, lobe);
+                    if let Some(source) = &mut source {
+                        source.arrived(&at.hit, at.surface.normal, lobe);
                     }
-                    _ => {}
                 }
-            }
-            if let Event::Arrival { at, power, lobe, .. } = event {
-                rays += 1;
-                on_surfaces.add(photon.weights, power, hidden);
-                judge(power, Place::Surface, (at.hit.point, at.surface.normal));
-                finding.arrived(at.hit.triangle, lobe);
-                if let Some(source) = &mut source {
-                    source.arrived(&at.hit, at.surface.normal, lobe);
-                }
-            }
-        });
-        rays
-    });
+            });
+            rays
+        },
+    );
     let reached = on_captors.all.iter().any(|&flux| flux > 0.0);
     let flux = if reached { on_captors } else { on_surfaces };
     let mean = |sums: Vec<f64>| sums.iter().map(|sum| sum / done as f64).collect();

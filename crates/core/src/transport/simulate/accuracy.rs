@@ -137,8 +137,9 @@ impl Run<'_> {
 
     /// Returns the most that one history can contribute.
     fn brightest(&self, schedule: &Schedule) -> Brightest {
-        let bands = self.scene.bands.len();
-        let powers = (0..bands).map(|b| self.scene.lights.iter().map(|light| light.power[b]).sum());
+        let bands = self.scene.bands().len();
+        let powers =
+            (0..bands).map(|b| self.scene.lights().iter().map(|light| light.power[b]).sum());
         let powers: Vec<f64> = powers.collect();
         let batch = schedule.batches - 1;
         let histories = schedule.batch(batch) as f64;
@@ -155,7 +156,7 @@ impl Run<'_> {
                     for source in 0..strata.sources() {
                         let more = lamps.map_or(1.0, |lamps| lamps.most(source));
                         for (band, most) in most.iter_mut().enumerate() {
-                            let own = strata.most(&self.scene.lights, source, band);
+                            let own = strata.most(self.scene.lights(), source, band);
                             *most = most.max(more * own);
                         }
                     }
@@ -173,7 +174,8 @@ impl Run<'_> {
                     let strata = pilot.strata(self.scene, photons, paths, all);
                     for source in 0..strata.sources() {
                         for (band, most) in flux.iter_mut().enumerate() {
-                            *most = most.max(strata.most(&self.scene.lights, source, band));
+                            let own = strata.most(self.scene.lights(), source, band);
+                            *most = most.max(pilot.most_gain() * own);
                         }
                     }
                 }
@@ -214,7 +216,7 @@ impl Brightest {
     /// Returns the irradiance of all light on the sides of a box around the scene, or on all captors
     /// if these are larger, W/m2 or umol/m2/s.
     fn evenly(&self, scene: &Scene, band: usize) -> f64 {
-        let captors = scene.captors.iter().map(|captor| captor.area).sum::<f64>();
+        let captors = scene.captors().iter().map(|captor| captor.area).sum::<f64>();
         let sensors = Extent::of_triangles(scene.captor_triangles());
         let whole = scene.triangles().extent().join(sensors);
         self.powers[band] / captors.max(2.0 * f64::from(whole.half_area()))

@@ -54,11 +54,18 @@ impl Run<'_> {
                 return;
             }
             let mut rng = streams.history(first + index);
-            let photon = scene.emit::<L>(&strata, index, &mut rng);
+            let (photon, usual) = pilot.emit::<L>(scene, &strata, index, &mut rng);
             let left = pilot.leaves(photon.light);
-            let delta = left || strata.is_delta(&scene.lights, photon.source);
+            let delta = left || strata.is_delta(scene.lights(), photon.source);
             let mut finding = Finding::new(scene, photon.light, delta);
-            tally.emitted(None, photon.weights, &photon.power);
+            tally.emitted(None, photon.weights, usual.as_ref().unwrap_or(&photon.power));
+            if let Some(before) = &usual {
+                let event = Event::Chance { before, after: &photon.power };
+                tally.score(scene, None, photon.weights, &event);
+            }
+            if photon.power.is_zero() {
+                continue;
+            }
             trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
                 let alone = |face: usize| by_photons.get(face).is_some_and(|&alone| alone);
                 tally.score_beside(scene, photon.weights, &event, |counted| {

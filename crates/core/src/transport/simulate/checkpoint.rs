@@ -116,7 +116,7 @@ impl Run<'_> {
             && tasks < whole
             && self.tally().fits(&sums);
         let none = || {
-            Error::input("--checkpoint", "does not fit its own scene and settings")
+            Error::input("checkpoint", "does not fit its own scene and settings")
                 .remedy("remove the file, and the run begins anew")
         };
         if !fits {

@@ -23,14 +23,14 @@ pub fn found_and_unseen(scene: &Scene, batches: u64, histories: u64, seed: u64) 
 }
 
 fn split<L: Lanes>(scene: &Scene, batches: u64, histories: u64, seed: u64) -> Totals {
-    let strata = Strata::new(&scene.lights, histories.max(scene.sources() as u64), scene.lanes());
+    let strata = Strata::new(scene.lights(), histories.max(scene.sources() as u64), scene.lanes());
     let (mut tally, mut totals) = (Tally::new(scene, 2), Totals::new(scene, 2));
     for batch in 0..batches {
         let streams = Streams::new(seed, Purpose::Run, batch);
         for history in 0..strata.histories() {
             let mut rng = streams.history(history);
             let photon = scene.emit::<L>(&strata, history, &mut rng);
-            let delta = strata.is_delta(&scene.lights, photon.source);
+            let delta = strata.is_delta(scene.lights(), photon.source);
             let mut finding = Finding::new(scene, photon.light, delta);
             tally.emitted(Some(0), photon.weights, &photon.power);
             trace(scene, photon.ray, photon.power, (), &mut rng, |event| {

@@ -1,6 +1,8 @@
 //! Learns which light of the lamps matters, from photons that are followed to their first diffuse
 //! surface and no further.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::prelude::*;
 
 use crate::{
@@ -59,39 +61,43 @@ impl Weighed {
 }
 
 /// Learns how the lamps should emit; `None` where it gains too little. At most `most` photons are
-/// sent without a guide. Error: too few of these matter, or their mean does not agree with that of
-/// guided photons.
+/// sent without a guide, and none once `stop` is set. Error: too few of these matter, or their mean
+/// does not agree with that of guided photons.
 pub(super) fn learn<L: Lanes>(
     scene: &Scene,
     importance: &Importance,
     seed: u64,
     most: u64,
+    stop: &AtomicBool,
 ) -> Result<Option<Lamps>, Starved> {
     if importance.is_zero() {
         return Ok(None);
     }
-    let none = Lamps { shares: None, trees: vec![None; sources(&scene.lights)] };
+    let none = Lamps { shares: None, trees: vec![None; sources(scene.lights())] };
     let streams = |round: u64| Streams::new(seed, Purpose::Lamps, round);
-    let guided_photons = GUIDED.min(most / GUIDED_SHARE).max(2 * sources(&scene.lights) as u64);
-    let mut photons = FIRST_PHOTONS.max(2 * sources(&scene.lights) as u64);
-    let mut free = send::<L>(scene, importance, &none, streams(photons), photons);
+    let guided_photons = GUIDED.min(most / GUIDED_SHARE).max(2 * sources(scene.lights()) as u64);
+    let mut photons = FIRST_PHOTONS.max(2 * sources(scene.lights()) as u64);
+    let send = |lamps: &Lamps, round: u64, photons: u64| {
+        send::<L>(scene, importance, lamps, streams(round), photons, stop)
+    };
+    let mut free = send(&none, photons, photons);
     loop {
         let (mean, error) = estimate(&free);
         if mean > 0.0 && error <= SURE * mean {
             let mut lamps = Lamps { shares: None, trees: trees(&none, &free) };
-            let again = send::<L>(scene, importance, &lamps, streams(0), guided_photons);
+            let again = send(&lamps, 0, guided_photons);
             lamps.trees = trees(&lamps, &again);
-            let guided = send::<L>(scene, importance, &lamps, streams(1), guided_photons);
+            let guided = send(&lamps, 1, guided_photons);
             let (own, own_error) = estimate(&guided);
             if (own - mean).abs() <= AGREE * own_error.hypot(error) {
                 return Ok(worth(&free, &guided, lamps));
             }
         }
-        if photons >= most {
+        if photons >= most || stop.load(Ordering::Relaxed) {
             return Err(Starved);
         }
         photons = (4 * photons).min(most);
-        free = send::<L>(scene, importance, &none, streams(photons), photons);
+        free = send(&none, photons, photons);
     }
 }
 
@@ -103,8 +109,9 @@ fn send<L: Lanes>(
     lamps: &Lamps,
     streams: Streams,
     photons: u64,
+    stop: &AtomicBool,
 ) -> Vec<Weighed> {
-    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let strata = Strata::new(scene.lights(), photons, scene.lanes());
     let one = |index: u64| {
         let mut rng = streams.history(index);
         let source = strata.source(index);
@@ -112,8 +119,13 @@ fn send<L: Lanes>(
             Some(tree) => tree.choose(&mut rng),
             None => (std::array::from_fn(|_| rng.uniform()), 1.0),
         };
-        let photon = emit_at::<L>(scene, &strata, index, numbers, &mut rng);
-        let value = matters(scene, importance, photon, &mut rng);
+        let value = match stop.load(Ordering::Relaxed) {
+            true => 0.0,
+            false => {
+                let photon = emit_at::<L>(scene, &strata, index, numbers, &mut rng);
+                matters(scene, importance, photon, &mut rng)
+            }
+        };
         Weighed { source, sample: Sample { numbers, value }, density: density.into() }
     };
     // in the order of the photons, whichever thread was first

@@ -9,7 +9,7 @@ use crate::{
     scene::{light::Strata, world::Scene},
     transport::{
         guiding::Guidance,
-        settings::{Estimator, Settings},
+        settings::{Estimator, NearestCount, Settings},
         tally::Totals,
     },
 };
@@ -36,8 +36,12 @@ pub fn simulate_light_by_light(
     lights: &[usize],
     take: &mut Take,
 ) -> Result<()> {
-    let settings =
-        Settings { estimator: Estimator::Photons, by_light: false, k: Some(0), ..settings.clone() };
+    let settings = Settings {
+        estimator: Estimator::Photons,
+        by_light: false,
+        k: Some(NearestCount::NONE),
+        ..settings.clone()
+    };
     if lights.is_empty() {
         return Ok(());
     }
@@ -47,21 +51,26 @@ pub fn simulate_light_by_light(
         let guidance = guidance.as_ref().and_then(|_| Guidance::aim(scene));
         let run = Run::new(scene, settings, Vec::new(), Keep::OnCaptors, control)?;
         let run = Run { without_direct_sun: true, ..run.guided_by(guidance) };
-        let photons = settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS);
+        let photons = settings.photons_or_default();
         // this checks that there are enough photons
         run.schedule(photons)?;
         run.light_by_light(photons, lights, take)
     })
 }
 
+/// Returns how many of so many photons each light gets where lights are traced one by one.
+pub fn photons_by_light(scene: &Scene, photons: u64) -> Vec<u64> {
+    let least = LEAST.min(photons / scene.sources().max(1) as u64);
+    Strata::photons_of_lights(scene.lights(), photons, least)
+}
+
 impl Run<'_> {
     fn light_by_light(self, photons: u64, lights: &[usize], take: &mut Take) -> Result<()> {
-        let least = LEAST.min(photons / self.scene.sources() as u64);
-        let shares = Strata::photons_of_lights(&self.scene.lights, photons, least);
+        let shares = photons_by_light(self.scene, photons);
         let run = Self { work: Work::Lights, ..self };
         let schedule = |light: u64| {
             let light = light as usize;
-            let sources = run.scene.lights[light].sources().max(1) as u64;
+            let sources = run.scene.lights()[light].sources().max(1) as u64;
             // several photons of each face in a batch, so that the faces have their shares
             let batch = (shares[light] / LEAST).clamp(sources, EACH * sources);
             Schedule::new(shares[light], batch, super::TASK.max(batch))

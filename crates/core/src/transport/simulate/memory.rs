@@ -37,8 +37,8 @@ const MAP_COPIES: u64 = 3;
 
 /// Returns the most arrivals that a photon map keeps.
 pub(super) fn map_limit(scene: &Scene, settings: &Settings) -> usize {
-    let arrival = size_of::<Arrival>() + scene.bands.len() * size_of::<f32>();
-    settings.map_photons.min(MAX_MAP_BYTES / arrival)
+    let arrival = size_of::<Arrival>() + scene.bands().len() * size_of::<f32>();
+    settings.map_photons.get().min(MAX_MAP_BYTES / arrival)
 }
 
 /// Returns the most bytes that the arrivals of a photon map may take on this machine, now.
@@ -48,14 +48,14 @@ pub(super) fn map_room() -> u64 {
 
 /// Refuses a photon map of so many arrivals that would not fit into memory, before it is begun.
 pub(super) fn check_map(scene: &Scene, arrivals: usize) -> Result<()> {
-    let bytes = arrivals as u64 * MapBuilder::arrival_bytes(scene.bands.len());
+    let bytes = arrivals as u64 * MapBuilder::arrival_bytes(scene.bands().len());
     if bytes <= map_room() { Ok(()) } else { Err(map_too_large(scene)) }
 }
 
 /// Returns the bytes that a full photon map takes: while it is made, and then.
 pub fn map_bytes(scene: &Scene, settings: &Settings) -> [u64; 2] {
     let arrivals = map_limit(scene, settings) as u64;
-    let bytes = arrivals * MapBuilder::arrival_bytes(scene.bands.len());
+    let bytes = arrivals * MapBuilder::arrival_bytes(scene.bands().len());
     [MAP_COPIES * bytes, bytes]
 }
 
@@ -63,11 +63,11 @@ pub fn map_bytes(scene: &Scene, settings: &Settings) -> [u64; 2] {
 pub(super) fn map_too_large(scene: &Scene) -> Error {
     let problem = format!(
         "the photons that would be stored in {} bands take more than the {:.1} GiB of memory that are left for them",
-        scene.bands.len(),
+        scene.bands().len(),
         gib(map_room())
     );
     let remedy = "store fewer (`map_photons` in the settings), or ask for fewer bands";
-    Error::input(format!("scene {}", scene.name), problem).remedy(remedy)
+    Error::input(format!("scene {}", scene.name()), problem).remedy(remedy)
 }
 
 /// Refuses a run whose sums and results would not fit into memory, before it begins. The light is
@@ -84,17 +84,17 @@ pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) 
     if bytes as u64 <= most {
         return Ok(());
     }
-    let in_groups = scene.captors.iter().map(|captor| captor.groups.len()).sum::<usize>();
-    let in_groups = match in_groups > scene.captors.len() {
+    let in_groups = scene.captors().iter().map(|captor| captor.groups.len()).sum::<usize>();
+    let in_groups = match in_groups > scene.captors().len() {
         true => format!(" ({in_groups} times in groups)"),
         false => String::new(),
     };
     let problem = format!(
         "the sums and results of {} captors{in_groups}, {} bands and {} lights on {threads} threads would take {:.1} \
         GiB, of {:.1} that they may",
-        scene.captors.len(),
-        scene.bands.len(),
-        scene.lights.len(),
+        scene.captors().len(),
+        scene.bands().len(),
+        scene.lights().len(),
         gib(bytes as u64),
         gib(most)
     );
@@ -102,7 +102,7 @@ pub(super) fn check(scene: &Scene, parts: usize, threads: usize, nearest: bool) 
         0 => "ask for fewer captors, groups, bands or threads",
         _ => "ask for fewer captors, groups, bands, lights or threads, or do not split by light",
     };
-    Err(Error::input(format!("scene {}", scene.name), problem).remedy(remedy))
+    Err(Error::input(format!("scene {}", scene.name()), problem).remedy(remedy))
 }
 
 /// Returns about how many bytes a thread takes: the sums of a task while it is traced, and those of
@@ -121,26 +121,26 @@ fn result_bytes(scene: &Scene, parts: usize, nearest: bool) -> usize {
     // lists, names and positions of a face or of what is absorbed, for all light and for a part of
     // it
     const HEAD: usize = 1024;
-    let columns = scene.bands.len() + scene.sums.len();
-    let absorbing = scene.captors.iter().filter(|c| c.kind == CaptorKind::Surface).count();
-    let faces: usize = scene.captors.iter().map(|c| c.kind.faces().len()).sum();
-    let (groups, group_faces) = (scene.groups.len(), (CHANNELS.len() - 1) * scene.groups.len());
+    let columns = scene.bands().len() + scene.sums().len();
+    let absorbing = scene.captors().iter().filter(|c| c.kind == CaptorKind::Surface).count();
+    let faces: usize = scene.captors().iter().map(|c| c.kind.faces().len()).sum();
+    let (groups, group_faces) = (scene.groups().len(), (CHANNELS.len() - 1) * scene.groups().len());
     let (faces, absorbing) = (faces + group_faces, absorbing + groups);
     // a ratio has a value, an error and three covariances
-    let ratios = 5 * ERROR * scene.ratios.len();
+    let ratios = 5 * ERROR * scene.ratios().len();
     let face = 2 * (VALUE + ERROR) * columns + ratios + HEAD;
-    let by_face = if scene.absorbed_by_face { 2 } else { 0 };
+    let by_face = if scene.absorbed_by_face() { 2 } else { 0 };
     let absorbed = (1 + by_face) * (VALUE + ERROR) * columns + ratios + HEAD;
     let split = (parts + 1) * (faces * face + absorbing * absorbed);
     // the smallest and the largest value among the captors of a group
     let range = group_faces * 2 * VALUE * columns;
     // for each group of a captor its name and its place in the group's list of faces, which grows
-    let memberships: usize = scene.captors.iter().map(|captor| captor.groups.len()).sum();
-    let longest = scene.groups.iter().map(String::len).max().unwrap_or(0);
+    let memberships: usize = scene.captors().iter().map(|captor| captor.groups.len()).sum();
+    let longest = scene.groups().iter().map(String::len).max().unwrap_or(0);
     let name = size_of::<String>() + longest.next_multiple_of(16) + 16;
     let in_groups = memberships * (name + 3 * 2 * size_of::<(&u8, f64)>());
     let nearest = if nearest { (faces - group_faces) * face } else { 0 };
-    let energy = (parts + 1) * (scene.materials.len() + 5) * (VALUE * columns + HEAD / 8);
+    let energy = (parts + 1) * (scene.materials().len() + 5) * (VALUE * columns + HEAD / 8);
     split + range + in_groups + nearest + energy
 }
 

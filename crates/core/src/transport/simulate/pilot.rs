@@ -1,13 +1,13 @@
 //! The pilot: before a run it learns what will guide the photons, from photons and importons that count nowhere else.
 
-use std::sync::Arc;
+use std::sync::{Arc, atomic::Ordering};
 
 use super::{
     Control, Keep, Run, lamps,
     tried::{affordable, of_a_trial},
 };
 use crate::{
-    error::Result,
+    error::{Error, NOTHING_WRITTEN, Result},
     math::{
         machine,
         rng::{Purpose, Streams},
@@ -72,7 +72,7 @@ impl<'a, 'c> ImportancePilot<'a, 'c> {
             scene,
             settings: of_a_trial(settings),
             control,
-            pool: machine::pool(settings.threads)?,
+            pool: machine::pool(settings.threads.get())?,
             cells: Arc::new(Cells::new(scene)),
             round: 0,
             arriving: None,
@@ -90,12 +90,14 @@ impl<'a, 'c> ImportancePilot<'a, 'c> {
         let sources = Sources::new(scene, &expected(scene, &totals));
         let before = self.arriving.as_deref();
         let importons = if round == 0 { FIRST_IMPORTONS } else { IMPORTONS };
-        let learn = || guiding::learn(&sources, &cells, seed, (round, importons), before);
+        let stop = self.control.stop;
+        let learn = || guiding::learn(&sources, &cells, seed, (round, importons), before, stop);
         let arriving = self.pool.install(learn);
+        self.check_stopped()?;
         let importance = Arc::new(Importance::new(scene, cells.clone(), &arriving));
         let most = if last { MANY } else { FEW };
         with_lanes!(scene.lanes(), L => {
-            let lamps = self.pool.install(|| lamps::learn::<L>(scene, &importance, seed, most));
+            let lamps = self.pool.install(|| lamps::learn::<L>(scene, &importance, seed, most, stop));
             self.guidance.starved = lamps.is_err();
             self.guidance.lamps = lamps.unwrap_or(None).map(Arc::new);
             let lamps = self.guidance.lamps.as_deref();
@@ -105,7 +107,14 @@ impl<'a, 'c> ImportancePilot<'a, 'c> {
         });
         self.arriving = Some(arriving);
         self.round += 1;
-        Ok(())
+        self.check_stopped()
+    }
+
+    fn check_stopped(&self) -> Result<()> {
+        match self.control.stop.load(Ordering::Relaxed) {
+            true => Err(Error::interrupted("run", NOTHING_WRITTEN)),
+            false => Ok(()),
+        }
     }
 
     /// What has been learned: weight windows only where importance varies.
@@ -116,7 +125,7 @@ impl<'a, 'c> ImportancePilot<'a, 'c> {
 
     /// All of it, if it guides anything. Errors: those of a run.
     pub fn learn(mut self) -> Result<Option<Guidance<'a>>> {
-        if self.scene.captors.is_empty() || self.scene.lights.is_empty() {
+        if self.scene.captors().is_empty() || self.scene.lights().is_empty() {
             return Ok(None);
         }
         while self.round < ROUNDS {
@@ -143,14 +152,14 @@ impl<'a, 'c> ImportancePilot<'a, 'c> {
 /// one, so that they are looked for.
 fn expected(scene: &Scene, totals: &Totals) -> Vec<Vec<f64>> {
     let mut light: Vec<Vec<f64>> = Vec::new();
-    for captor in &scene.captors {
+    for captor in scene.captors() {
         for &face in captor.kind.faces() {
             let running = &totals.running(captor.first_channel + face as usize);
             let mean = |b: usize| running[b].estimate(totals.batches).mean / captor.area;
-            light.push((0..scene.bands.len()).map(mean).collect());
+            light.push((0..scene.bands().len()).map(mean).collect());
         }
     }
-    for b in 0..scene.bands.len() {
+    for b in 0..scene.bands().len() {
         let lit = || light.iter().map(|face| face[b]).filter(|light| *light > 0.0);
         let brightest = lit().fold(0.0, f64::max);
         let darkest = lit().fold(f64::INFINITY, f64::min).max(DARKEST * brightest);
@@ -175,7 +184,7 @@ fn arrive<L: Lanes>(
     seed: u64,
 ) -> Arriving {
     let photons = ARRIVING.max(scene.sources() as u64);
-    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let strata = Strata::new(scene.lights(), photons, scene.lanes());
     let streams = Streams::new(seed, Purpose::Pilot, u64::MAX);
     let (mut firsts, mut all, mut arrivals, mut done) = (Vec::new(), Vec::new(), 0, 0);
     // neighbouring histories share the lights well, so it can end after any

@@ -1,8 +1,8 @@
 //! Plans a run: decides by short trials whether its photons are guided, and whether paths do
 //! better.
 //!
-//! Cost is work, never time: the number of rays times the relative variance, averaged over the
-//! faces of all captors. The decisions depend on the scene and the seed alone, so that two runs
+//! Cost is work, counted and never timed, times the relative variance, averaged over the faces of all
+//! captors. The decisions depend on the scene and the seed alone, so that two runs
 //! with the same number of photons find the same bytes.
 
 use std::{sync::Arc, time::Instant};
@@ -12,7 +12,8 @@ use super::{
     division::{Division, TriedComplete},
     pilot::ImportancePilot,
     trial::OfPaths,
-    tried::{Found, RAYS, affordable, of_a_trial},
+    tried::{Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons, unknown},
+    within::within,
 };
 use crate::{
     error::{Error, Result},
@@ -41,6 +42,10 @@ const SEEN: u64 = 30;
 /// A kind of guiding is chosen only if its cost is below this fraction of the other's, because a
 /// trial is rough.
 const GAIN: f64 = 0.8;
+/// Where the time is limited, the choice of guiding, and then that of the estimator, have used up at
+/// most this fraction of it.
+const FOR_GUIDING: f64 = 0.25;
+const FOR_PLANNING: f64 = 0.5;
 
 /// How a run is done, once nothing is left to a trial.
 #[derive(Clone)]
@@ -60,35 +65,48 @@ pub struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// Plans a run of `scene` with these settings. Errors: those of a run.
+    /// Plans a run of `scene` with these settings. Where its time is limited, planning takes at most
+    /// half of it, and what is not known by then is done without: flights are aimed at captors where
+    /// importance was asked for, and photons are not guided, and not compared with paths, where a trial
+    /// was to decide. Errors: those of a run.
     pub fn make(scene: &'a Scene, settings: &Settings, control: &Control) -> Result<Self> {
         let started = Instant::now();
         let control = &Control { progress: &|_| {}, ..*control };
         let mut settings = settings.clone();
         let of_paths = matches!(settings.estimator, Estimator::Paths | Estimator::Complete);
-        if of_paths || scene.captors.is_empty() {
+        if of_paths || scene.captors().is_empty() {
             settings.guiding = Guiding::Off;
         }
         if scene.lattice().is_some() {
             settings.guiding = unguided(settings.guiding)?;
         }
+        let until =
+            |share: f64| settings.max_time.map(|limit| started + limit.get().mul_f64(share));
+        let for_guiding = until(FOR_GUIDING);
         let guidance = match settings.guiding {
             Guiding::Off => None,
             Guiding::Aim => Guidance::aim(scene),
-            Guiding::Full => ImportancePilot::new(scene, &settings, control)?.learn()?,
-            Guiding::Auto => decide(scene, &settings, control)?,
+            Guiding::Full => {
+                let learn =
+                    |control: &Control| ImportancePilot::new(scene, &settings, control)?.learn();
+                within(for_guiding, control, learn)?.unwrap_or_else(|| Guidance::aim(scene))
+            }
+            Guiding::Auto => decide(scene, &settings, for_guiding, control)?,
         };
         if settings.guiding == Guiding::Auto {
             settings.guiding = guidance.as_ref().map_or(Guiding::Off, Guidance::guiding);
         }
         let (choice, tried) = match settings.estimator {
             Estimator::Auto => {
-                let (choice, tried) = Choice::make(scene, &settings, guidance.clone(), control)?;
+                let choose =
+                    |control: &Control| Choice::make(scene, &settings, guidance.clone(), control);
+                let (choice, tried) = within(until(FOR_PLANNING), control, choose)?
+                    .unwrap_or_else(|| (Choice::without_trial(), None));
                 (Some(choice), tried)
             }
-            Estimator::Complete if !scene.captors.is_empty() => {
+            Estimator::Complete if !scene.captors().is_empty() => {
                 let TriedComplete { pilot, division, .. } =
-                    TriedComplete::new(scene, &settings, control)?;
+                    TriedComplete::new(scene, &settings, TRIAL_RAYS, control)?;
                 (None, Some(OfPaths { pilot, division: Some(division) }))
             }
             _ => (None, None),
@@ -109,16 +127,19 @@ fn unguided(asked: Guiding) -> Result<Guiding> {
         Guiding::Off | Guiding::Auto => Ok(Guiding::Off),
         Guiding::Aim | Guiding::Full => {
             let problem = "photons of a scene that repeats (`periodic`) are not guided";
-            Err(Error::input("guiding", problem).remedy("use --guiding off, or --estimator paths"))
+            Err(Error::input("guiding", problem)
+                .remedy("leave guiding out, or take paths as the estimator"))
         }
     }
 }
 
 /// Chooses the cheapest kind of guiding: none, flights aimed at virtual captors or, where a trial
-/// of these two has reached too few faces, importance too. `None` means no guiding.
+/// of these two has reached too few faces, importance too. `None` means no guiding. What is not known
+/// at the time `until` is not chosen.
 fn decide<'a>(
     scene: &'a Scene,
     settings: &Settings,
+    until: Option<Instant>,
     control: &Control,
 ) -> Result<Option<Guidance<'a>>> {
     let aim = Guidance::aim(scene);
@@ -126,55 +147,119 @@ fn decide<'a>(
         // no trial has a photon for each face, and where captors are everywhere guiding gains little
         return Ok(None);
     }
-    let first = FIRST.max(scene.sources() as u64);
-    let (mut photons, mut rays) = (affordable(scene, settings, control, first)?, 0);
-    let (plain, aimed) = loop {
-        let plain = try_guiding(scene, settings, None, photons, control)?;
-        let aimed = match &aim {
-            Some(_) => try_guiding(scene, settings, aim.clone(), photons, control)?,
-            None => plain.clone(),
-        };
-        rays += plain.found.rays + aimed.found.rays;
-        let most = if plain.found.is_dark() { MOST_IN_THE_DARK } else { MOST };
-        if aimed.seen || 4 * photons > most || rays > RAYS {
-            break (plain, aimed);
-        }
-        photons *= 4;
+    let first = |control: &Control| try_aiming(scene, settings, aim.as_ref(), control);
+    let Some(Aiming { plain, aimed, photons }) = within(until, control, first)? else {
+        return Ok(None);
     };
-    let gains = |one: &Found, other: &Found| {
-        let work = |one: &Found, other| one.rays as f64 * one.mean(other);
-        work(one, other) < GAIN * work(other, one)
-    };
-    let pays = gains(&aimed.found, &plain.found);
-    let best = if pays { &aimed.found } else { &plain.found };
+    let pays = gains(&aimed, &plain);
     let guidance = aim.filter(|_| pays);
     if aimed.seen {
         return Ok(guidance);
     }
+    let best = if pays { &aimed } else { &plain };
+    let is_dark = plain.is_dark();
+    let learn =
+        |control: &Control| try_importance(scene, settings, (photons, best, is_dark), control);
+    Ok(within(until, control, learn)?.flatten().or(guidance))
+}
+
+/// Returns whether one way to guide costs clearly less than another. One that has found no light does
+/// not: it may be cheap because its photons end early.
+fn gains(one: &TriedGuiding, other: &TriedGuiding) -> bool {
+    one.finds_light() && one.cost(other) < GAIN * other.cost(one)
+}
+
+/// Trials of photons without a guide and with aimed flights.
+struct Aiming {
+    plain: TriedGuiding,
+    aimed: TriedGuiding,
+    /// Number of photons of each of them.
+    photons: u64,
+}
+
+/// Tries photons without a guide and, if there are captors to aim at, with aimed flights: with ever
+/// more photons, until enough faces are reached or enough rays traced.
+fn try_aiming<'a>(
+    scene: &'a Scene,
+    settings: &Settings,
+    aim: Option<&Guidance<'a>>,
+    control: &Control,
+) -> Result<Aiming> {
+    let first = FIRST.max(scene.sources() as u64);
+    let (mut photons, mut rays) = (affordable(scene, settings, control, first)?, 0);
+    loop {
+        let plain = try_guiding(scene, settings, None, photons, control)?;
+        let aimed = match aim {
+            Some(aim) => try_guiding(scene, settings, Some(aim.clone()), photons, control)?,
+            None => plain.clone(),
+        };
+        rays += plain.rays + aimed.rays;
+        let most = if plain.is_dark() { MOST_IN_THE_DARK } else { MOST };
+        if aimed.seen || 4 * photons > most || rays > RAYS {
+            return Ok(Aiming { plain, aimed, photons });
+        }
+        photons *= 4;
+    }
+}
+
+/// Learns importance, and tries it with so many photons. Returns it if it costs less than the `best`
+/// way so far.
+fn try_importance<'a>(
+    scene: &'a Scene,
+    settings: &Settings,
+    (photons, best, is_dark): (u64, &TriedGuiding, bool),
+    control: &Control,
+) -> Result<Option<Guidance<'a>>> {
     let full_gains = |full: &Guidance<'a>| -> Result<bool> {
         let full = try_guiding(scene, settings, Some(full.clone()), photons, control)?;
-        Ok(gains(&full.found, best))
+        Ok(gains(&full, best))
     };
     let mut pilot = ImportancePilot::new(scene, settings, control)?;
     // one round shows whether the rest of the pilot may pay, except where light hardly gets
     pilot.round()?;
     let rough = pilot.guidance();
-    let tells = !rough.starved && !plain.found.is_dark();
+    let tells = !rough.starved && !is_dark;
     if tells && !(rough.guiding() == Guiding::Full && full_gains(&rough)?) {
-        return Ok(guidance);
+        return Ok(None);
     }
     match pilot.learn()? {
         Some(full) if full.guiding() == Guiding::Full && full_gains(&full)? => Ok(Some(full)),
-        _ => Ok(guidance),
+        _ => Ok(None),
     }
 }
 
 /// The result of a trial of photons.
 #[derive(Clone)]
 struct TriedGuiding {
-    found: Found,
+    /// What was found at virtual captors, and at surfaces, where there are such captors.
+    found: Vec<Found>,
+    /// Number of rays, and the work.
+    rays: u64,
+    work: f64,
     /// Whether enough histories have reached enough faces.
     seen: bool,
+}
+
+impl TriedGuiding {
+    /// Returns whether no light arrived at most of the faces: those of virtual captors, if there are
+    /// any.
+    fn is_dark(&self) -> bool {
+        self.found.first().is_some_and(Found::is_dark)
+    }
+
+    /// Returns whether light arrived at any of the faces.
+    fn finds_light(&self) -> bool {
+        self.found.iter().any(Found::finds_light)
+    }
+
+    /// Returns the work for a relative error of 1. Virtual captors count as much as all surfaces,
+    /// however many there are of these: flights that are aimed bring nothing to plants, and may be
+    /// all that comes to the sensors among them.
+    fn cost(&self, other: &Self) -> f64 {
+        let kinds = self.found.iter().zip(&other.found);
+        let logs: f64 = kinds.map(|(own, other)| own.mean(other).ln()).sum();
+        self.work * (logs / self.found.len() as f64).exp()
+    }
 }
 
 /// Runs a trial of so many photons, with this guidance.
@@ -187,10 +272,16 @@ fn try_guiding<'a>(
 ) -> Result<TriedGuiding> {
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
+    let brings = if guidance.is_some() { unknown(scene) } else { of_photons(scene) };
     let run = Run { purpose: Purpose::Guiding, ..run.guided_by(guidance) };
     let totals = run.round(0, &run.schedule(photons)?)?;
-    let found = Found::new(scene, &totals, totals.histories, channels(scene));
-    Ok(TriedGuiding { seen: sees_enough(scene, &totals), found })
+    let kinds = [false, true].map(|surfaces| channels_of(scene, surfaces).collect::<Vec<usize>>());
+    let of = |channels: Vec<usize>| {
+        Found::new(scene, &totals, totals.histories, channels.into_iter(), brings.clone())
+    };
+    let found = kinds.into_iter().filter(|channels| !channels.is_empty()).map(of).collect();
+    let (rays, work) = (totals.segments, totals.work() as f64);
+    Ok(TriedGuiding { found, rays, work, seen: sees_enough(scene, &totals) })
 }
 
 /// Returns whether at least [`SEEN`] histories have reached at least half of the faces. If there
@@ -199,7 +290,7 @@ fn sees_enough(scene: &Scene, totals: &Totals) -> bool {
     let any_virtual = scene.has_virtual_captors();
     let counts = |captor: &&Captor| !any_virtual || captor.kind != CaptorKind::Surface;
     let (mut all, mut lit) = (0, 0);
-    for captor in scene.captors.iter().filter(counts) {
+    for captor in scene.captors().iter().filter(counts) {
         for &face in captor.kind.faces() {
             let channel = captor.first_channel + face as usize;
             let histories = totals.histories_in(channel).unwrap_or(totals.photons(channel));
@@ -212,9 +303,15 @@ fn sees_enough(scene: &Scene, totals: &Totals) -> bool {
 
 /// Returns the channels of all faces.
 fn channels(scene: &Scene) -> impl Iterator<Item = usize> {
+    [false, true].into_iter().flat_map(|surfaces| channels_of(scene, surfaces))
+}
+
+/// Returns the channels of the faces of all captors that are `surfaces`, or that are virtual.
+fn channels_of(scene: &Scene, surfaces: bool) -> impl Iterator<Item = usize> {
+    let counts = move |captor: &&Captor| (captor.kind == CaptorKind::Surface) == surfaces;
     let of = |captor: &Captor| {
         let first = captor.first_channel;
         captor.kind.faces().iter().map(move |&face| first + face as usize)
     };
-    scene.captors.iter().flat_map(of)
+    scene.captors().iter().filter(counts).flat_map(of)
 }

@@ -4,8 +4,8 @@
 use std::{ops::Range, sync::Mutex};
 
 use super::{
-    Choice, Control, End, Plan, Run, Simulation, batches::Turn, memory::most_open, part_of, parts,
-    schedule::Schedule,
+    Choice, Control, End, Outcome, Plan, Run, Simulation, batches::Turn, memory::most_open,
+    part_of, parts, schedule::Schedule,
 };
 use crate::{
     error::{Error, Result, catch_panic, unlocked},
@@ -35,15 +35,15 @@ pub fn check_shardable(settings: &Settings) -> Result<()> {
     let (problem, remedy) = match settings {
         Settings { tolerance: Some(_), .. } => (
             "when a tolerance is met only all batches together can tell",
-            "take it out, and give --photons",
+            "take it out, and give the number of photons",
         ),
         Settings { max_time: Some(_), .. } => (
             "a time limit means another number of photons on each machine",
-            "take it out, and give --photons",
+            "take it out, and give the number of photons",
         ),
         _ => return Ok(()),
     };
-    Err(Error::input("--shard", problem).remedy(remedy))
+    Err(Error::input("shard", problem).remedy(remedy))
 }
 
 /// Runs the batches of a shard. Errors: those of a run; there are more shards than batches; the
@@ -63,21 +63,21 @@ pub fn simulate_shard(
 
 impl Run<'_> {
     fn shard_schedule(&self) -> Result<Schedule> {
-        self.schedule(self.settings.photons.unwrap_or(Settings::DEFAULT_PHOTONS))
+        self.schedule(self.settings.photons_or_default())
     }
 
     fn shard_sums(&self, shard: Shard) -> Result<ShardSums> {
         let schedule = self.shard_schedule()?;
         if shard.of() as u64 > schedule.batches {
             let problem = format!("{} shards of a run of {} batches", shard.of(), schedule.batches);
-            return Err(Error::input("--shard", problem).remedy("ask for fewer shards"));
+            return Err(Error::input("shard", problem).remedy("ask for fewer shards"));
         }
         let range = shard.range(schedule.batches);
         let bytes = Tally::bytes(self.scene, parts(&self.part_of), usize::MAX);
         if (bytes as u64).saturating_mul(range.end - range.start) > most_open() {
             let problem =
                 "the batch sums of so many captors, lights and bands do not fit into memory";
-            return Err(Error::input("--shard", problem).remedy("ask for more shards"));
+            return Err(Error::input("shard", problem).remedy("ask for more shards"));
         }
         let histories: u64 = range.clone().map(|batch| schedule.batch(batch)).sum();
         let map = self.map_builder();
@@ -160,7 +160,7 @@ impl<'a> Joined<'a> {
     }
 
     /// Returns the result of the whole run. Error: batches are missing.
-    pub fn finish(self) -> Result<Simulation> {
+    pub fn finish(self) -> Result<Simulation<'a>> {
         let Self { run, schedule, totals, next, map, choice, .. } = self;
         if next != schedule.batches {
             return Err(
@@ -169,7 +169,7 @@ impl<'a> Joined<'a> {
         }
         let map = map.map(Mutex::new);
         let found = run.finish(totals, map, &schedule, End::Photons)?;
-        Ok(Simulation { choice, ..found })
+        Ok(Simulation::new(run.scene, run.settings, Outcome { choice, ..found }))
     }
 }
 
@@ -184,11 +184,11 @@ pub(super) fn check_arrivals(
     if batch >= schedule.batches || task >= schedule.tasks(batch) {
         return None;
     }
-    let found = TaskArrivals::from_words(words, scene.bands.len())?;
+    let found = TaskArrivals::from_words(words, scene.bands().len())?;
     let (_, histories) = schedule.range(batch, task);
     for arrival in found.arrivals() {
-        let captor = scene.captors.partition_point(|c| c.first_channel <= arrival.bin as usize);
-        let captor = scene.captors.get(captor.checked_sub(1)?)?;
+        let captor = scene.captors().partition_point(|c| c.first_channel <= arrival.bin as usize);
+        let captor = scene.captors().get(captor.checked_sub(1)?)?;
         let triangles = match captor.kind {
             CaptorKind::Surface => scene.triangles().len(),
             CaptorKind::Virtual { .. } => scene.captor_triangles().len(),
@@ -196,7 +196,7 @@ pub(super) fn check_arrivals(
         let photon = &arrival.photon;
         let fits = (arrival.bin as usize) < scene.channels()
             && (photon.triangle as usize) < triangles
-            && (photon.light as usize) < scene.lights.len()
+            && (photon.light as usize) < scene.lights().len()
             && u64::from(photon.history) < histories;
         fits.then_some(())?;
     }

@@ -1,14 +1,14 @@
 //! Photons for pictures, which are stored on all surfaces. No more photons are traced than that
 //! takes.
 
-use super::{Control, Keep, Run, Simulation, memory, tried::RAYS};
+use super::{Control, Keep, Outcome, Run, memory, tried::RAYS};
 use crate::{
     error::{Result, catch_panic},
     math::{machine, rng::Purpose},
     scene::{patches::Patches, world::Scene},
     transport::{
         photon_map::Way,
-        settings::{Estimator, Guiding, Settings},
+        settings::{Estimator, Guiding, MapLimit, NearestCount, PhotonCount, Settings},
         surface_light::SurfaceLight,
         tally::Totals,
     },
@@ -42,7 +42,7 @@ pub fn light_surfaces<'a>(
     let patches = Patches::new(scene);
     let keep = Keep::OnSurfaces(&patches);
     let photons = match settings.photons {
-        Some(photons) => photons,
+        Some(photons) => photons.get(),
         None => {
             memory::check_map(scene, memory::map_limit(scene, settings))?;
             let control = Control { progress: &|_| {}, ..*control };
@@ -56,7 +56,7 @@ pub fn light_surfaces<'a>(
                 least => trial(least)?,
             };
             let kept = trial.map.map_or(0, |map| map.photons.len()) as f64;
-            let wanted = settings.map_photons as u64;
+            let wanted = settings.map_photons.get() as u64;
             // a little more, because of chance
             let needed = 1.02 * wanted as f64 * trial.totals.histories as f64 / kept;
             (needed.ceil() as u64).clamp(least, (MOST * wanted).max(least))
@@ -64,7 +64,7 @@ pub fn light_surfaces<'a>(
     };
     let found = kept(scene, settings, Purpose::Run, keep, photons, control)?;
     let map = found.map.expect("a run of photons keeps a map");
-    let k = settings.k.filter(|k| *k > 1).unwrap_or(SurfaceLight::DEFAULT_K);
+    let k = settings.k.map(NearestCount::get).filter(|k| *k > 1).unwrap_or(SurfaceLight::DEFAULT_K);
     Ok(SurfaceLight { scene, patches, map, k })
 }
 
@@ -79,12 +79,12 @@ pub fn focused_light<'a>(
 ) -> Result<SurfaceLight<'a>> {
     let own = light.map.ways().iter().filter(|way| way.is_focused()).count();
     // where most of the light is focused, it has been found
-    if own == 0 || 2 * own > settings.map_photons {
-        return Ok(machine::pool(settings.threads)?.install(|| light.part(Way::is_focused)));
+    if own == 0 || 2 * own > settings.map_photons.get() {
+        return Ok(machine::pool(settings.threads.get())?.install(|| light.part(Way::is_focused)));
     }
     let keep = Keep::Focused(&light.patches);
     let photons = FOCUSED * light.map.histories;
-    let stored = FOCUSED_STORED * settings.map_photons;
+    let stored = MapLimit::nearest_to(FOCUSED_STORED * settings.map_photons.get());
     let settings = Settings { map_photons: stored, ..settings.clone() };
     let found = kept(light.scene, &settings, Purpose::Focused, keep, photons, control)?;
     let map = found.map.expect("a run of photons keeps a map");
@@ -99,10 +99,10 @@ fn kept(
     keep: Keep,
     photons: u64,
     control: &Control,
-) -> Result<Simulation> {
+) -> Result<Outcome> {
     let settings = Settings {
         estimator: Estimator::Photons,
-        photons: Some(photons.max(scene.sources() as u64)),
+        photons: Some(PhotonCount::nearest_to(photons.max(scene.sources() as u64))),
         guiding: Guiding::Off,
         tolerance: None,
         max_time: None,

@@ -5,6 +5,7 @@ use std::sync::{Mutex, atomic::Ordering};
 use super::{BATCHES, Keep, Run, Work, lock, schedule::Schedule};
 use crate::{
     math::{
+        effort,
         rng::{Purpose, Streams},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
@@ -38,6 +39,27 @@ impl Run<'_> {
         tally: &mut Tally,
         map: Option<&Mutex<MapBuilder>>,
     ) {
+        if self.counts() {
+            let effort = effort::count(|| self.followed(schedule, key, tally, map));
+            tally.spend(effort);
+        } else {
+            self.followed(schedule, key, tally, map);
+        }
+        self.done.fetch_add(self.photons_in(schedule, key.2, key.1), Ordering::Relaxed);
+    }
+
+    /// Returns whether the work is counted.
+    fn counts(&self) -> bool {
+        matches!(self.purpose, Purpose::Trial | Purpose::Guiding)
+    }
+
+    fn followed(
+        &self,
+        schedule: &Schedule,
+        key: TaskKey,
+        tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
+    ) {
         let (round, task, batch) = key;
         let (_, histories) = schedule.range(batch, task);
         with_lanes!(self.scene.lanes(), L => match &self.work {
@@ -51,12 +73,11 @@ impl Run<'_> {
                 self.emitted::<L>(schedule, key, strata, tally, map);
             }
             Work::Lights => {
-                let (lights, light) = (&self.scene.lights, round as usize);
+                let (lights, light) = (self.scene.lights(), round as usize);
                 let strata = Strata::of_light(lights, light, histories, self.scene.lanes());
                 self.emitted::<L>(schedule, key, &strata, tally, map);
             }
         });
-        self.done.fetch_add(self.photons_in(schedule, batch, task), Ordering::Relaxed);
     }
 
     /// Returns the number of photons, or of paths, of a task.
@@ -102,11 +123,11 @@ impl Run<'_> {
                 let rng = streams.history(stream);
                 let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
                 let score = face.path::<L>(pilot, &mut rng);
-                let captor = &self.scene.captors[face.captor];
+                let captor = &self.scene.captors()[face.captor];
                 tally.score_path(self.scene, captor, face.channel, &score);
                 brightest = brightest.zip(&score.flux, f32::max);
             }
-            let area = self.scene.captors[face.captor].area;
+            let area = self.scene.captors()[face.captor].area;
             for (all, &most) in self.brightest.iter().zip(brightest.values()) {
                 all.fetch_max((f64::from(most) / area).to_bits(), Ordering::Relaxed);
             }
@@ -144,7 +165,7 @@ impl Run<'_> {
         if stored.is_none() && self.keeps_map_alone() {
             return;
         }
-        let bands = self.scene.bands.len();
+        let bands = self.scene.bands().len();
         let streams = self.streams(round, batch);
         let guidance = self.guidance.as_ref().filter(|_| GUIDED);
         let mut copies = Vec::new();
@@ -171,7 +192,7 @@ impl Run<'_> {
                 tally.emitted(part, weights, &power.clone().scaled(1.0 / density));
             }
             let mut way = Way::default();
-            let of_sun = self.without_direct_sun && strata.is_sun(&self.scene.lights, source);
+            let of_sun = self.without_direct_sun && strata.is_sun(self.scene.lights(), source);
             let mut found = of_sun.then(|| Finding::new(self.scene, light, true));
             let mut on = |event: Event<'_, L>| {
                 // a flight that accompanies the photon carries light that was scattered

@@ -1,8 +1,7 @@
 //! A short trial of the estimators on the scene itself, which chooses the cheaper one.
 //!
-//! Cost is counted as work, never by the clock: the number of rays times the relative variance.
-//! This is the number of rays for a relative standard error of 1; other errors take 1 / error^2
-//! times as many.
+//! Cost is counted as [work](crate::math::effort), never by the clock, times the relative variance.
+//! This is the work for a relative standard error of 1; other errors take 1 / error^2 times as much.
 
 use std::sync::Arc;
 
@@ -10,7 +9,7 @@ use super::{
     BATCHES, Control, Keep, Run, Simulation,
     division::{Division, TriedComplete},
     faces_of_paths,
-    tried::{FEWEST, TRIAL, TRIAL_RAYS, Tried, of_a_trial, paths_of, tried},
+    tried::{FEWEST, TRIAL, TRIAL_RAYS, Tried, of_a_trial, of_photons, paths_of, tried, unknown},
 };
 use crate::{
     error::Result,
@@ -18,21 +17,18 @@ use crate::{
     transport::{
         guiding::Guidance,
         paths::{Pilot, Unseen},
-        settings::{Estimator, Settings},
+        settings::{Estimator, Guiding, Settings, Tolerance},
     },
 };
 
-/// Fraction of the light on captors that paths may miss. Where they would miss more, they are not
-/// recommended.
-const MISSED: f64 = 1e-3;
 /// The relative error for which the work is stated where no tolerance is asked for.
 const GOAL: f64 = 0.01;
 /// The other estimator is recommended if it would take less than this fraction of the work.
 const MUCH_LESS: f64 = 0.25;
 /// A trial of the other estimator may take one in this many of the rays of a run, and is made only
 /// if that is at least [`TELLING`] rays.
-const SPENT: u64 = 64;
-const TELLING: u64 = 1 << 16;
+const SPENT: u64 = 16;
+const TELLING: u64 = 1 << 14;
 
 /// An estimator, and the reason why it was chosen.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +40,12 @@ pub struct Choice {
 }
 
 impl Choice {
+    /// Chooses photons where there was no time for a trial.
+    pub(super) fn without_trial() -> Self {
+        let why = "the time is too short to compare photons with paths".into();
+        Self { estimator: Estimator::Photons, why }
+    }
+
     /// Chooses the cheaper estimator for the tolerance of `settings` on each captor or, without a
     /// tolerance, for the geometric mean of the variances over the captors. Photons are guided by
     /// `guidance`. Where paths may miss light, or where photons are better at some faces, photons are
@@ -59,14 +61,15 @@ impl Choice {
         if settings.by_light {
             return photons("only photons know which light they come from".into());
         }
-        if scene.captors.is_empty() {
+        if scene.captors().is_empty() {
             return photons("there is no captor for paths to start from".into());
         }
-        let complete = TriedComplete::new(scene, settings, control)?;
+        let complete = TriedComplete::new(scene, settings, TRIAL_RAYS, control)?;
         let left = complete.left;
+        // photons beside paths may be sent through a box about the captors, as those alone are not
         let photons = match guidance {
-            None => complete.photons.clone(),
-            Some(_) => photons_of(scene, settings, guidance, TRIAL_RAYS, control)?,
+            None if complete.pilot.most_gain() == 1.0 => complete.photons.clone(),
+            guidance => photons_of(scene, settings, guidance, TRIAL_RAYS, control)?,
         };
         let (paths, of_paths, name) =
             match Unseen::may_be(scene) || !complete.division.by_photons.is_empty() {
@@ -82,12 +85,12 @@ impl Choice {
             };
         let paths = &paths;
         let hardest = settings.tolerance.is_some();
-        let times = paths.work(&photons, hardest) / photons.work(paths, hardest);
+        let times = paths.cost(&photons, hardest) / photons.cost(paths, hardest);
         let (estimator, other, times) = match times < 1.0 {
             true => (name, Estimator::Photons, times.recip()),
             false => (Estimator::Photons, name, times),
         };
-        let goal = settings.tolerance.unwrap_or(GOAL);
+        let goal = settings.tolerance.map_or(GOAL, Tolerance::get);
         let of = if hardest { "on every captor" } else { "at the median captor" };
         let photons_needed = photons.needed(paths, goal, hardest);
         let paths_needed = paths.needed(&photons, goal, hardest);
@@ -117,46 +120,55 @@ pub(super) struct OfPaths {
     pub division: Option<Division>,
 }
 
-/// Returns a recommendation of the other estimator if, judging by a short trial, it would take much
-/// less work than this run did. Errors: those of a run.
-pub fn other_estimator(
-    scene: &Scene,
-    settings: &Settings,
-    run: &Simulation,
-    control: &Control,
-) -> Result<Option<String>> {
-    let rays = run.totals.segments / SPENT;
-    if run.choice.is_some() || settings.by_light || scene.captors.is_empty() || rays < TELLING {
+/// An estimator that would have taken less work than that of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OtherEstimator {
+    /// The estimator.
+    pub estimator: Estimator,
+    /// How many times less work it takes for the same errors.
+    pub times: f64,
+}
+
+/// Returns the other estimator if, judging by a short trial, it would take much less work than this
+/// run did. Errors: those of a run.
+pub fn other_estimator(run: &Simulation, control: &Control) -> Result<Option<OtherEstimator>> {
+    let (scene, settings) = (run.scene(), run.settings());
+    let rays = run.totals().segments / SPENT;
+    if run.choice().is_some() || settings.by_light || scene.captors().is_empty() || rays < TELLING {
         return Ok(None);
     }
     let rays = rays.min(TRIAL_RAYS);
     let control = &Control { progress: &|_| {}, ..*control };
-    let number = faces_of_paths(scene, &run.by_photons).len() as u64;
-    let (own, other, name) = match run.estimator {
+    let number = faces_of_paths(scene, run.by_photons()).len() as u64;
+    let (own, other, name) = match run.estimator() {
         Estimator::Paths | Estimator::Complete => {
-            let own = Tried::new(scene, &run.totals, run.totals.histories / number, number);
+            let histories = run.totals().histories / number;
+            let own = Tried::new(scene, run.totals(), histories, number, unknown(scene));
+            let pilot = Arc::new(Pilot::run(scene, settings.seed));
+            let own = own.counted_as(&paths_of(scene, settings, &pilot, rays, control)?);
             (own, photons_of(scene, settings, None, rays, control)?, Estimator::Photons)
         }
         _ => {
-            let own = Tried::new(scene, &run.totals, run.totals.histories, 1);
-            let pilot = Arc::new(Pilot::run(scene, settings.seed));
-            (own, paths_of(scene, settings, &pilot, rays, control)?, Estimator::Paths)
+            let brings = match run.guiding() {
+                Guiding::Off => of_photons(scene),
+                _ => unknown(scene),
+            };
+            let own = Tried::new(scene, run.totals(), run.totals().histories, 1, brings);
+            let own = own.counted_as(&photons_of(scene, settings, None, rays, control)?);
+            match Unseen::may_be(scene) {
+                true => {
+                    let complete = TriedComplete::new(scene, settings, rays, control)?;
+                    (own, complete.tried, Estimator::Complete)
+                }
+                false => {
+                    let pilot = Arc::new(Pilot::run(scene, settings.seed));
+                    (own, paths_of(scene, settings, &pilot, rays, control)?, Estimator::Paths)
+                }
+            }
         }
     };
-    let share = other.work(&own, false) / own.work(&other, false);
-    let much_less =
-        share < MUCH_LESS && (name == Estimator::Photons || missed(scene, settings) <= MISSED);
-    Ok(much_less.then(|| {
-        let times = share.recip();
-        format!(
-            "--estimator {name} would take about {times:.0} times less work for the same errors"
-        )
-    }))
-}
-
-/// Returns the fraction of the light on captors that paths cannot find.
-fn missed(scene: &Scene, settings: &Settings) -> f64 {
-    Unseen::find(scene, settings.seed).map_or(0.0, |unseen| unseen.share())
+    let share = other.cost(&own, false) / own.cost(&other, false);
+    Ok((share < MUCH_LESS).then(|| OtherEstimator { estimator: name, times: share.recip() }))
 }
 
 /// Runs a trial of photons that takes up to about `rays` rays.
@@ -169,8 +181,9 @@ fn photons_of<'a>(
 ) -> Result<Tried> {
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
+    let brings = if guidance.is_some() { unknown(scene) } else { of_photons(scene) };
     let run = run.guided_by(guidance);
     let first = BATCHES.max(FEWEST * scene.sources() as u64);
     let (totals, histories) = tried(run, 0, (first, TRIAL, rays))?;
-    Ok(Tried::new(scene, &totals, histories, 1))
+    Ok(Tried::new(scene, &totals, histories, 1, brings))
 }

@@ -9,7 +9,7 @@ use crate::{
     scene::world::Scene,
     transport::{
         paths::{Face, Pilot},
-        settings::{Estimator, Settings},
+        settings::{Estimator, NearestCount, Settings},
         tally::Totals,
     },
 };
@@ -30,10 +30,19 @@ const FACES: usize = 64;
 /// The variance at a face is known well enough if the trial is as accurate as this many photons of
 /// equal power there.
 const SURE: f64 = 100.0;
+/// A variance that fewer histories than these have shown is not known well.
+const SEEN: u64 = 30;
+/// No face counts as found with less than this fraction of the variance of the median face.
+const FLOOR: f64 = 0.01;
 
 /// Returns the settings of a trial: photons of the same seed, which are counted and not stored.
 pub(super) fn of_a_trial(settings: &Settings) -> Settings {
-    Settings { k: Some(0), seed: settings.seed, threads: settings.threads, ..Settings::default() }
+    Settings {
+        k: Some(NearestCount::NONE),
+        seed: settings.seed,
+        threads: settings.threads,
+        ..Settings::default()
+    }
 }
 
 /// Returns the number of photons that a trial can afford: `photons` or, where paths are long, only
@@ -56,57 +65,96 @@ pub(super) fn affordable(
 /// What a trial has found.
 #[derive(Clone)]
 pub(super) struct Found {
-    /// Number of rays that it traced.
-    pub(super) rays: u64,
     histories: f64,
-    /// For each channel that was asked for, and each band, the relative variance of one history;
-    /// `None` where nothing arrived.
-    variances: Vec<Option<f64>>,
+    /// For each channel that was asked for, and each band.
+    values: Vec<Value>,
+    /// Per band, the power that a history brings to a captor if it comes there, W or umol/s. It is 0
+    /// where that is not known: for paths, and for guided photons.
+    brings: Vec<f64>,
+}
+
+/// What a trial has found at a face in a band.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Value {
+    /// The flux, W or umol/s; 0 where the face stayed dark.
+    pub flux: f64,
+    /// The relative variance of one history; 0 where the face stayed dark.
+    pub variance: f64,
+    /// Whether few histories came there, so that the variance is not known well.
+    pub is_rough: bool,
 }
 
 impl Found {
-    /// Evaluates the totals of a trial of so many histories, in some channels.
+    /// Evaluates the totals of a trial of so many histories, in some channels. Each history that
+    /// comes to a captor `brings` this power there, per band.
     pub(super) fn new(
         scene: &Scene,
         totals: &Totals,
         histories: u64,
         channels: impl Iterator<Item = usize>,
+        brings: Vec<f64>,
     ) -> Self {
-        let histories = histories as f64;
-        let bands = channels.flat_map(|channel| &totals.running(channel)[..scene.bands.len()]);
-        let variance = |estimate: Estimate| {
-            let Estimate { mean, standard_error } = estimate;
-            let relative = standard_error.unwrap_or(mean) / mean;
-            (mean > 0.0).then_some(relative.powi(2) * histories)
-        };
-        let variances = bands.map(|band| variance(band.estimate(totals.batches))).collect();
-        Self { rays: totals.segments, histories, variances }
+        let bands = scene.bands().len();
+        let number = histories as f64;
+        let values = channels.flat_map(|channel| {
+            let is_rough = totals.histories_in(channel).is_some_and(|came| came < SEEN);
+            totals.estimates(channel).take(bands).map(move |estimate| {
+                let Estimate { mean: flux, standard_error } = estimate;
+                let relative = standard_error.unwrap_or(flux) / flux;
+                let variance = if flux > 0.0 { relative.powi(2) * number } else { 0.0 };
+                Value { flux, variance, is_rough }
+            })
+        });
+        Self { histories: number, values: values.collect(), brings }
     }
 
-    /// Returns the relative variance of one history for each channel that was asked for, and each
-    /// band; `None` where nothing arrived.
-    pub(super) fn each(&self) -> impl Iterator<Item = Option<f64>> {
-        self.variances.iter().copied()
+    /// Returns what was found for each channel that was asked for, and each band.
+    pub(super) fn each(&self) -> &[Value] {
+        &self.values
     }
 
-    /// Returns the same with other relative variances.
-    pub(super) fn with(&self, variances: Vec<Option<f64>>) -> Self {
-        Self { variances, ..*self }
+    /// Returns the same with other values.
+    pub(super) fn with(&self, values: Vec<Value>) -> Self {
+        Self { values, brings: self.brings.clone(), ..*self }
+    }
+
+    /// Returns whether light arrived in any of the channels.
+    pub(super) fn finds_light(&self) -> bool {
+        self.values.iter().any(|value| value.flux > 0.0)
     }
 
     /// Returns whether no light arrived in most of the channels and bands.
     pub(super) fn is_dark(&self) -> bool {
-        2 * self.variances.iter().flatten().count() < self.variances.len()
+        2 * self.values.iter().filter(|value| value.flux > 0.0).count() < self.values.len()
     }
 
     /// Returns the relative variance of one history wherever this trial or the other has found
-    /// light, in rising order. Where this trial has missed light it takes the number of its own
-    /// histories, because the variance is at least about that large.
+    /// light, in rising order.
+    ///
+    /// A face that this trial left dark counts against it. Photons that each bring the power w to a
+    /// face have there, at the flux F that the other trial has found, the relative variance w / F; in
+    /// any case it is at least about the number of histories that did not come. A variance is at
+    /// least [`FLOOR`] of that of the median face: what is found faster than anything else needs no
+    /// work of its own.
     pub(super) fn variances(&self, other: &Self) -> Vec<f64> {
-        let both = self.variances.iter().zip(&other.variances);
-        let lit = both.filter(|(mine, theirs)| mine.is_some() || theirs.is_some());
-        let mut all: Vec<f64> = lit.map(|(mine, _)| mine.unwrap_or(self.histories)).collect();
+        let bands = self.brings.len();
+        let both = self.values.iter().zip(&other.values).enumerate();
+        let mut all: Vec<f64> = both
+            .filter(|(_, (mine, theirs))| mine.flux > 0.0 || theirs.flux > 0.0)
+            .map(|(i, (mine, theirs))| {
+                let missed = match theirs.flux > 0.0 && mine.is_rough {
+                    true => self.brings[i % bands] / theirs.flux,
+                    false => 0.0,
+                };
+                let own = if mine.flux > 0.0 { mine.variance } else { self.histories };
+                own.max(missed)
+            })
+            .collect();
         all.sort_unstable_by(f64::total_cmp);
+        // no trial tells that a history varies by less than one of all its histories does
+        let least = (FLOOR * all.get(all.len() / 2).copied().unwrap_or(self.histories))
+            .max(self.histories.recip());
+        all.iter_mut().for_each(|variance| *variance = variance.max(least));
         if all.is_empty() { vec![self.histories] } else { all }
     }
 
@@ -116,51 +164,62 @@ impl Found {
         all.iter().sum::<f64>() / all.len() as f64
     }
 
-    /// Returns the geometric mean of [`variances`](Self::variances). A few faces that hardly any
-    /// light reaches, where all variances are alike, do not hide how the others differ.
+    /// Returns the geometric mean of [`variances`](Self::variances) over all faces and over the
+    /// tenth of them where the variance is largest, which counts as much as all. A few faces that
+    /// hardly any light reaches, where all variances are alike, do not hide how the others differ,
+    /// and these do not hide a tenth that is found badly.
     pub(super) fn typical(&self, other: &Self) -> f64 {
         let all = self.variances(other);
-        let log = |variance: &f64| variance.max(f64::MIN_POSITIVE).ln();
-        (all.iter().map(log).sum::<f64>() / all.len() as f64).exp()
+        let mean = |some: &[f64]| some.iter().map(|v| v.ln()).sum::<f64>() / some.len() as f64;
+        (0.5 * (mean(&all) + mean(&all[all.len() - all.len().div_ceil(10)..]))).exp()
     }
 }
 
 /// The result of a trial of one estimator.
 #[derive(Clone)]
 pub(super) struct Tried {
-    /// The relative variances at each tried face and in each band.
+    /// What was found at each tried face and in each band.
     pub found: Found,
-    /// For each tried face and each band, the flux, W or umol/s.
-    pub means: Vec<f64>,
     /// Number of histories: photons, or paths from each face.
     pub histories: u64,
-    /// Number of rays of a history over all faces.
+    /// Number of rays, and the work, of a history over all faces.
     pub rays: f64,
+    pub work: f64,
     /// How many photons, or paths, a history over all faces counts as in `--photons`.
     pub unit: u64,
 }
 
 impl Tried {
     /// Evaluates the totals of `histories` histories, each of which counts as `unit` photons or
-    /// paths.
-    pub fn new(scene: &Scene, totals: &Totals, histories: u64, unit: u64) -> Self {
+    /// paths, and `brings` this power, per band, to a captor that it comes to.
+    pub fn new(
+        scene: &Scene,
+        totals: &Totals,
+        histories: u64,
+        unit: u64,
+        brings: Vec<f64>,
+    ) -> Self {
         let channels = tried_faces(scene).into_iter().map(|face| channel(scene, &face));
-        let channels: Vec<usize> = channels.collect();
-        let found = Found::new(scene, totals, histories, channels.iter().copied());
-        let bands = |&channel: &usize| &totals.running(channel)[..scene.bands.len()];
-        let means = channels.iter().flat_map(bands).map(|band| band.estimate(totals.batches).mean);
-        let means = means.collect();
-        Self { found, means, histories, rays: totals.segments as f64 / histories as f64, unit }
+        let found = Found::new(scene, totals, histories, channels, brings);
+        let [rays, work] =
+            [totals.segments, totals.work()].map(|all| all as f64 / histories as f64);
+        Self { found, histories, rays, work, unit }
     }
 
-    /// Returns the number of rays for a relative error of 1, at the face where it is hardest to
+    /// Returns the work for a relative error of 1, at the face where it is hardest to
     /// reach or, as a geometric mean, at all faces.
-    pub fn work(&self, other: &Self, hardest: bool) -> f64 {
+    pub fn cost(&self, other: &Self, hardest: bool) -> f64 {
         let variance = match hardest {
             true => *self.found.variances(&other.found).last().expect("one at least"),
             false => self.found.typical(&other.found),
         };
-        self.rays * variance
+        self.work * variance
+    }
+
+    /// Returns the same of a run, which counts no work: as if each ray took as much as in a trial of
+    /// the same kind.
+    pub fn counted_as(self, trial: &Self) -> Self {
+        Self { work: self.rays * trial.work / trial.rays, ..self }
     }
 
     /// Returns how many photons, or paths over all captors, reach the relative error `goal`, at the
@@ -191,8 +250,8 @@ pub(super) fn paths_of(
     let run = Run::knowing(scene, &settings, Vec::new(), keep, control, known)?;
     let work = Work::Paths(tried_faces, pilot.clone());
     let (totals, histories) = tried(Run { work, ..run }, 1, (BATCHES, each, rays))?;
-    let tried = Tried::new(scene, &totals, histories, all as u64);
-    Ok(Tried { rays: tried.rays / share, ..tried })
+    let tried = Tried::new(scene, &totals, histories, all as u64, unknown(scene));
+    Ok(Tried { rays: tried.rays / share, work: tried.work / share, ..tried })
 }
 
 /// Runs a round with `first` histories, and another with so many times two as are at most `most` and
@@ -214,6 +273,18 @@ pub(super) fn tried(
     Ok((if histories == first { few } else { of(histories)? }, histories))
 }
 
+/// Returns the power that a photon brings, per band, W or umol/s: that of all lights, as a sum is
+/// divided by the number of photons and their lights share them in proportion.
+pub(super) fn of_photons(scene: &Scene) -> Vec<f64> {
+    let power = |band: usize| scene.lights().iter().map(|light| light.power[band]).sum();
+    (0..scene.bands().len()).map(power).collect()
+}
+
+/// Returns that it is not known what power a history brings.
+pub(super) fn unknown(scene: &Scene) -> Vec<f64> {
+    vec![0.0; scene.bands().len()]
+}
+
 /// Returns faces that stand for all faces.
 fn tried_faces(scene: &Scene) -> Vec<Face<'_>> {
     let all = faces(scene);
@@ -228,7 +299,6 @@ pub(super) fn step(faces: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-
     use glam::DVec3;
 
     use super::*;
@@ -268,5 +338,41 @@ mod tests {
         };
         assert_eq!(photons(0.0), 4096);
         assert_eq!(photons(1.0), BATCHES);
+    }
+
+    fn found(values: &[(f64, f64)], histories: f64, brings: f64) -> Found {
+        let value = |&(flux, variance)| Value { flux, variance, is_rough: flux == 0.0 };
+        Found { histories, values: values.iter().map(value).collect(), brings: vec![brings] }
+    }
+
+    /// Photons of 1e6 W that come to none of a hundred leaves on each of which 1 W falls have the
+    /// relative variance 1e6 there, however few were traced. Paths that miss what photons find have at
+    /// least about their number.
+    #[test]
+    fn what_stays_dark_counts_against_it() {
+        let photons = found(&[(0.0, 0.0); 100], 16_384.0, 1e6);
+        let paths = found(&[(1.0, 0.5); 100], 128.0, 0.0);
+        assert!(photons.variances(&paths).iter().all(|&variance| variance == 1e6));
+        assert!(paths.variances(&photons).iter().all(|&variance| variance == 0.5));
+        let lit = found(&[(1.0, 3.0)], 16_384.0, 1e6);
+        assert_eq!(found(&[(0.0, 0.0)], 128.0, 0.0).variances(&lit), [128.0]);
+    }
+
+    /// Faces at which one of two ways has no variance, such as the outer walls of a box under the sun,
+    /// do not decide alone: the ratio of the ways is that of the faces where light varies, within a
+    /// hundredfold. What differs at a tenth of the faces counts.
+    #[test]
+    fn a_face_without_variance_does_not_decide() {
+        let (mut one, mut other) = ([(1.0, 2.0); 9], [(1.0, 8.0); 9]);
+        one[..4].fill((1.0, 1e-3));
+        other[..4].fill((1.0, 0.0));
+        let [one, other] = [one, other].map(|values| found(&values, 1000.0, 0.0));
+        let ratio = one.typical(&other) / other.typical(&one);
+        assert!((0.1..1.0).contains(&ratio), "{ratio}");
+        let even = found(&[(1.0, 1.0); 20], 1000.0, 0.0);
+        let mut values = [(1.0, 0.9); 20];
+        values[..2].fill((1.0, 1e3));
+        let uneven = found(&values, 1000.0, 0.0);
+        assert!(even.typical(&uneven) < uneven.typical(&even));
     }
 }

@@ -8,18 +8,19 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{
-    BATCHES, End, Run, Simulation, Work, lock, memory::most_open, parts, schedule::Schedule,
-};
+use super::{BATCHES, End, Outcome, Run, Work, lock, memory::most_open, parts, schedule::Schedule};
 use crate::{
     error::{Error, Result},
     math::machine::gib,
-    transport::{settings::MAX_PHOTONS, tally::Tally},
+    transport::{
+        settings::{MAX_PHOTONS, TimeLimit},
+        tally::Tally,
+    },
 };
 
 impl Run<'_> {
     /// Runs rounds of equal batches until every captor is accurate enough.
-    pub(super) fn until_accurate(&self, tolerance: f64, limit: Option<u64>) -> Result<Simulation> {
+    pub(super) fn until_accurate(&self, tolerance: f64, limit: Option<u64>) -> Result<Outcome> {
         let watched = self.watched()?;
         let (task, unit) = (self.full_task(), self.unit());
         // a batch is worth adding up once it has some photons for each captor; for paths it always
@@ -67,12 +68,12 @@ impl Run<'_> {
                 break;
             }
         }
-        Ok(Simulation { accuracy, ..self.finish(totals, map, &schedule, end)? })
+        Ok(Outcome { accuracy, ..self.finish(totals, map, &schedule, end)? })
     }
 
     /// Runs all batches side by side, task by task. The run can then end after any task, and its
     /// batches are as if it had been asked for just so many photons.
-    pub(super) fn until_time(&self, schedule: &Schedule, limit: Duration) -> Result<Simulation> {
+    pub(super) fn until_time(&self, schedule: &Schedule, limit: Duration) -> Result<Outcome> {
         let bytes =
             Tally::bytes(self.scene, parts(&self.part_of), usize::MAX) as u64 * schedule.batches;
         if bytes > most_open() {
@@ -135,7 +136,7 @@ impl Run<'_> {
     /// returns a schedule that fits into the limit; otherwise `None`. Trials measure the speed:
     /// short ones first, and longer ones while the short ones leave doubt.
     fn less_than(&self, schedule: &Schedule, most: u64) -> Result<Option<Schedule>> {
-        let Some(limit) = self.settings.max_time else { return Ok(None) };
+        let Some(limit) = self.settings.max_time.map(TimeLimit::get) else { return Ok(None) };
         let each = match &self.work {
             Work::Photons(_) | Work::Lights => self.scene.sources() as u64,
             Work::Paths(..) => 1,
@@ -187,7 +188,7 @@ mod tests {
             light::{Cone, Lamp},
             world::{Band, CaptorPart, LightPart, Scene, SceneParts},
         },
-        transport::settings::{Estimator, Settings},
+        transport::settings::{Estimator, PhotonCount, Settings, ThreadCount},
     };
 
     #[test]
@@ -223,9 +224,9 @@ mod tests {
         let limit = Duration::from_secs(60);
         let settings = Settings {
             estimator: Estimator::Photons,
-            max_time: Some(limit),
-            photons: Some(1 << 40),
-            threads: 1,
+            max_time: TimeLimit::new(limit.as_secs_f64()).ok(),
+            photons: PhotonCount::new(1 << 40).ok(),
+            threads: ThreadCount::ONE,
             ..Settings::default()
         };
         let mut plan = Plan::make(&scene, &settings, &control).expect("a plan");
@@ -240,7 +241,11 @@ mod tests {
     fn the_pilot_of_paths_is_run_once() {
         let (scene, stop) = (scene(), AtomicBool::new(false));
         let control = Control { stop: &stop, progress: &|_| {} };
-        let settings = Settings { estimator: Estimator::Auto, threads: 1, ..Settings::default() };
+        let settings = Settings {
+            estimator: Estimator::Auto,
+            threads: ThreadCount::ONE,
+            ..Settings::default()
+        };
         let plan = Plan::make(&scene, &settings, &control).expect("a plan");
         let run = Run::planned(&scene, &plan, Vec::new(), &control).expect("a run");
         let (Work::Paths(_, own), Some(known)) = (&run.work, &plan.of_paths) else {

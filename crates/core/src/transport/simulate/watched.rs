@@ -45,7 +45,7 @@ impl Run<'_> {
     pub(super) fn watched(&self) -> Result<Vec<Watched>> {
         let scene = self.scene;
         if self.settings.of.is_empty() {
-            let faces = scene.captors.iter().enumerate().flat_map(|(index, captor)| {
+            let faces = scene.captors().iter().enumerate().flat_map(|(index, captor)| {
                 let faces = captor.kind.faces().iter();
                 faces.map(move |&face| Watched::of_captor(index, captor, face, None))
             });
@@ -65,7 +65,7 @@ impl Run<'_> {
 /// Returns the captors and groups that fit the pattern of `target` and count its quantity.
 fn of_target(scene: &Scene, target: &Target) -> Result<Vec<Watched>> {
     let Target { pattern, quantity, band } = target;
-    let wrong = |problem: String| Error::input("--of", problem);
+    let wrong = |problem: String| Error::input("of", problem);
     let band = match band {
         None => None,
         Some(name) => Some(scene.band_names().position(|band| band == name).ok_or_else(|| {
@@ -73,9 +73,9 @@ fn of_target(scene: &Scene, target: &Target) -> Result<Vec<Watched>> {
             wrong(format!("no band `{name}`")).remedy(format!("there are {}", names.join(", ")))
         })?),
     };
-    let mut groups: Vec<Option<Watched>> = vec![None; scene.groups.len()];
+    let mut groups: Vec<Option<Watched>> = vec![None; scene.groups().len()];
     let mut found = Vec::new();
-    for (index, captor) in scene.captors.iter().enumerate() {
+    for (index, captor) in scene.captors().iter().enumerate() {
         if *quantity as usize >= captor.kind.channels() {
             continue;
         }
@@ -85,7 +85,7 @@ fn of_target(scene: &Scene, target: &Target) -> Result<Vec<Watched>> {
         }
         for &group in &captor.groups {
             let whole = groups[group].get_or_insert(Watched {
-                captor: scene.captors.len() + group,
+                captor: scene.captors().len() + group,
                 channel: scene.channels() + group * scene.group_channels() + *quantity as usize,
                 area: 0.0,
                 on_surface: true,
@@ -95,7 +95,7 @@ fn of_target(scene: &Scene, target: &Target) -> Result<Vec<Watched>> {
             whole.on_surface &= one.on_surface;
         }
     }
-    let fitting = groups.into_iter().zip(&scene.groups);
+    let fitting = groups.into_iter().zip(scene.groups());
     let fitting = fitting.filter(|(_, name)| pattern::fits(pattern, name));
     found.extend(fitting.filter_map(|(group, _)| group));
     if found.is_empty() {

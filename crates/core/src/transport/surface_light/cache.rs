@@ -98,7 +98,7 @@ impl RadianceCache {
                 }
             }
         }
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         let find = |point: &Point| {
             let Point { position, triangle, front } = *point;
             let radiance = radiance(triangle as usize, front, position);

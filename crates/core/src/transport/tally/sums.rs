@@ -18,6 +18,8 @@ pub struct Sums {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) weighed: Vec<[f64; 2]>,
     pub(super) segments: u64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub(super) effort: u64,
     pub(super) cut_off: u64,
     pub(super) ledger: Ledger,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -26,6 +28,10 @@ pub struct Sums {
 
 /// The largest possible value of a stored count.
 pub(super) const MOST: u64 = 1 << 53;
+
+fn is_zero(number: &u64) -> bool {
+    *number == 0
+}
 
 impl Tally {
     /// Takes out everything that the tally holds, in the order of the channels.
@@ -57,6 +63,7 @@ impl Tally {
             flux,
             weighed,
             segments: std::mem::take(&mut self.segments),
+            effort: std::mem::take(&mut self.effort),
             cut_off: std::mem::take(&mut self.cut_off),
             ledger: std::mem::replace(&mut self.ledger, Ledger::new(self.bands, materials)),
             parts: self.parts.iter_mut().map(Self::take).collect(),
@@ -77,6 +84,7 @@ impl Tally {
             mine.iter_mut().zip(theirs).for_each(|(a, b)| *a += b);
         }
         self.segments += sums.segments;
+        self.effort += sums.effort;
         self.cut_off += sums.cut_off;
         self.ledger.add(&sums.ledger, |_| 1.0);
         self.parts.iter_mut().zip(&sums.parts).for_each(|(part, sums)| part.add_sums(sums));
@@ -84,9 +92,19 @@ impl Tally {
 
     /// Returns whether `sums` can be the contents of a tally of the same scene.
     pub fn fits(&self, sums: &Sums) -> bool {
-        let Sums { channels, photons, histories, flux, weighed, segments, cut_off, ledger, parts } =
-            sums;
-        let mut counts = photons.iter().chain(histories).chain([segments, cut_off]);
+        let Sums {
+            channels,
+            photons,
+            histories,
+            flux,
+            weighed,
+            segments,
+            effort,
+            cut_off,
+            ledger,
+            parts,
+        } = sums;
+        let mut counts = photons.iter().chain(histories).chain([segments, effort, cut_off]);
         let entries = |ledger: &Ledger| {
             [&ledger.emitted, &ledger.absorbed, &ledger.escaped, &ledger.lost].map(Vec::len)
         };

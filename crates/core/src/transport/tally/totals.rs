@@ -4,7 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{Ledger, Sums, sums::MOST};
 use crate::{
-    math::stats::{Estimate, Running, RunningPair, is_possible},
+    math::{
+        effort,
+        stats::{Estimate, Running, RunningPair, is_possible},
+    },
     scene::world::Scene,
 };
 
@@ -18,6 +21,9 @@ pub struct Totals {
     pub histories: u64,
     /// Number of straight flights so far.
     pub segments: u64,
+    /// The work beside these flights, as [`effort`] counts it; 0 but in trials.
+    #[serde(skip)]
+    pub effort: u64,
     /// Number of paths so far that a length limit ended.
     pub cut_off: u64,
     columns: usize,
@@ -57,11 +63,11 @@ impl Totals {
     /// Returns empty totals for `scene`, whose light is split into `parts` parts; 0 means not
     /// split.
     pub fn new(scene: &Scene, parts: usize) -> Self {
-        let columns = scene.bands.len() + scene.sums.len();
-        let group_channels = scene.groups.len() * scene.group_channels();
+        let columns = scene.bands().len() + scene.sums().len();
+        let group_channels = scene.groups().len() * scene.group_channels();
         let channels = scene.channels() + group_channels + scene.stand().channels();
         let captor_of_channel = scene
-            .captors
+            .captors()
             .iter()
             .enumerate()
             .flat_map(|(i, captor)| std::iter::repeat_n(i as u32, captor.channels()))
@@ -70,19 +76,20 @@ impl Totals {
             batches: 0,
             histories: 0,
             segments: 0,
+            effort: 0,
             cut_off: 0,
             columns,
             running: vec![Running::default(); channels * columns],
-            pairs: vec![RunningPair::default(); channels * scene.ratios.len()],
+            pairs: vec![RunningPair::default(); channels * scene.ratios().len()],
             photons: vec![0; channels],
             arrived: vec![0; scene.channels()],
             weighed: Vec::new(),
-            ledger: Ledger::new(scene.bands.len(), scene.materials.len()),
+            ledger: Ledger::new(scene.bands().len(), scene.materials().len()),
             beside_paths: false,
             by_photons: Vec::new(),
-            spent: match scene.watts.is_empty() {
+            spent: match scene.watts().is_empty() {
                 true => Vec::new(),
-                false => vec![Running::default(); (scene.materials.len() + 3) * columns],
+                false => vec![Running::default(); (scene.materials().len() + 3) * columns],
             },
             chance: Vec::new(),
             captor_of_channel,
@@ -97,8 +104,8 @@ impl Totals {
         let mut all = by_photons.to_vec();
         if !all.is_empty() {
             let width = scene.group_channels();
-            all.resize(scene.channels() + scene.groups.len() * width, true);
-            for captor in &scene.captors {
+            all.resize(scene.channels() + scene.groups().len() * width, true);
+            for captor in scene.captors() {
                 for (i, &group) in (0..captor.channels())
                     .flat_map(|i| captor.groups.iter().map(move |group| (i, group)))
                 {
@@ -112,12 +119,12 @@ impl Totals {
 
     /// Returns about how many bytes totals take for `scene`, split into so many parts.
     pub fn bytes(scene: &Scene, parts: usize) -> usize {
-        let columns = scene.bands.len() + scene.sums.len();
-        let groups = scene.groups.len() * scene.group_channels();
-        let pairs = scene.ratios.len() * size_of::<RunningPair>();
+        let columns = scene.bands().len() + scene.sums().len();
+        let groups = scene.groups().len() * scene.group_channels();
+        let pairs = scene.ratios().len() * size_of::<RunningPair>();
         let of_channel = columns * size_of::<Running>() + pairs + size_of::<[u64; 2]>();
         let of_group = columns * size_of::<f64>();
-        let ledger = (scene.materials.len() + 3) * scene.bands.len() * size_of::<f64>();
+        let ledger = (scene.materials().len() + 3) * scene.bands().len() * size_of::<f64>();
         let channels = scene.channels() + groups + scene.stand().channels();
         let sums = channels * of_channel + groups * of_group + ledger;
         (parts + 1) * (size_of::<Self>() + sums)
@@ -127,19 +134,19 @@ impl Totals {
     /// which every light has its share.
     pub fn add_batch(&mut self, scene: &Scene, batch: &Sums, histories: u64) {
         let scale = 1.0 / histories as f64;
-        let bands = scene.bands.len();
+        let bands = scene.bands().len();
         let mut row = vec![0.0; self.columns];
         for (i, &channel) in batch.channels.iter().enumerate() {
             let channel = channel as usize;
             let flux = &batch.flux[i * bands..][..bands];
             row.iter_mut().zip(flux).for_each(|(value, flux)| *value = flux * scale);
-            for (s, sum) in scene.sums.iter().enumerate() {
+            for (s, sum) in scene.sums().iter().enumerate() {
                 row[bands + s] = sum.of(&row);
             }
             let photons = batch.photons[i];
             if channel >= scene.channels() {
                 // those of the stand come after the groups
-                let channel = channel + scene.groups.len() * scene.group_channels();
+                let channel = channel + scene.groups().len() * scene.group_channels();
                 self.photons[channel] += photons;
                 let running = &mut self.running[channel * self.columns..];
                 running.iter_mut().zip(&row).for_each(|(running, value)| running.add(*value));
@@ -156,7 +163,7 @@ impl Totals {
             for (running, value) in self.running[channel * self.columns..].iter_mut().zip(&row) {
                 running.add(*value);
             }
-            let captor = &scene.captors[self.captor_of_channel[channel] as usize];
+            let captor = &scene.captors()[self.captor_of_channel[channel] as usize];
             for &group in &captor.groups {
                 let group_channel = group * scene.group_channels() + channel - captor.first_channel;
                 self.photons[scene.channels() + group_channel] += photons;
@@ -192,10 +199,16 @@ impl Totals {
         self.batches += 1;
         self.histories += histories;
         self.segments += batch.segments;
+        self.effort += batch.effort;
         self.cut_off += batch.cut_off;
         for (part, sums) in self.parts.iter_mut().zip(&batch.parts) {
             part.add_batch(scene, sums, histories);
         }
+    }
+
+    /// Returns the work of a trial, in the units of [`effort`].
+    pub fn work(&self) -> u64 {
+        self.effort + effort::SEGMENT * self.segments
     }
 
     /// Returns whether these may be totals of the same scene, split alike, as `other`.
@@ -296,10 +309,10 @@ impl Totals {
         Some(if squares > 0.0 { sum * sum / squares } else { 0.0 })
     }
 
-    /// Returns the running mean and standard error of one of the sums of the stand, per band, then
-    /// per sum over bands.
-    pub fn of_stand(&self, scene: &Scene, channel: usize) -> &[Running] {
-        self.running(scene.channels() + scene.groups.len() * scene.group_channels() + channel)
+    /// Returns the mean and the standard error of one of the sums of the stand, per band, then per sum.
+    pub fn of_stand(&self, scene: &Scene, channel: usize) -> impl Iterator<Item = Estimate> {
+        let groups = scene.groups().len() * scene.group_channels();
+        self.estimates(scene.channels() + groups + channel)
     }
 
     /// Returns the running mean and standard error of a channel, per band, then per sum.
@@ -309,14 +322,20 @@ impl Totals {
 
     /// Returns the mean and the standard error of a channel, per band, then per sum.
     pub fn estimates(&self, channel: usize) -> impl Iterator<Item = Estimate> {
-        // paths emit nothing, and their batches are alike because they find what they look for
+        let histories = self.misses_of(channel);
+        let running = self.running(channel).iter();
+        running.map(move |running| running.estimate(self.batches).with_misses(histories))
+    }
+
+    /// Returns the number of histories of photons that were counted in a channel, of which
+    /// [one more may miss](Estimate::with_misses); 0 where paths find the light: they emit nothing,
+    /// and their batches are alike because they find what they look for.
+    pub fn misses_of(&self, channel: usize) -> u64 {
         let emits = || self.ledger.emitted.iter().any(|power| *power > 0.0);
         let alone = || self.by_photons.get(channel).is_some_and(|&alone| alone);
         let of_photons = (!self.beside_paths || alone()) && emits();
-        let counted = self.histories_in(channel).unwrap_or(self.photons(channel));
-        let histories = if of_photons { counted } else { 0 };
-        let running = self.running(channel).iter();
-        running.map(move |running| running.estimate(self.batches).with_misses(histories))
+        let counted = || self.histories_in(channel).unwrap_or(self.photons(channel));
+        if of_photons { counted() } else { 0 }
     }
 
     /// Returns for each band and sum the power that each material absorbed, that left the scene,
@@ -326,10 +345,15 @@ impl Totals {
         self.spent.chunks(self.columns)
     }
 
-    /// Returns the two sums of each ratio in a channel.
-    pub fn pairs(&self, channel: usize) -> &[RunningPair] {
+    /// Returns for each ratio the means of its two sums in a channel and, from two batches on, the
+    /// variance of the first, their covariance and the variance of the second.
+    pub fn ratios(
+        &self,
+        channel: usize,
+    ) -> impl ExactSizeIterator<Item = ([f64; 2], Option<[f64; 3]>)> {
         let ratios = self.pairs.len().checked_div(self.photons.len()).unwrap_or(0);
-        &self.pairs[channel * ratios..][..ratios]
+        let pairs = self.pairs[channel * ratios..][..ratios].iter();
+        pairs.map(move |pair| pair.estimate(self.batches))
     }
 
     /// Returns the power balance, averaged over the batches, in W or umol/s.
@@ -344,8 +368,8 @@ impl Totals {
 
 /// Adds what a batch brought to a channel, per band, to the two sums of each ratio.
 fn add_ratios(scene: &Scene, pairs: &mut [RunningPair], channel: usize, row: &[f64]) {
-    let pairs = pairs.iter_mut().skip(channel * scene.ratios.len());
-    for (pair, ratio) in pairs.zip(&scene.ratios) {
+    let pairs = pairs.iter_mut().skip(channel * scene.ratios().len());
+    for (pair, ratio) in pairs.zip(scene.ratios()) {
         pair.add(ratio.numerator.of(row), ratio.denominator.of(row));
     }
 }

@@ -47,12 +47,12 @@ fn room(power: [f64; 2]) -> Scene {
 /// Returns the power that arrives at the walls per photon, in each band, and the number of arrivals
 /// per photon.
 fn arrivals(scene: &Scene, photons: u64) -> [Mean; 3] {
-    let strata = Strata::new(&scene.lights, photons, scene.lanes());
+    let strata = Strata::new(scene.lights(), photons, scene.lanes());
     let streams = Streams::new(1, Purpose::Run, 0);
     let mut means = [Mean::default(); 3];
     for index in 0..photons {
         let mut rng = streams.history(index);
-        let photon = strata.emit::<[f32; 4]>(&scene.lights, index, &mut rng);
+        let photon = strata.emit::<[f32; 4]>(scene.lights(), index, &mut rng);
         let mut sums = [0.0; 3];
         trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
             if let Event::Arrival { power: Spectrum([blue, infrared, ..]), .. } = event {

@@ -1,0 +1,480 @@
+//! A field of values between points of a plane: triangles between near points, and the outlines of
+//! what lies above a level.
+//!
+//! Between the points of a grid values are smooth, and never beyond the values of the points; between
+//! others they are linear over the triangles of a Delaunay triangulation. Wide gaps stay empty, and
+//! nothing lies outside the points.
+
+use std::collections::BTreeMap;
+
+/// A gap between points is one that is wider than so many times their usual distance.
+const GAP: f64 = 3.0;
+/// A smooth field has about so many triangles.
+const SMOOTH: usize = 12_000;
+/// The most parts into which the space between two points of a grid is cut for it.
+const FINEST: usize = 24;
+
+/// A place in a plane, m, and the value there.
+pub(super) type Corner = (f64, f64, f64);
+/// A point of an outline: a corner (twice the same number), or a place between two corners.
+type Node = (usize, usize);
+/// A line through places; an outline ends where it begins.
+pub(super) type Path = Vec<(f64, f64)>;
+
+/// Values between points.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Field {
+    corners: Vec<Corner>,
+    /// Triangles between the corners, which stand counterclockwise.
+    triangles: Vec<[usize; 3]>,
+}
+
+/// Returns the parts of a plane that its points fill, each by the numbers of its points: gaps wider
+/// than three times the distance between neighbours lie between parts. `sets` are the numbers of the
+/// sets of points that belong together, as a grid does; each has a distance of its own along both
+/// axes. Points that are part of no triangle are in no part.
+pub(super) fn parts(points: &[Corner], sets: &[usize]) -> Vec<Vec<usize>> {
+    let triangles = near_triangles(points, sets);
+    let mut first: Vec<usize> = (0..points.len()).collect();
+    fn root(first: &mut [usize], mut i: usize) -> usize {
+        while first[i] != i {
+            first[i] = first[first[i]];
+            i = first[i];
+        }
+        i
+    }
+    for [a, b, c] in &triangles {
+        for other in [b, c] {
+            let [one, other] = [*a, *other].map(|i| root(&mut first, i));
+            first[one.max(other)] = one.min(other);
+        }
+    }
+    let mut used = vec![false; points.len()];
+    triangles.iter().flatten().for_each(|&i| used[i] = true);
+    let mut parts: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for i in (0..points.len()).filter(|&i| used[i]) {
+        parts.entry(root(&mut first, i)).or_default().push(i);
+    }
+    parts.into_values().collect()
+}
+
+/// Returns the triangles of Delaunay's triangulation that span no gap.
+fn near_triangles(points: &[Corner], sets: &[usize]) -> Vec<[usize; 3]> {
+    let places: Vec<delaunator::Point> =
+        points.iter().map(|&(x, y, _)| delaunator::Point { x, y }).collect();
+    let all = delaunator::triangulate(&places).triangles;
+    let sides = |t: &[usize; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+    let along =
+        |[a, b]: [usize; 2]| [(points[a].0 - points[b].0).abs(), (points[a].1 - points[b].1).abs()];
+    // the nearest neighbour of each point, of its set, on either side along each axis
+    let mut nearest = vec![[f64::INFINITY; 2]; points.len()];
+    for side in all.as_chunks::<3>().0.iter().flat_map(sides) {
+        let [a, b] = side;
+        let lengths = along(side);
+        let axis = usize::from(lengths[1] > lengths[0]);
+        if sets[a] == sets[b] {
+            for i in [a, b] {
+                nearest[i][axis] = nearest[i][axis].min(lengths[axis]);
+            }
+        }
+    }
+    let mut of_set: BTreeMap<usize, [Vec<f64>; 2]> = BTreeMap::new();
+    for (set, own) in sets.iter().zip(&nearest) {
+        let of_set = of_set.entry(*set).or_default();
+        for axis in [0, 1] {
+            of_set[axis].extend(Some(own[axis]).filter(|length| length.is_finite()));
+        }
+    }
+    let steps: BTreeMap<usize, [f64; 2]> = of_set
+        .into_iter()
+        .map(|(set, lengths)| {
+            let [across, up] = lengths.map(median);
+            // a single row of points has one distance
+            (set, [across.or(up).unwrap_or(0.0), up.or(across).unwrap_or(0.0)])
+        })
+        .collect();
+    let is_near = |side: [usize; 2]| {
+        let [a, b] = side.map(|i| steps[&sets[i]]);
+        let lengths = along(side);
+        [0, 1].into_iter().all(|axis| lengths[axis] <= (GAP + 1e-6) * a[axis].max(b[axis]))
+    };
+    let near = |t: &&[usize; 3]| sides(t).into_iter().all(is_near);
+    all.as_chunks::<3>().0.iter().filter(near).copied().collect()
+}
+
+/// Returns the middle one of some numbers, if there are any.
+pub(super) fn median(mut numbers: Vec<f64>) -> Option<f64> {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied()
+}
+
+impl Field {
+    /// Returns the field between points of one or more parts, as [`parts`] finds them.
+    pub fn between(points: &[Corner], sets: &[usize], parts: &[Vec<usize>]) -> Self {
+        let mut all = Self::default();
+        for part in parts {
+            let own: Vec<Corner> = part.iter().map(|&i| points[i]).collect();
+            let sets: Vec<usize> = part.iter().map(|&i| sets[i]).collect();
+            let field = Self::smooth(&own).unwrap_or_else(|| {
+                let triangles = near_triangles(&own, &sets);
+                Self { corners: own, triangles }
+            });
+            let before = all.corners.len();
+            all.corners.extend(field.corners);
+            all.triangles.extend(field.triangles.into_iter().map(|t| t.map(|i| i + before)));
+        }
+        let Self { corners, triangles } = &mut all;
+        let twice_area = |[a, b, c]: [usize; 3]| {
+            let [a, b, c] = [a, b, c].map(|i| corners[i]);
+            (b.0 - a.0) * (c.1 - a.1) - (c.0 - a.0) * (b.1 - a.1)
+        };
+        for triangle in triangles.iter_mut().filter(|t| twice_area(**t) < 0.0) {
+            triangle.reverse();
+        }
+        all
+    }
+
+    /// Returns the field on a finer grid, along both axes of which values follow monotone cubics;
+    /// `None` if the points are no grid.
+    fn smooth(points: &[Corner]) -> Option<Self> {
+        let [across, up] =
+            [|p: &Corner| p.0, |p: &Corner| p.1].map(|axis| lines(points.iter().map(axis)));
+        let (columns, rows) = (across.len(), up.len());
+        let cells = columns.checked_sub(1)? * rows.checked_sub(1)?;
+        if columns * rows != points.len() || cells == 0 {
+            return None;
+        }
+        let parts = ((SMOOTH as f64 / (2.0 * cells as f64)).sqrt() as usize).clamp(1, FINEST);
+        let mut values = vec![f64::NAN; columns * rows];
+        for &(x, y, value) in points {
+            values[nearest(&up, y) * columns + nearest(&across, x)] = value;
+        }
+        if values.iter().any(|value| value.is_nan()) {
+            return None;
+        }
+        let finer = |places: &[f64]| -> Vec<f64> {
+            let part = |i: usize| i as f64 / parts as f64;
+            let between = |pair: &[f64]| {
+                let [from, to] = [pair[0], pair[1]];
+                (0..parts).map(move |i| from + part(i) * (to - from))
+            };
+            places.windows(2).flat_map(between).chain(places.last().copied()).collect()
+        };
+        let (x, y) = (finer(&across), finer(&up));
+        let along: Vec<Vec<f64>> =
+            values.chunks(columns).map(|row| monotone(&across, row, &x)).collect();
+        let column = |i: usize| {
+            let values: Vec<f64> = along.iter().map(|row| row[i]).collect();
+            monotone(&up, &values, &y)
+        };
+        let (wide, high) = (x.len(), y.len());
+        let corners = (0..wide)
+            .flat_map(|i| column(i).into_iter().enumerate().map(move |(j, value)| (i, j, value)))
+            .map(|(i, j, value)| (x[i], y[j], value))
+            .collect();
+        let at = |i: usize, j: usize| i * high + j;
+        let all = (1..wide).flat_map(|i| (1..high).map(move |j| (i - 1, j - 1)));
+        let triangles = all.flat_map(|(i, j)| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        });
+        let triangles = triangles.collect();
+        Some(Self { corners, triangles })
+    }
+
+    /// Returns the sides of triangles that no other triangle shares.
+    fn border(&self) -> Vec<[usize; 2]> {
+        let sides = |t: &[usize; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+        let all: std::collections::HashSet<[usize; 2]> =
+            self.triangles.iter().flat_map(sides).collect();
+        let is_border = |[a, b]: &[usize; 2]| !all.contains(&[*b, *a]);
+        self.triangles.iter().flat_map(sides).filter(is_border).collect()
+    }
+
+    /// Returns the lines along which the values are this one, with greater values to their left.
+    pub fn contours(&self, level: f64) -> Vec<Path> {
+        self.joined(self.crossings(level), level)
+    }
+
+    /// Returns the outlines of what lies at or above each level, with their areas: those of the
+    /// outside are counterclockwise and have areas above 0, those of holes below 0. The first level
+    /// stands for all values.
+    pub fn outlines(&self, levels: &[f64]) -> Vec<Vec<(f64, Path)>> {
+        let border = self.border();
+        let of_level = |(number, &level): (usize, &f64)| {
+            let level = if number == 0 { f64::NEG_INFINITY } else { level };
+            let mut segments = self.crossings(level);
+            for &[a, b] in &border {
+                let ends = [a, b].map(|i| self.corners[i].2 >= level);
+                match ends {
+                    [true, true] => segments.push(((a, a), (b, b))),
+                    [true, false] => segments.push(((a, a), crossing(a, b))),
+                    [false, true] => segments.push((crossing(a, b), (b, b))),
+                    [false, false] => {}
+                }
+            }
+            self.joined(segments, level).into_iter().map(|path| (area(&path), path)).collect()
+        };
+        levels.iter().enumerate().map(of_level).collect()
+    }
+
+    /// Returns where triangles are crossed by a level, with greater values to the left.
+    fn crossings(&self, level: f64) -> Vec<(Node, Node)> {
+        let of_triangle = |triangle: &[usize; 3]| {
+            let above = triangle.map(|i| self.corners[i].2 >= level);
+            let side = |i: usize| (triangle[i], triangle[(i + 1) % 3]);
+            // along the border of a triangle values fall below the level once, and rise above it once
+            let falls = (0..3).find(|&i| above[i] && !above[(i + 1) % 3])?;
+            let rises = (0..3).find(|&i| !above[i] && above[(i + 1) % 3])?;
+            let [falls, rises] = [side(falls), side(rises)].map(|(a, b)| crossing(a, b));
+            Some((falls, rises))
+        };
+        self.triangles.iter().filter_map(of_triangle).collect()
+    }
+
+    /// Joins segments to lines and outlines.
+    fn joined(&self, segments: Vec<(Node, Node)>, level: f64) -> Vec<Path> {
+        let mut next: BTreeMap<Node, Vec<Node>> = BTreeMap::new();
+        let mut begins: BTreeMap<Node, i32> = BTreeMap::new();
+        for (from, to) in segments {
+            next.entry(from).or_default().push(to);
+            *begins.entry(from).or_default() += 1;
+            *begins.entry(to).or_default() -= 1;
+        }
+        // lines with ends are followed from their beginnings, and then those that are closed
+        let open = begins.into_iter().filter(|(_, count)| *count > 0).map(|(node, _)| node);
+        let mut starts: Vec<Node> = open.collect();
+        starts.extend(next.keys().copied());
+        let mut lines = Vec::new();
+        for start in starts {
+            let mut line = vec![self.place(start, level)];
+            let mut at = start;
+            while let Some(to) = next.get_mut(&at).and_then(Vec::pop) {
+                line.push(self.place(to, level));
+                at = to;
+                if at == start {
+                    break;
+                }
+            }
+            if line.len() > 1 {
+                lines.push(line);
+            }
+        }
+        lines
+    }
+
+    fn place(&self, (a, b): Node, level: f64) -> (f64, f64) {
+        let [a, b] = [a, b].map(|i| self.corners[i]);
+        let share = if a.2 == b.2 { 0.0 } else { (level - a.2) / (b.2 - a.2) };
+        let at = |a: f64, b: f64| a + share * (b - a);
+        match share == 0.0 {
+            true => (a.0, a.1),
+            false => (at(a.0, b.0), at(a.1, b.1)),
+        }
+    }
+}
+
+/// Returns the place where a level crosses a side, whichever triangle asks.
+fn crossing(a: usize, b: usize) -> Node {
+    (a.min(b), a.max(b))
+}
+
+/// Returns the area of an outline, below 0 if it is clockwise.
+fn area(path: &Path) -> f64 {
+    let Some(&(x, y)) = path.first() else { return 0.0 };
+    let part =
+        |ends: &[(f64, f64)]| (ends[0].0 - x) * (ends[1].1 - y) - (ends[1].0 - x) * (ends[0].1 - y);
+    0.5 * path.windows(2).map(part).sum::<f64>()
+}
+
+/// Returns the distinct places among these, in rising order.
+fn lines(places: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut places: Vec<f64> = places.collect();
+    places.sort_by(f64::total_cmp);
+    if let [first, .., last] = places[..] {
+        let least = 1e-6 * (last - first);
+        places.dedup_by(|next, place| *next - *place <= least);
+    }
+    places
+}
+
+/// Returns the index of the place that is nearest to this one.
+fn nearest(places: &[f64], at: f64) -> usize {
+    let next = places.partition_point(|place| *place < at).min(places.len() - 1);
+    let before = next.saturating_sub(1);
+    if at - places[before] < places[next] - at { before } else { next }
+}
+
+/// Interpolates `values` at the rising places `x`, two at least, by cubics that rise and fall only
+/// where the values do (Fritsch and Butland 1984); `at` are rising places between the ends of `x`.
+fn monotone(x: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
+    let width: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let slope: Vec<f64> =
+        values.windows(2).zip(&width).map(|(pair, width)| (pair[1] - pair[0]) / width).collect();
+    let last = width.len() - 1;
+    // as the parabola through three places, but not against the slope there, nor steeper than three
+    // times it
+    let end = |own: usize, other: usize| {
+        let (h, g) = (width[own], width[other]);
+        let end = ((2.0 * h + g) * slope[own] - h * slope[other]) / (h + g);
+        let steepest = 3.0 * slope[own];
+        if end * slope[own] <= 0.0 {
+            0.0
+        } else if end.abs() > steepest.abs() {
+            steepest
+        } else {
+            end
+        }
+    };
+    // a weighted harmonic mean of the slopes beside a place; 0 at a hill or in a hollow
+    let tangent = |i: usize| match i {
+        _ if last == 0 => slope[0],
+        0 => end(0, 1),
+        _ if i > last => end(last, last - 1),
+        _ if slope[i - 1] * slope[i] <= 0.0 => 0.0,
+        _ => {
+            let [before, after] = [2.0 * width[i] + width[i - 1], width[i] + 2.0 * width[i - 1]];
+            (before + after) / (before / slope[i - 1] + after / slope[i])
+        }
+    };
+    let value = |&at: &f64| {
+        let i = x.partition_point(|x| *x <= at).clamp(1, last + 1) - 1;
+        let (h, t) = (width[i], (at - x[i]) / width[i]);
+        let from = (1.0 + 2.0 * t) * values[i] + h * t * tangent(i);
+        let to = (3.0 - 2.0 * t) * values[i + 1] - h * (1.0 - t) * tangent(i + 1);
+        from * (1.0 - t).powi(2) + to * t.powi(2)
+    };
+    at.iter().map(value).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(columns: u32, rows: u32, step: (f64, f64), from: (f64, f64)) -> Vec<Corner> {
+        let places = (0..columns * rows).map(|i| (f64::from(i % columns), f64::from(i / columns)));
+        places.map(|(x, y)| (from.0 + step.0 * x, from.1 + step.1 * y, x)).collect()
+    }
+
+    fn field(points: &[Corner]) -> Field {
+        let sets = vec![0; points.len()];
+        Field::between(points, &sets, &parts(points, &sets))
+    }
+
+    /// Returns the area at or above a level.
+    fn above(field: &Field, level: f64) -> f64 {
+        let outlines = field.outlines(&[f64::NEG_INFINITY, level]);
+        outlines[1].iter().map(|(area, _)| area).sum()
+    }
+
+    /// Two grids of different steps are parts of their own, whatever lies between them, and what is
+    /// filled is the rectangles around their points and nothing else. A point far away is in none.
+    #[test]
+    fn gaps_stay_empty() {
+        let mut points = grid(8, 3, (0.6, 0.2), (0.0, 0.0));
+        points.extend(grid(8, 3, (0.6, 0.2), (0.1, 1.6)));
+        points.push((20.0, 0.0, 7.0));
+        let sets: Vec<usize> = (0..49).map(|i| i / 24).collect();
+        let found = parts(&points, &sets);
+        assert_eq!(found, [(0..24).collect::<Vec<_>>(), (24..48).collect()]);
+        let field = Field::between(&points, &sets, &found);
+        let areas: Vec<f64> =
+            field.outlines(&[f64::NEG_INFINITY])[0].iter().map(|(area, _)| *area).collect();
+        assert_eq!(areas.len(), 2);
+        assert!(areas.iter().all(|area| (area - 4.2 * 0.4).abs() < 1e-9), "{areas:?}");
+        // three steps are no gap, a little more is one
+        for (gap, count) in [(0.59, 1), (0.61, 2)] {
+            let mut points = grid(4, 3, (0.6, 0.2), (0.0, 0.0));
+            points.extend(grid(4, 3, (0.6, 0.2), (0.0, 0.4 + gap)));
+            assert_eq!(parts(&points, &[0; 24]).len(), count, "{gap}");
+        }
+    }
+
+    /// A hole in a grid that is five steps wide stays empty, but for its corners, across which points
+    /// are near.
+    #[test]
+    fn holes_stay_empty() {
+        let mut points = grid(10, 10, (1.0, 1.0), (0.0, 0.0));
+        points.retain(|p| !(3.0..=6.0).contains(&p.0) || !(3.0..=6.0).contains(&p.1));
+        let field = field(&points);
+        let outlines = &field.outlines(&[f64::NEG_INFINITY])[0];
+        let holes: Vec<f64> = outlines.iter().map(|o| o.0).filter(|area| *area < 0.0).collect();
+        assert_eq!(holes.len(), 1, "{outlines:?}");
+        assert!((7.0..25.0).contains(&-holes[0]), "{holes:?}");
+    }
+
+    /// x + 2 y between five points of the unit square: what lies above a level, and the line along it,
+    /// are those of the plane, and no line is finer than a triangle.
+    #[test]
+    fn fields_are_linear_between_points() {
+        let places = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.4, 0.3)];
+        let field = field(&places.map(|(x, y)| (x, y, x + 2.0 * y)));
+        assert!((above(&field, -1.0) - 1.0).abs() < 1e-12);
+        // x + 2 y is above 1.2 in a trapezoid whose parallel sides are 0.4 and 0.9 long
+        assert!((above(&field, 1.2) - 0.65).abs() < 1e-12, "{}", above(&field, 1.2));
+        let lines = field.contours(1.2);
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        assert!(lines[0].iter().all(|(x, y)| (x + 2.0 * y - 1.2).abs() < 1e-12), "{lines:?}");
+        assert!(above(&field, 3.5) == 0.0 && field.contours(3.5).is_empty());
+    }
+
+    /// Outlines of a hill and a hollow: the one is counterclockwise, the other a hole; a line around a
+    /// hill is closed.
+    #[test]
+    fn hills_and_hollows_have_outlines() {
+        let of = |sign: f64| {
+            let mut points = grid(9, 9, (1.0, 1.0), (-4.0, -4.0));
+            points.iter_mut().for_each(|p| p.2 = sign * (-0.2 * (p.0 * p.0 + p.1 * p.1)).exp());
+            field(&points)
+        };
+        let (hill, hollow) = (of(1.0), of(-1.0));
+        let [up, down] = [&hill.outlines(&[-9.0, 0.5])[1], &hollow.outlines(&[-9.0, -0.5])[1]];
+        // half the height is 1.86 from the middle; cubics between points are not quite the hill
+        let circle = std::f64::consts::PI * (0.5f64.ln() / -0.2);
+        assert!(up.len() == 1 && (up[0].0 / circle - 1.0).abs() < 0.1, "{up:?}");
+        let mut areas: Vec<f64> = down.iter().map(|o| o.0).collect();
+        areas.sort_by(f64::total_cmp);
+        assert!(areas.len() == 2 && (areas[1] - 64.0).abs() < 1e-9, "{areas:?}");
+        assert!((areas[0] / -circle - 1.0).abs() < 0.1, "{areas:?}");
+        let line = &hill.contours(0.5)[0];
+        assert_eq!(line.first(), line.last());
+    }
+
+    /// Between the points of a grid values are smooth: they go through those of the points, follow
+    /// a plane, and the hill between two equal points is no higher than these; two rows will do.
+    #[test]
+    fn a_grid_is_smooth() {
+        for rows in [2, 4] {
+            let of = |value: fn(f64, f64) -> f64| {
+                let mut points = grid(5, rows, (1.0, 0.5), (0.0, 0.0));
+                points.iter_mut().for_each(|p| p.2 = value(p.0, p.1));
+                (Field::smooth(&points).expect("a grid"), points)
+            };
+            let (plane, _) = of(|x, y| 3.0 * x - 2.0 * y);
+            assert!(plane.corners.len() > 500);
+            assert!(plane.corners.iter().all(|c| (c.2 - 3.0 * c.0 + 2.0 * c.1).abs() < 1e-12));
+            let (bumps, points) = of(|x, _| if x == 1.0 || x == 2.0 { 7.0 } else { x });
+            let at = |x: f64, y: f64| {
+                let near = |c: &&Corner| (c.0 - x).abs() < 1e-9 && (c.1 - y).abs() < 1e-9;
+                bumps.corners.iter().find(near).expect("its corner").2
+            };
+            for &(x, y, value) in &points {
+                assert!((at(x, y) - value).abs() < 1e-12);
+            }
+            // to rounding
+            assert!(bumps.corners.iter().all(|c| (-1e-12..=7.0 + 1e-12).contains(&c.2)));
+            // between 0 and 7 with slopes of 10.5 (of the parabola through 0, 7, 7) and 0:
+            // 10.5 t (1 - t)^2 + 7 (3 t^2 - 2 t^3)
+            assert!((at(0.5, 0.0) - (10.5 / 8.0 + 3.5)).abs() < 1e-12, "{}", at(0.5, 0.0));
+        }
+        let star = [(0.0, 1.0), (1.0, 0.0), (2.0, 1.0), (1.0, 2.0), (1.0, 1.0)];
+        assert!(Field::smooth(&star.map(|(x, y)| (x, y, 0.0))).is_none());
+    }
+
+    /// Points on a line are no part of a plane.
+    #[test]
+    fn a_line_is_no_part() {
+        assert!(parts(&[(0.0, 0.0, 1.0), (1.0, 1.0, 1.0), (2.0, 2.0, 1.0)], &[0; 3]).is_empty());
+        assert!(parts(&[], &[]).is_empty());
+    }
+}
