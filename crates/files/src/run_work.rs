@@ -47,6 +47,8 @@ pub struct KeptSettings {
     of: Vec<String>,
     /// The reason why this estimator was chosen, if a trial chose it.
     chosen: Option<String>,
+    /// The number of photons whose work the run was to take, if a trial chose the estimator.
+    asked: Option<u64>,
 }
 
 impl KeptSettings {
@@ -65,6 +67,7 @@ impl KeptSettings {
             tolerance_limit: tolerance.and(settings.tolerance_limit).map(PhotonCount::get),
             of: settings.of.iter().map(Target::to_string).collect(),
             chosen: choice.map(|choice| choice.why.clone()),
+            asked: choice.and_then(|choice| choice.photons),
         }
     }
 
@@ -91,7 +94,7 @@ impl KeptSettings {
     /// Returns the choice of the estimator, if a trial chose it.
     pub fn choice(&self) -> Option<Choice> {
         let why = self.chosen.clone()?;
-        Some(Choice { estimator: self.estimator, why })
+        Some(Choice { estimator: self.estimator, photons: self.asked, why })
     }
 }
 

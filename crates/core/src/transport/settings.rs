@@ -18,13 +18,13 @@ pub use limits::{
 #[serde(rename_all = "lowercase")]
 pub enum Estimator {
     /// Photons are traced from the lights and counted where they arrive.
-    #[default]
     Photons,
     /// Paths are traced backward, from the captors to the lights.
     Paths,
     /// Paths, and beside them photons that count where they bring light which paths cannot find.
     Complete,
-    /// A short trial chooses the cheapest of these.
+    /// A short trial chooses photons or complete paths, whichever take less work.
+    #[default]
     Auto,
 }
 
@@ -126,8 +126,9 @@ pub enum Guiding {
 pub struct Settings {
     /// The method by which the light on the captors is found.
     pub estimator: Estimator,
-    /// Number of photons, or of paths over all faces together; `None` means
-    /// [`DEFAULT_PHOTONS`](Self::DEFAULT_PHOTONS).
+    /// Number of photons or, if paths are asked for, of paths over all faces together; `None` means
+    /// [`DEFAULT_PHOTONS`](Self::DEFAULT_PHOTONS). Where a trial chooses complete paths, as many are
+    /// traced as take the work of so many photons.
     pub photons: Option<PhotonCount>,
     /// Seed of the random streams.
     pub seed: u64,
@@ -158,7 +159,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            estimator: Estimator::Photons,
+            estimator: Estimator::Auto,
             photons: None,
             seed: 1,
             k: None,

@@ -66,7 +66,7 @@ use schedule::{Beside, Schedule};
 pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
 pub use simulation::Simulation;
 pub use surfaces::{focused_light, light_surfaces};
-pub use trial::{Choice, OtherEstimator, other_estimator};
+pub use trial::Choice;
 
 /// Number of histories of a task, unless there are more lights than that.
 const TASK: u64 = 1024;
@@ -437,7 +437,7 @@ impl<'a> Run<'a> {
     }
 
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
-        let photons = matches!(self.work, Work::Photons(_));
+        let photons = matches!(self.work, Work::Photons(_)) || self.beside.is_some();
         let asked = match self.keep {
             Keep::OnCaptors => self.settings.keeps_map() && !self.scene.captors().is_empty(),
             Keep::OnSurfaces(_) | Keep::Focused(_) => true,
@@ -454,16 +454,16 @@ impl<'a> Run<'a> {
         schedule: &Schedule,
         end: End,
     ) -> Result<Outcome> {
+        let rounds = totals.histories / schedule.histories;
+        let beside = self.beside.map(|_| rounds * schedule.all_beside());
+        let photons = beside.unwrap_or(totals.histories);
         let build = |map: Mutex<MapBuilder>| {
             let builder = unlocked(map);
             let pool = machine::pool(self.settings.threads.get())?;
-            let histories = totals.histories;
-            Ok(pool.install(|| builder.build(histories, |key| schedule.histories_before(key))))
+            Ok(pool.install(|| builder.build(photons, |key| schedule.photons_before(key))))
         };
         let map = map.map(build).transpose()?;
         let paths = totals.histories;
-        let rounds = paths / schedule.histories;
-        let beside = self.beside.map(|_| rounds * schedule.all_beside());
         totals.histories *= self.unit();
         let (unseen, too_small) = match &self.work {
             Work::Photons(_) | Work::Lights => {

@@ -1,9 +1,12 @@
 //! Photons beside the paths of a run. They count at captors where they bring light that paths leave
 //! to them, and at the faces from which no paths start, so that both together find all light, and no
-//! light twice. What becomes of all their power is scored, too.
+//! light twice. What becomes of all their power is scored, too, and where they arrive is stored in the
+//! photon map.
+
+use std::sync::Mutex;
 
 use super::{
-    BATCHES, Run,
+    BATCHES, Keep, Run, lock,
     schedule::{Beside, Schedule},
 };
 use crate::{
@@ -11,9 +14,10 @@ use crate::{
         rng::{Purpose, Streams},
         spectrum::Lanes,
     },
+    scene::light::Emission,
     transport::{
         paths::{Finding, Pilot},
-        photon_map::TaskKey,
+        photon_map::{MapBuilder, TaskArrivals, TaskKey, Way},
         tally::Tally,
         trace::{Event, trace},
     },
@@ -35,15 +39,24 @@ impl Run<'_> {
     pub(super) fn photons_beside<L: Lanes>(
         &self,
         schedule: &Schedule,
-        (round, task, batch): TaskKey,
+        key: TaskKey,
         pilot: &Pilot,
         tally: &mut Tally,
+        map: Option<&Mutex<MapBuilder>>,
     ) {
+        let (round, task, batch) = key;
         let Some((first, photons)) = schedule.photons_beside(batch, task) else { return };
         let scene = self.scene;
         let (_, histories) = schedule.range(batch, task);
         let by_photons = &*self.by_photons;
-        let strata = pilot.strata(scene, photons, histories, !by_photons.is_empty());
+        // the photon map wants all light in proportion, and so do faces at which photons alone count
+        let all = !by_photons.is_empty() || map.is_some();
+        let strata = pilot.strata(scene, photons, histories, all);
+        let limit = map.map_or(0, |map| lock(map).limit());
+        let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| TaskArrivals::default());
+        // weights are those of photons that are divided by the number of paths
+        let per_photon = photons as f64 / histories as f64;
+        let bands = scene.bands().len();
         let purpose = match self.purpose {
             Purpose::Run => Purpose::Beside,
             other => other,
@@ -66,15 +79,28 @@ impl Run<'_> {
             if photon.power.is_zero() {
                 continue;
             }
-            trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
+            let Emission { light, weights, ray, power, .. } = photon;
+            trace(scene, ray, power, (), &mut rng, |event| {
                 let alone = |face: usize| by_photons.get(face).is_some_and(|&alone| alone);
-                tally.score_beside(scene, photon.weights, &event, |counted| {
+                tally.score_beside(scene, weights, &event, |counted| {
                     finding.hidden || alone(counted.channel())
                 });
+                if let Some(task) = &mut stored
+                    && let Some((mut arrival, power)) =
+                        Keep::OnCaptors.arrival(scene, &event, Way::default())
+                {
+                    arrival.photon.light = light as u32;
+                    arrival.photon.history = index as u32;
+                    let power = power.values();
+                    let power =
+                        (0..bands).map(|b| (f64::from(power[b]) * weights[b] * per_photon) as f32);
+                    task.push(limit, arrival, power);
+                }
                 if let Event::Arrival { at, lobe, .. } = event {
                     finding.arrived(at.hit.triangle, lobe);
                 }
             });
         }
+        self.store(map, key, stored);
     }
 }

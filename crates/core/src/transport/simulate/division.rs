@@ -35,6 +35,8 @@ use crate::{
 /// Photons take at least and at most this fraction of the work.
 const LEAST_PHOTONS: f64 = 1.0 / 64.0;
 const MOST_PHOTONS: f64 = 0.875;
+/// Where they are stored for k-nearest estimates, they take at least this fraction.
+const LEAST_STORED: f64 = 0.1;
 /// At a face that fewer photons of the trial have come to, their variance is taken to be in
 /// proportion to its area.
 const KNOWN: u64 = 100;
@@ -68,7 +70,7 @@ impl TriedComplete {
     pub fn new(scene: &Scene, settings: &Settings, rays: u64, control: &Control) -> Result<Self> {
         let pilot = Arc::new(Pilot::beside_photons(scene, settings.seed));
         let paths = paths_of(scene, settings, &pilot, rays, control)?;
-        let photons = TriedPhotons::new(scene, settings, &pilot, control)?;
+        let photons = TriedPhotons::new(scene, settings, &pilot, rays, control)?;
         let variances = Variances::new(scene, &paths, &photons);
         let number = variances.faces.len();
         let work = Work { path: paths.work / number as f64, photon: photons.work };
@@ -76,7 +78,8 @@ impl TriedComplete {
             Some(_) => Goal::Worst,
             None => Goal::Typical,
         };
-        let Divided { photons: each, alone } = divide(&variances.all(), work, goal);
+        let least = if settings.keeps_map() { LEAST_STORED } else { LEAST_PHOTONS };
+        let Divided { photons: each, alone } = divide(&variances.all(), work, least, goal);
         let starts = alone.iter().filter(|&&alone| !alone).count();
         let mut by_photons = Vec::new();
         if starts < number {
@@ -158,7 +161,8 @@ enum Goal {
 }
 
 /// Divides the work among paths and photons. At a face without a variance nothing has arrived.
-fn divide(variances: &[Option<Variance>], work: Work, goal: Goal) -> Divided {
+/// Photons take at least the share `least` of the work.
+fn divide(variances: &[Option<Variance>], work: Work, least: f64, goal: Goal) -> Divided {
     let lit: Vec<(usize, Variance)> =
         variances.iter().enumerate().filter_map(|(face, found)| Some((face, (*found)?))).collect();
     let dark = (variances.len() - lit.len()) as f64;
@@ -167,7 +171,7 @@ fn divide(variances: &[Option<Variance>], work: Work, goal: Goal) -> Divided {
     let of_share =
         |share: f64, starts: f64| share / (1.0 - share) * starts * work.path / work.photon;
     let all = variances.len() as f64;
-    let first = of_share(LEAST_PHOTONS, 1.0).log2().ceil() as i32;
+    let first = of_share(least, 1.0).log2().ceil() as i32;
     let last = of_share(MOST_PHOTONS, all).log2().floor().max(first.into()) as i32;
     let mut best = (f64::INFINITY, Divided { photons: 1.0, alone: vec![false; variances.len()] });
     for exponent in first..=last {
@@ -205,7 +209,7 @@ fn divide(variances: &[Option<Variance>], work: Work, goal: Goal) -> Divided {
                 worst = worst.max(by_paths(of));
             }
             let paths = starts as f64 + dark;
-            let fits = of_share(LEAST_PHOTONS, paths)..=of_share(MOST_PHOTONS, paths);
+            let fits = of_share(least, paths)..=of_share(MOST_PHOTONS, paths);
             if paths == 0.0 || !fits.contains(&photons) {
                 continue;
             }
@@ -243,11 +247,12 @@ impl TriedPhotons {
         scene: &Scene,
         settings: &Settings,
         pilot: &Arc<Pilot>,
+        rays: u64,
         control: &Control,
     ) -> Result<Self> {
         let settings = of_a_trial(settings);
         let least = scene.sources() as u64;
-        let photons = affordable(scene, &settings, control, TRIAL)?.max(FEWEST * least);
+        let photons = affordable(scene, &settings, control, (TRIAL, rays))?.max(FEWEST * least);
         let beside = Some(Beside { ratio: 1.0, least });
         let schedule = Schedule { beside, ..Schedule::new(photons, least, TASK.max(least)) };
         let totals = |by_photons: Arc<[bool]>| {
@@ -468,7 +473,7 @@ mod tests {
                         least = least.min(cost(f64::from(exponent).exp2(), &alone, goal));
                     }
                 }
-                let Divided { photons, alone } = divide(&faces, work, goal);
+                let Divided { photons, alone } = divide(&faces, work, LEAST_PHOTONS, goal);
                 let found = cost(photons, &alone, goal);
                 let off = (found - least).abs();
                 assert!(!alone[7] && off < 1e-9, "{case}, {goal:?}: {found} {least}");

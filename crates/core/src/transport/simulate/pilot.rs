@@ -4,7 +4,7 @@ use std::sync::{Arc, atomic::Ordering};
 
 use super::{
     Control, Keep, Run, lamps,
-    tried::{affordable, of_a_trial},
+    tried::{RAYS, affordable, of_a_trial},
 };
 use crate::{
     error::{Error, NOTHING_WRITTEN, Result},
@@ -143,7 +143,7 @@ impl<'a, 'c> ImportancePilot<'a, 'c> {
         let guidance = Some(self.guidance.clone());
         let run = Run { purpose: Purpose::Pilot, ..run.guided_by(guidance) };
         let photons = PHOTONS.max(scene.sources() as u64);
-        let photons = affordable(scene, &self.settings, &control, photons)?;
+        let photons = affordable(scene, &self.settings, &control, (photons, RAYS))?;
         run.round(round, &run.schedule(photons)?)
     }
 }

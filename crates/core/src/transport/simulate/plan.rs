@@ -11,7 +11,7 @@ use super::{
     Choice, Control, Keep, Run,
     division::{Division, TriedComplete},
     pilot::ImportancePilot,
-    trial::OfPaths,
+    trial::{Chosen, OfPaths, rays_of_a_trial},
     tried::{Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons, unknown},
     within::within,
 };
@@ -25,7 +25,7 @@ use crate::{
     transport::{
         guiding::Guidance,
         paths,
-        settings::{Estimator, Guiding, Settings},
+        settings::{Estimator, Guiding, MAX_PHOTONS, PhotonCount, Settings},
         tally::Totals,
     },
 };
@@ -70,6 +70,16 @@ impl<'a> Plan<'a> {
     /// importance was asked for, and photons are not guided, and not compared with paths, where a trial
     /// was to decide. Errors: those of a run.
     pub fn make(scene: &'a Scene, settings: &Settings, control: &Control) -> Result<Self> {
+        Self::again(scene, settings, None, control)
+    }
+
+    /// Plans the run of `settings` that come from an earlier plan, which has chosen the estimator.
+    pub(super) fn again(
+        scene: &'a Scene,
+        settings: &Settings,
+        chosen: Option<Choice>,
+        control: &Control,
+    ) -> Result<Self> {
         let started = Instant::now();
         let control = &Control { progress: &|_| {}, ..*control };
         let mut settings = settings.clone();
@@ -96,25 +106,39 @@ impl<'a> Plan<'a> {
         if settings.guiding == Guiding::Auto {
             settings.guiding = guidance.as_ref().map_or(Guiding::Off, Guidance::guiding);
         }
-        let (choice, tried) = match settings.estimator {
+        let (choice, of_paths) = match settings.estimator {
             Estimator::Auto => {
                 let choose =
-                    |control: &Control| Choice::make(scene, &settings, guidance.clone(), control);
-                let (choice, tried) = within(until(FOR_PLANNING), control, choose)?
-                    .unwrap_or_else(|| (Choice::without_trial(), None));
-                (Some(choice), tried)
+                    |control: &Control| Chosen::make(scene, &settings, guidance.clone(), control);
+                let late = || "the time is too short to compare photons with paths".into();
+                let Chosen { choice, of_paths, per_photon } =
+                    within(until(FOR_PLANNING), control, choose)?
+                        .unwrap_or_else(|| Chosen::photons(&settings, late()));
+                settings.estimator = choice.estimator;
+                let as_much = |photons: u64| {
+                    let number = (photons as f64 * per_photon).round() as u64;
+                    PhotonCount::new(number.clamp(1, MAX_PHOTONS))
+                };
+                settings.photons = Some(as_much(settings.photons_or_default())?);
+                let limit = settings.tolerance_limit.map(|limit| as_much(limit.get()));
+                settings.tolerance_limit = limit.transpose()?;
+                (Some(choice), of_paths)
             }
             Estimator::Complete if !scene.captors().is_empty() => {
+                let asked = chosen.as_ref().map(|choice| choice.photons);
+                let rays = match asked {
+                    Some(photons) => rays_of_a_trial(scene, &settings, photons, control)?,
+                    None => None,
+                };
+                let rays = rays.unwrap_or(TRIAL_RAYS);
                 let TriedComplete { pilot, division, .. } =
-                    TriedComplete::new(scene, &settings, TRIAL_RAYS, control)?;
-                (None, Some(OfPaths { pilot, division: Some(division) }))
+                    TriedComplete::new(scene, &settings, rays, control)?;
+                (chosen, Some(OfPaths { pilot, division }))
             }
-            _ => (None, None),
+            _ => (chosen, None),
         };
-        settings.estimator = choice.as_ref().map_or(settings.estimator, |choice| choice.estimator);
-        let (of_paths, division) = tried.map_or((None, None), |OfPaths { pilot, division }| {
-            (Some(pilot), division.filter(|_| settings.estimator == Estimator::Complete))
-        });
+        let (of_paths, division) =
+            of_paths.map(|OfPaths { pilot, division }| (pilot, division)).unzip();
         let guidance = guidance.filter(|_| settings.estimator == Estimator::Photons);
         Ok(Self { settings, choice, guidance, of_paths, division, started })
     }
@@ -186,7 +210,7 @@ fn try_aiming<'a>(
     control: &Control,
 ) -> Result<Aiming> {
     let first = FIRST.max(scene.sources() as u64);
-    let (mut photons, mut rays) = (affordable(scene, settings, control, first)?, 0);
+    let (mut photons, mut rays) = (affordable(scene, settings, control, (first, RAYS))?, 0);
     loop {
         let plain = try_guiding(scene, settings, None, photons, control)?;
         let aimed = match aim {

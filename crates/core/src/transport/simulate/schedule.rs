@@ -114,15 +114,26 @@ impl Schedule {
         tasks.is_multiple_of(self.cuts).then_some(Self { histories, ..*self })
     }
 
-    /// Returns the number of histories before a task, in the order of the photon map.
-    pub fn histories_before(&self, (round, task, batch): TaskKey) -> u64 {
-        let in_round: u64 = (0..self.batches)
-            .map(|b| {
-                let whole = if b < batch { task + 1 } else { task };
-                if whole >= self.tasks(b) { self.batch(b) } else { whole * self.task }
-            })
-            .sum();
-        round * self.histories + in_round
+    /// Returns the number of photons of a task: of its histories, or beside its paths.
+    pub fn photons(&self, batch: u64, task: u64) -> u64 {
+        match self.beside {
+            None => self.range(batch, task).1,
+            Some(_) => self.photons_beside(batch, task).map_or(0, |(_, photons)| photons),
+        }
+    }
+
+    /// Returns the number of photons before a task, in the order of the photon map. Beside paths it
+    /// must be a task of photons.
+    pub fn photons_before(&self, (round, task, batch): TaskKey) -> u64 {
+        let of = |histories| self.beside.map_or(histories, |beside| beside.photons(histories));
+        let (range, each) = (task / self.cuts, of(self.task));
+        let in_batch = |b: u64, ranges: u64| match self.ranges(b) {
+            all if ranges >= all => (all - 1) * each + of(self.batch(b) - (all - 1) * self.task),
+            _ => ranges * each,
+        };
+        let all: u64 = (0..self.batches).map(|b| in_batch(b, u64::MAX)).sum();
+        let done = |b: u64| if b < batch { range + 1 } else { range };
+        round * all + (0..self.batches).map(|b| in_batch(b, done(b))).sum::<u64>()
     }
 }
 

@@ -119,7 +119,7 @@ impl<'a> Joined<'a> {
         control: &'a Control<'a>,
     ) -> Result<Self> {
         check_shardable(settings)?;
-        let plan = Plan::make(scene, settings, control)?;
+        let plan = Plan::again(scene, settings, choice.clone(), control)?;
         let run = Run::of_plan(scene, settings, &plan, part_of(scene, settings), control)?;
         let (schedule, totals, tally) = (run.shard_schedule()?, run.totals(), run.tally());
         let map = run.map_builder();
@@ -185,7 +185,7 @@ pub(super) fn check_arrivals(
         return None;
     }
     let found = TaskArrivals::from_words(words, scene.bands().len())?;
-    let (_, histories) = schedule.range(batch, task);
+    let photons = schedule.photons(batch, task);
     for arrival in found.arrivals() {
         let captor = scene.captors().partition_point(|c| c.first_channel <= arrival.bin as usize);
         let captor = scene.captors().get(captor.checked_sub(1)?)?;
@@ -197,7 +197,7 @@ pub(super) fn check_arrivals(
         let fits = (arrival.bin as usize) < scene.channels()
             && (photon.triangle as usize) < triangles
             && (photon.light as usize) < scene.lights().len()
-            && u64::from(photon.history) < histories;
+            && u64::from(photon.history) < photons;
         fits.then_some(())?;
     }
     Some(found)

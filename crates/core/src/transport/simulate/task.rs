@@ -65,7 +65,7 @@ impl Run<'_> {
         with_lanes!(self.scene.lanes(), L => match &self.work {
             Work::Paths(faces, pilot) => {
                 self.paths::<L>(schedule, key, faces, pilot, tally);
-                self.photons_beside::<L>(schedule, key, pilot, tally);
+                self.photons_beside::<L>(schedule, key, pilot, tally, map);
             }
             Work::Photons(strata) => {
                 let own = (strata.histories() != histories).then(|| self.strata(histories));
@@ -254,13 +254,23 @@ impl Run<'_> {
         for (all, &most) in self.brightest.iter().zip(&brightest) {
             all.fetch_max(most.to_bits(), Ordering::Relaxed);
         }
-        if let (Some(map), Some(stored)) = (map, stored) {
-            let mut map = lock(map);
-            map.add(key, stored);
-            if map.bytes() > self.map_room {
-                self.map_too_large.store(true, Ordering::Relaxed);
-                self.broken.store(true, Ordering::Relaxed);
-            }
+        self.store(map, key, stored);
+    }
+
+    /// Adds the arrivals of a task to the map. The run ends where they take more memory than is
+    /// left.
+    pub(super) fn store(
+        &self,
+        map: Option<&Mutex<MapBuilder>>,
+        key: TaskKey,
+        stored: Option<TaskArrivals>,
+    ) {
+        let (Some(map), Some(stored)) = (map, stored) else { return };
+        let mut map = lock(map);
+        map.add(key, stored);
+        if map.bytes() > self.map_room {
+            self.map_too_large.store(true, Ordering::Relaxed);
+            self.broken.store(true, Ordering::Relaxed);
         }
     }
 }
@@ -286,7 +296,7 @@ impl Keep<'_> {
     /// Returns the arrival to store of an event, and its power, for a photon that came this `way`.
     /// `None` if the event is not stored.
     #[inline]
-    fn arrival<'e, L: Lanes>(
+    pub(super) fn arrival<'e, L: Lanes>(
         self,
         scene: &'e Scene,
         event: &'e Event<'_, L>,

@@ -2,173 +2,170 @@
 //!
 //! Cost is counted as [work](crate::math::effort), never by the clock, times the relative variance.
 //! This is the work for a relative standard error of 1; other errors take 1 / error^2 times as much.
+//!
+//! Photons are traced in any case: alone, or beside paths. Paths alone are never chosen, because
+//! those that leave some light to photons miss nothing, and cost hardly more where there is little of
+//! it.
 
 use std::sync::Arc;
 
 use super::{
-    BATCHES, Control, Keep, Run, Simulation,
+    BATCHES, Control, Keep, MIN_PATHS, Run,
     division::{Division, TriedComplete},
-    faces_of_paths,
-    tried::{FEWEST, TRIAL, TRIAL_RAYS, Tried, of_a_trial, of_photons, paths_of, tried, unknown},
+    tried::{
+        FEWEST, TRIAL, TRIAL_RAYS, Tried, of_a_trial, of_photons, rays_of_a_photon, tried, unknown,
+    },
 };
 use crate::{
     error::Result,
     scene::world::Scene,
     transport::{
         guiding::Guidance,
-        paths::{Pilot, Unseen},
-        settings::{Estimator, Guiding, Settings, Tolerance},
+        paths::Pilot,
+        settings::{Estimator, PhotonCount, Settings},
     },
 };
 
-/// The relative error for which the work is stated where no tolerance is asked for.
-const GOAL: f64 = 0.01;
-/// The other estimator is recommended if it would take less than this fraction of the work.
-const MUCH_LESS: f64 = 0.25;
-/// A trial of the other estimator may take one in this many of the rays of a run, and is made only
-/// if that is at least [`TELLING`] rays.
-const SPENT: u64 = 16;
-const TELLING: u64 = 1 << 14;
+/// A run that traces fewer rays than this takes some tenths of a second: it has no trial, and traces
+/// photons.
+const SHORT: f64 = (1u64 << 19) as f64;
+/// A trial has up to four parts, of paths and of photons, each of which may trace one in this many of
+/// the rays of the run.
+const SPENT: f64 = 48.0;
+/// The least number of rays of a part: no fewer tell anything.
+const LEAST_RAYS: u64 = 1 << 14;
 
-/// An estimator, and the reason why it was chosen.
+/// An estimator that a trial has chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// Photons, paths or complete paths.
+    /// Photons, or complete paths.
     pub estimator: Estimator,
+    /// Number of photons whose work the run was to take; `None` if only a tolerance or a time limit
+    /// ends it.
+    pub photons: Option<u64>,
     /// The reason, as text for the user.
     pub why: String,
 }
 
-impl Choice {
-    /// Chooses photons where there was no time for a trial.
-    pub(super) fn without_trial() -> Self {
-        let why = "the time is too short to compare photons with paths".into();
-        Self { estimator: Estimator::Photons, why }
+/// What is known once an estimator has been chosen.
+pub(super) struct Chosen {
+    pub choice: Choice,
+    /// For complete paths: what the trial has found for them.
+    pub of_paths: Option<OfPaths>,
+    /// Number of histories of the chosen estimator that take as much work as one photon.
+    pub per_photon: f64,
+}
+
+/// What a trial has found for a run of complete paths.
+pub(super) struct OfPaths {
+    /// What pilot photons have found for the paths.
+    pub pilot: Arc<Pilot>,
+    /// How they divide their work.
+    pub division: Division,
+}
+
+impl Chosen {
+    /// Photons, for this reason.
+    pub fn photons(settings: &Settings, why: String) -> Self {
+        let choice = Choice { estimator: Estimator::Photons, photons: asked(settings), why };
+        Self { choice, of_paths: None, per_photon: 1.0 }
     }
 
-    /// Chooses the cheaper estimator for the tolerance of `settings` on each captor or, without a
-    /// tolerance, for the geometric mean of the variances over the captors. Photons are guided by
-    /// `guidance`. Where paths may miss light, or where photons are better at some faces, photons are
-    /// compared with complete paths. Returns with the choice what the trial of paths has found,
-    /// if they were tried. Errors: those of a run.
-    pub(super) fn make<'a>(
+    /// Chooses the estimator that takes less work for the tolerance of `settings` on each captor or,
+    /// without a tolerance, for the variances over all captors. Photons are guided by `guidance`.
+    /// Errors: those of a run.
+    pub fn make<'a>(
         scene: &'a Scene,
         settings: &Settings,
         guidance: Option<Guidance<'a>>,
         control: &Control,
-    ) -> Result<(Self, Option<OfPaths>)> {
-        let photons = |why: String| Ok((Self { estimator: Estimator::Photons, why }, None));
+    ) -> Result<Self> {
+        let photons = |why: String| Ok(Self::photons(settings, why));
         if settings.by_light {
             return photons("only photons know which light they come from".into());
         }
         if scene.captors().is_empty() {
             return photons("there is no captor for paths to start from".into());
         }
-        let complete = TriedComplete::new(scene, settings, TRIAL_RAYS, control)?;
-        let left = complete.left;
+        let Some(rays) = rays_of_a_trial(scene, settings, asked(settings), control)? else {
+            return photons("the run is too short to try paths".into());
+        };
+        let complete = TriedComplete::new(scene, settings, rays, control)?;
         // photons beside paths may be sent through a box about the captors, as those alone are not
         let photons = match guidance {
             None if complete.pilot.most_gain() == 1.0 => complete.photons.clone(),
-            guidance => photons_of(scene, settings, guidance, TRIAL_RAYS, control)?,
+            guidance => photons_of(scene, settings, guidance, rays, control)?,
         };
-        let (paths, of_paths, name) =
-            match Unseen::may_be(scene) || !complete.division.by_photons.is_empty() {
-                true => {
-                    let TriedComplete { pilot, division, tried, .. } = complete;
-                    (tried, OfPaths { pilot, division: Some(division) }, Estimator::Complete)
-                }
-                false => {
-                    let pilot = Arc::new(Pilot::run(scene, settings.seed));
-                    let tried = paths_of(scene, settings, &pilot, TRIAL_RAYS, control)?;
-                    (tried, OfPaths { pilot, division: None }, Estimator::Paths)
-                }
-            };
-        let paths = &paths;
+        let TriedComplete { pilot, division, tried: paths, left, .. } = complete;
         let hardest = settings.tolerance.is_some();
-        let times = paths.cost(&photons, hardest) / photons.cost(paths, hardest);
-        let (estimator, other, times) = match times < 1.0 {
-            true => (name, Estimator::Photons, times.recip()),
-            false => (Estimator::Photons, name, times),
-        };
-        let goal = settings.tolerance.map_or(GOAL, Tolerance::get);
-        let of = if hardest { "on every captor" } else { "at the median captor" };
-        let photons_needed = photons.needed(paths, goal, hardest);
-        let paths_needed = paths.needed(&photons, goal, hardest);
-        let percent = 100.0 * goal;
-        let why = format!(
-            "{percent} % {of} takes {photons_needed} photons, or {paths_needed} {name}; {other} are {times:.1} \
-             times the work"
-        );
-        let why = match name {
-            Estimator::Complete if left > 0.0 => {
-                let left = 100.0 * left;
-                format!(
-                    "{why}; paths leave about {left:.2} % of the light on the captors to photons"
-                )
-            }
-            _ => why,
-        };
-        Ok((Self { estimator, why }, Some(of_paths)))
-    }
-}
-
-/// What a trial has found for a run of paths.
-pub(super) struct OfPaths {
-    /// What pilot photons have found for the paths.
-    pub pilot: Arc<Pilot>,
-    /// For complete paths: how they divide their work.
-    pub division: Option<Division>,
-}
-
-/// An estimator that would have taken less work than that of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OtherEstimator {
-    /// The estimator.
-    pub estimator: Estimator,
-    /// How many times less work it takes for the same errors.
-    pub times: f64,
-}
-
-/// Returns the other estimator if, judging by a short trial, it would take much less work than this
-/// run did. Errors: those of a run.
-pub fn other_estimator(run: &Simulation, control: &Control) -> Result<Option<OtherEstimator>> {
-    let (scene, settings) = (run.scene(), run.settings());
-    let rays = run.totals().segments / SPENT;
-    if run.choice().is_some() || settings.by_light || scene.captors().is_empty() || rays < TELLING {
-        return Ok(None);
-    }
-    let rays = rays.min(TRIAL_RAYS);
-    let control = &Control { progress: &|_| {}, ..*control };
-    let number = faces_of_paths(scene, run.by_photons()).len() as u64;
-    let (own, other, name) = match run.estimator() {
-        Estimator::Paths | Estimator::Complete => {
-            let histories = run.totals().histories / number;
-            let own = Tried::new(scene, run.totals(), histories, number, unknown(scene));
-            let pilot = Arc::new(Pilot::run(scene, settings.seed));
-            let own = own.counted_as(&paths_of(scene, settings, &pilot, rays, control)?);
-            (own, photons_of(scene, settings, None, rays, control)?, Estimator::Photons)
-        }
-        _ => {
-            let brings = match run.guiding() {
-                Guiding::Off => of_photons(scene),
-                _ => unknown(scene),
+        let times = paths.cost(&photons, hardest) / photons.cost(&paths, hardest);
+        // so many paths, over all faces, take as much work as one photon
+        let per_photon = paths.unit as f64 * photons.work / paths.work;
+        let least = (paths.unit * MIN_PATHS) as f64;
+        let are_few = asked(settings).is_some_and(|photons| photons as f64 * per_photon < least);
+        if times >= 1.0 || are_few {
+            let why = match times >= 1.0 {
+                true => format!(
+                    "complete paths would take {} times the work for the same errors",
+                    digits(times)
+                ),
+                false => format!(
+                    "complete paths would take {} times less work for the same errors, but more in all \
+                     than was asked for",
+                    digits(times.recip())
+                ),
             };
-            let own = Tried::new(scene, run.totals(), run.totals().histories, 1, brings);
-            let own = own.counted_as(&photons_of(scene, settings, None, rays, control)?);
-            match Unseen::may_be(scene) {
-                true => {
-                    let complete = TriedComplete::new(scene, settings, rays, control)?;
-                    (own, complete.tried, Estimator::Complete)
-                }
-                false => {
-                    let pilot = Arc::new(Pilot::run(scene, settings.seed));
-                    (own, paths_of(scene, settings, &pilot, rays, control)?, Estimator::Paths)
-                }
-            }
+            return Ok(Self::photons(settings, why));
         }
+        let mut why = format!("{} times less work than photons for the same errors", digits(times.recip()));
+        if left > 0.0 {
+            why += &format!("; paths leave about {:.2} % of the light on the captors to photons", 100.0 * left);
+        }
+        let choice = Choice { estimator: Estimator::Complete, photons: asked(settings), why };
+        Ok(Self { choice, of_paths: Some(OfPaths { pilot, division }), per_photon })
+    }
+}
+
+/// Returns the number of photons whose work a run is to take, if it is limited by that.
+fn asked(settings: &Settings) -> Option<u64> {
+    match settings.tolerance {
+        Some(_) => settings.tolerance_limit.map(PhotonCount::get),
+        None => Some(settings.photons_or_default()),
+    }
+}
+
+/// Returns the most rays of each part of a trial before a run of so many photons; `None` if the run
+/// is too short for a trial. Errors: those of a run.
+pub(super) fn rays_of_a_trial(
+    scene: &Scene,
+    settings: &Settings,
+    photons: Option<u64>,
+    control: &Control,
+) -> Result<Option<u64>> {
+    let Some(photons) = photons.filter(|_| settings.max_time.is_none()) else {
+        return Ok(Some(TRIAL_RAYS));
     };
-    let share = other.cost(&own, false) / own.cost(&other, false);
-    Ok((share < MUCH_LESS).then(|| OtherEstimator { estimator: name, times: share.recip() }))
+    let (few, each) = match photons < scene.sources() as u64 {
+        // the run itself says that these are too few
+        true => return Ok(None),
+        false => rays_of_a_photon(scene, settings, control)?,
+    };
+    let rays = photons as f64 * each;
+    let short = rays < SHORT || photons < few;
+    Ok((!short).then_some(((rays / SPENT) as u64).clamp(LEAST_RAYS, TRIAL_RAYS)))
+}
+
+/// Writes a number with two significant digits.
+fn digits(number: f64) -> String {
+    match number {
+        ..9.95 => format!("{number:.1}"),
+        ..99.5 => format!("{number:.0}"),
+        ..1e5 => format!("{:.0}", {
+            let unit = 10f64.powi(number.log10().floor() as i32 - 1);
+            (number / unit).round() * unit
+        }),
+        _ => format!("{number:.1e}"),
+    }
 }
 
 /// Runs a trial of photons that takes up to about `rays` rays.

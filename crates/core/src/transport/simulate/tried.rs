@@ -27,9 +27,6 @@ pub(super) const TRIAL_RAYS: u64 = 1 << 18;
 pub(super) const FEWEST: u64 = 16;
 /// The most faces from which paths are tried. They are spread over all captors.
 const FACES: usize = 64;
-/// The variance at a face is known well enough if the trial is as accurate as this many photons of
-/// equal power there.
-const SURE: f64 = 100.0;
 /// A variance that fewer histories than these have shown is not known well.
 const SEEN: u64 = 30;
 /// No face counts as found with less than this fraction of the variance of the median face.
@@ -46,20 +43,31 @@ pub(super) fn of_a_trial(settings: &Settings) -> Settings {
 }
 
 /// Returns the number of photons that a trial can afford: `photons` or, where paths are long, only
-/// as many as trace about [`RAYS`], but at least one for each batch and source. That many are
-/// traced to measure how long paths are. Errors: those of a run.
+/// as many as trace about so many rays, but at least one for each batch and source. Errors: those of
+/// a run.
 pub(super) fn affordable(
     scene: &Scene,
     settings: &Settings,
     control: &Control,
-    photons: u64,
+    (photons, rays): (u64, u64),
 ) -> Result<u64> {
+    let (few, each) = rays_of_a_photon(scene, settings, control)?;
+    Ok(photons.min(((rays as f64 / each) as u64).max(few)))
+}
+
+/// Traces one photon for each batch and source. Returns their number and how many rays one takes, at
+/// least 1. Errors: those of a run.
+pub(super) fn rays_of_a_photon(
+    scene: &Scene,
+    settings: &Settings,
+    control: &Control,
+) -> Result<(u64, f64)> {
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = Run { purpose: Purpose::Guiding, ..run };
     let few = BATCHES.max(scene.sources() as u64);
     let totals = run.round(0, &run.schedule(few)?)?;
-    Ok(photons.min((RAYS * few / totals.segments.max(1)).max(few)))
+    Ok((few, (totals.segments as f64 / few as f64).max(1.0)))
 }
 
 /// What a trial has found.
@@ -215,23 +223,6 @@ impl Tried {
         };
         self.work * variance
     }
-
-    /// Returns the same of a run, which counts no work: as if each ray took as much as in a trial of
-    /// the same kind.
-    pub fn counted_as(self, trial: &Self) -> Self {
-        Self { work: self.rays * trial.work / trial.rays, ..self }
-    }
-
-    /// Returns how many photons, or paths over all captors, reach the relative error `goal`, at the
-    /// face where it is hardest or at the median face. It says "at least" where the trial has not
-    /// reached an error of a tenth itself, as a hundred photons of equal power would.
-    pub fn needed(&self, other: &Self, goal: f64, hardest: bool) -> String {
-        let all = self.found.variances(&other.found);
-        let variance = all[if hardest { all.len() - 1 } else { all.len() / 2 }];
-        let sure = self.histories as f64 >= SURE * variance;
-        let about = if sure { "about" } else { "at least" };
-        format!("{about} {:.1e}", self.unit as f64 * variance / goal.powi(2))
-    }
 }
 
 /// Runs a trial of paths that takes up to about `rays` rays.
@@ -334,7 +325,7 @@ mod tests {
                 ..SceneParts::default()
             });
             let control = Control::default();
-            affordable(&scene.unwrap(), &Settings::default(), &control, 4096).unwrap()
+            affordable(&scene.unwrap(), &Settings::default(), &control, (4096, RAYS)).unwrap()
         };
         assert_eq!(photons(0.0), 4096);
         assert_eq!(photons(1.0), BATCHES);
