@@ -11,8 +11,8 @@ use phylux::{
     transport::{NearestCount, PhotonCount},
 };
 
-/// Loads and runs a scene file whose settings are first changed by `change`. Panics with the
-/// error's message.
+/// Loads and runs a scene file whose settings are first changed by `change`. Photons are traced
+/// where the file names no estimator. Panics with the error's message.
 ///
 /// Where the environment variable `PHYLUX_RETRY` is set, the run uses the next seed and four times
 /// the histories. A random test that failed because of a bias then fails again, because the bias
@@ -20,6 +20,10 @@ use phylux::{
 pub fn run_file(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
     let loaded = phylux::load(path).unwrap_or_else(|e| panic!("{e}"));
     let mut settings = loaded.settings.clone();
+    let names_estimator = std::fs::read_to_string(path).is_ok_and(|text| text.contains("\"estimator\""));
+    if !names_estimator {
+        settings.estimator = Estimator::Photons;
+    }
     change(&mut settings);
     if std::env::var_os("PHYLUX_RETRY").is_some() {
         settings.seed += 1;

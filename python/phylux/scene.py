@@ -261,7 +261,7 @@ class Scene:
         Args:
             photons: number of photons, or of paths over all captors; with a tolerance, the largest number.
             seed: seed of the random numbers.
-            estimator: ``"photons"``, ``"paths"``, ``"complete"`` or ``"auto"``.
+            estimator: ``"photons"``, ``"paths"``, ``"complete"`` or ``"auto"`` (default: the scene's, or ``"auto"``).
             tolerance: continue until every captor's relative standard error is at most this, in (0, 1).
             of: the values that the tolerance applies to, instead of the irradiance of all faces:
                 ``"pattern[:quantity[:band]]"`` or a list of these, as ``["plant*:absorbed:PAR", "bench"]``; quantities

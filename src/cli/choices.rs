@@ -18,7 +18,11 @@ pub fn estimator() -> impl TypedValueParser<Value = Estimator> {
             Estimator::Complete,
             "Paths, and beside them photons that count where they bring light which paths cannot find",
         ),
-        ("auto", Estimator::Auto, "A short trial chooses the cheapest of these"),
+        (
+            "auto",
+            Estimator::Auto,
+            "The default: a short trial chooses photons or complete paths, whichever take less work; --photons N is the work of N photons",
+        ),
     ])
 }
 

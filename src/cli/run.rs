@@ -28,9 +28,8 @@ use phylux_core::{
         },
         shard::Shard,
         simulate::{
-            Control, End, Keeper, KeptArrivals, OtherEstimator, Plan, Progress, RunState,
-            ShardSums, Simulation, check_shardable, other_estimator, simulate, simulate_kept,
-            simulate_shard,
+            Control, End, Keeper, KeptArrivals, Plan, Progress, RunState, ShardSums, Simulation,
+            check_shardable, simulate, simulate_kept, simulate_shard,
         },
     },
 };
@@ -51,10 +50,12 @@ pub(super) const LONG_RUNS: &str = "Long runs";
 pub(super) struct Arguments {
     /// Scene file (JSON)
     scene: PathBuf,
-    /// Method: photons from the lights, or paths back from the captors [default: the scene's]
+    /// Method: photons from the lights, or paths back from the captors [default: the scene's, or auto]
     #[arg(long, value_parser = super::choices::estimator())]
     estimator: Option<Estimator>,
-    /// Photons (or paths over all captors) to trace, e.g. 5e6; with --tolerance: the most to trace
+    /// Photons to trace, e.g. 5e6, or paths over all captors where --estimator asks for them; with
+    /// --tolerance: the most to trace. Where complete paths are chosen for you, as many are traced as
+    /// take the same work
     #[arg(long, value_name = "N", value_parser = photons, allow_hyphen_values = true)]
     photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte
@@ -70,8 +71,8 @@ pub(super) struct Arguments {
     #[arg(long, help_heading = ENDS, value_name = "PATTERN[:QUANTITY[:BAND]]", value_parser = Target::parse)]
     of: Vec<Target>,
     /// End soon after this time, if --photons or --tolerance have not ended the run before: give a
-    /// large --photons. The number of photons that the run reports, given as --photons, gives the
-    /// same results
+    /// large --photons. The number of photons or paths that the run reports, given as --photons with
+    /// the same --estimator, gives the same results
     #[arg(long, help_heading = ENDS, value_name = "SECONDS", value_parser = max_time, allow_hyphen_values = true)]
     max_time: Option<TimeLimit>,
     /// Photons of each k-nearest estimate; 0 makes no such estimates and stores no photons
@@ -369,16 +370,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         simulation.estimator(),
         place_of(&arguments.outputs.output),
     );
-    let other = match terminal::is_quiet() {
-        true => None,
-        false => other_estimator(&simulation, &control)?,
-    };
-    let other = other.map_or(String::new(), |OtherEstimator { estimator, times }| {
-        format!(
-            "--estimator {estimator} would take about {times:.0} times less work for the same errors\n"
-        )
-    });
-    super::terminal::print(&(summary.text + &speed + &other))?;
+    super::terminal::print(&(summary.text + &speed))?;
     Ok(match result.tolerance {
         Some(ToleranceResult { met: false, .. }) => TOLERANCE_NOT_MET,
         _ => 0,

@@ -3,7 +3,7 @@
 use std::{collections::HashSet, fmt::Write};
 
 use super::{table::Table, terminal};
-use phylux_core::{math::pattern::copied, transport::settings::Guiding};
+use phylux_core::{math::pattern::copied, transport::settings::{Estimator, Guiding}};
 use phylux_results::result::{
     AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult, RunResult,
     Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
@@ -60,7 +60,16 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
         let _ = writeln!(text, "{guided}");
     }
     if let Some(why) = &result.chosen {
-        let _ = writeln!(text, "{} were chosen: {why}", result.estimator);
+        let asked = result.settings.as_ref().and_then(|settings| settings.work_of_photons);
+        let _ = match (result.estimator, asked) {
+            (Estimator::Complete, Some(photons)) => writeln!(
+                text,
+                "{} were chosen, for the work of {photons} photons: {why} (--estimator photons traces \
+                 photons alone)",
+                result.estimator
+            ),
+            _ => writeln!(text, "{} were chosen: {why}", result.estimator),
+        };
     }
     if let Some(found) = &result.tolerance {
         tolerance(&mut text, result, found);

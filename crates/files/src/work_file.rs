@@ -25,7 +25,7 @@ use phylux_core::{
 
 /// The version of the files, of random numbers and of sums, and of their order. It is raised by one
 /// when one of them changes, so that work from before and after the change is not put together.
-pub const FORMAT: u32 = 9;
+pub const FORMAT: u32 = 10;
 /// The version of phylux that writes the files.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Says that a file was written by another [`FORMAT`].

@@ -99,7 +99,8 @@ impl<'a> RenderedScene<'a> {
             }
             RenderPlan::Run if !scene.captors().is_empty() => {
                 let control = Control { progress: &staged(RenderStage::Captors), ..*control };
-                let by_light = settings.estimator == Estimator::Photons && splits(scene);
+                let by_photons = matches!(settings.estimator, Estimator::Photons | Estimator::Auto);
+                let by_light = by_photons && splits(scene);
                 let settings =
                     Settings { k: Some(NearestCount::NONE), by_light, ..settings.clone() };
                 let simulation = simulate(scene, &settings, &control)?;
@@ -213,7 +214,8 @@ fn check_memory(
         RenderPlan::Run => scene.channels() + scene.group_channels() * scene.groups().len(),
         RenderPlan::Results { .. } | RenderPlan::Photons => 0,
     };
-    let split = if settings.estimator == Estimator::Photons { lights } else { 0 };
+    let by_photons = matches!(settings.estimator, Estimator::Photons | Estimator::Auto);
+    let split = if by_photons { lights } else { 0 };
     let captors = COPIES * VALUE * channels * columns * (split + 1);
     let surfaces = tiles.parts.iter().filter(|part| part.material.is_some());
     let surfaces = surfaces.map(|part| part.tiles.len()).sum::<usize>();

@@ -1,6 +1,7 @@
 //! Checks: what a scene holds, and what looks wrong in it.
 
 mod copies;
+mod inside;
 mod lamps;
 mod mesh;
 mod objects;

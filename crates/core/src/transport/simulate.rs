@@ -478,7 +478,10 @@ impl<'a> Run<'a> {
                 (None, too_small.unwrap_or_default())
             }
             Work::Paths(_, pilot) => {
-                let Told { unseen, by_chance } = Told::find(self.scene, pilot, self.settings.seed);
+                let Told { unseen, by_chance } = {
+                    let rays = totals.segments;
+                    Told::find(self.scene, pilot, self.settings.seed, rays)
+                };
                 let by_photons = &self.by_photons;
                 let too_small = by_chance
                     .map(|found| found.too_small(self.scene, &totals, paths, beside, by_photons));

@@ -1306,7 +1306,7 @@ pub struct SettingsSpec {
     /// Time after which the run stops, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_time: Option<f64>,
-    /// Method that finds the light on the captors (default photons).
+    /// Method that finds the light on the captors (default auto).
     #[serde(default)]
     pub estimator: Estimator,
     /// Number of threads, 0 for one per processor (default 0).

@@ -57,9 +57,9 @@ impl RunResult {
             .iter()
             .enumerate()
             .map(|(c, captor)| {
-                let nearest = match simulation.estimator() == Estimator::Photons {
-                    true => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
-                    false => Some([None, None]),
+                let nearest = match simulation.estimator() {
+                    Estimator::Paths => Some([None, None]),
+                    _ => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
                 };
                 let sunlit = sunlit.as_ref().map(|shares| shares[c]);
                 captor_result(simulation, captor, nearest, sunlit)

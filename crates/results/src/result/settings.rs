@@ -18,6 +18,10 @@ pub struct RunSettings {
     /// ended the run, the limit on their number; absent if there was none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photons: Option<u64>,
+    /// Where a trial has chosen the estimator: the number of photons whose work the run was to take;
+    /// absent if only a tolerance ended it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub work_of_photons: Option<u64>,
     /// Seed of the random streams.
     pub seed: u64,
     /// The relative standard error at which to stop, if one was asked for.
@@ -46,6 +50,7 @@ impl RunSettings {
     pub fn new(simulation: &Simulation) -> Self {
         let settings = simulation.settings();
         let of_photons = simulation.estimator() == Estimator::Photons;
+        let has_photons = simulation.estimator() != Estimator::Paths;
         let met = simulation.accuracy().is_some_and(|accuracy| accuracy.met);
         Self {
             estimator: simulation.estimator(),
@@ -54,10 +59,11 @@ impl RunSettings {
             } else {
                 Some(simulation.totals().histories)
             },
+            work_of_photons: simulation.choice().and_then(|choice| choice.photons),
             seed: settings.seed,
             tolerance: settings.tolerance.map(Tolerance::get),
             of: settings.of.iter().map(Target::to_string).collect(),
-            k: settings.k.filter(|_| of_photons).map(NearestCount::get),
+            k: settings.k.filter(|_| has_photons).map(NearestCount::get),
             map_photons: simulation.map().map(|_| settings.map_photons.get()),
             guiding: of_photons.then_some(simulation.guiding()),
             by_light: settings.by_light,

@@ -142,9 +142,10 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
     let by_light = result.captors.iter().any(|captor| captor.front.by_light.is_some());
     match result.estimator {
         Estimator::Paths | Estimator::Complete => {
-            let other = match result.estimator {
-                Estimator::Paths if !by_light => "complete",
-                _ => "photons",
+            let or = match result.estimator {
+                Estimator::Paths if by_light => ", or --estimator photons",
+                Estimator::Paths => ", or --estimator complete",
+                _ => "",
             };
             let faces = || result.captors.iter().flat_map(CaptorResult::faces);
             warn(
@@ -152,7 +153,7 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
                 format!(
                     "the errors at {} of {} faces of captors rest on few paths or photons that found much light, as by way of \
                      a mirror, or on none though photons know of light there: values and errors may be far \
-                     too small; trace more, or --estimator {other}",
+                     too small; trace more{or}",
                     faces().filter(|face| face.few_paths).count(),
                     faces().count()
                 ),
@@ -174,9 +175,14 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
                 "few photons on a face of a captor",
                 format!(
                     "fewer than {FEW_HISTORIES} photons on a face of {}{or}: neither their values nor their errors are \
-                     reliable; trace more, or try --estimator {}",
+                     reliable; trace more{}",
                     some(&rough, LISTED),
-                    if by_light { "paths" } else { "complete" }
+                    match (by_light, &result.chosen) {
+                        (true, _) => ", or try --estimator paths",
+                        (false, None) => ", or leave the estimator to a trial (--estimator auto)",
+                        // a trial has found that paths take more work
+                        (false, Some(_)) => "",
+                    }
                 ),
             );
         }

@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
-    objects::is_in,
+    inside::is_in,
     remarks::{Remarks, quoted},
 };
 use phylux_core::{

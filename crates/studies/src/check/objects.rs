@@ -7,7 +7,9 @@ use glam::{DVec3, Vec3};
 use serde::{Serialize, Serializer};
 
 use super::{
-    copies, lamps,
+    copies,
+    inside::is_in,
+    lamps,
     remarks::{Remarks, length, quoted},
 };
 use phylux_core::{
@@ -38,8 +40,6 @@ const RAYS: usize = 200;
 const MORE_RAYS: usize = 1 << 16;
 /// Sensors with more triangles than this are not checked for being half inside an object.
 const MOST_TRIANGLES: usize = 64;
-/// After this many crossings a ray is assumed to have left all objects.
-const MOST_CROSSINGS: usize = 1000;
 /// Number of photons of the trial that looks for light on captors.
 const TRIAL: u64 = 10_000;
 /// With aimed flights, at least as many arrivals are expected as with this many times the photons.
@@ -308,23 +308,6 @@ fn check_captors_in_solids(scene: &Scene, remarks: &mut Remarks) {
     remarks.warn_of(quoted(cut.map(|(_, captor)| &captor.id)), |list| {
         format!("captors that are half inside an object: {list}; move them off it")
     });
-}
-
-/// Returns whether a point is in a closed object: every ray from there crosses the object's surface
-/// an odd number of times.
-pub(super) fn is_in(scene: &Scene, point: Vec3, object: usize) -> bool {
-    let ways =
-        [[0.3, 0.5, 0.8], [-0.7, 0.2, 0.4], [0.1, -0.9, -0.2], [-0.4, -0.3, 0.6], [0.8, 0.1, -0.5]];
-    ways.map(Vec3::from).into_iter().all(|way| {
-        let direction = way.normalize();
-        let (mut ray, mut crossings) = (Ray { origin: point, direction }, 0);
-        for _ in 0..MOST_CROSSINGS {
-            let Some(hit) = scene.closest(&ray) else { break };
-            crossings += usize::from(scene.object(hit.triangle) == Some(object));
-            ray = scene.pass(&hit, direction);
-        }
-        crossings % 2 == 1
-    })
 }
 
 /// Warns if no photon of a trial comes to any captor, although many would if they flew in all

@@ -123,7 +123,9 @@ impl Place {
     fn of(sweep: &Sweep, runs: &[usize]) -> Option<Self> {
         let document = sweep.document(&sweep.run(*runs.first()?));
         let setting = |key| document.pointer(&format!("/settings/{key}")).filter(|v| !v.is_null());
-        let photons = setting("estimator").is_none_or(|estimator| estimator == "photons");
+        // results that are split by light are those of photons, whatever a trial would choose
+        let photons = setting("estimator")
+            .is_none_or(|estimator| estimator == "photons" || estimator == "auto");
         if !photons || setting("tolerance").is_some() || setting("max_time").is_some() {
             return None;
         }

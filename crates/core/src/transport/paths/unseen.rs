@@ -23,6 +23,10 @@ use crate::{
 const PHOTONS: u64 = 50_000;
 /// The run ends earlier if its photons are followed so long that they take this many rays.
 const MOST_RAYS: u64 = 2_000_000;
+/// Beside a run of paths they take one in so many of its rays, but some hundredths of a second are
+/// always worth it.
+const SHARE: u64 = 32;
+const LEAST_RAYS: u64 = 1 << 16;
 
 /// Flux in a short run of photons, per band, in W or umol/s: on the captors or, if the photons
 /// reached no captor, on all surfaces.
@@ -82,14 +86,16 @@ impl<'a> Finding<'a> {
 }
 
 impl Told {
-    /// Runs the photons, unless the scene cannot have light of either kind.
-    pub fn find(scene: &Scene, pilot: &Pilot, seed: u64) -> Self {
+    /// Runs the photons, with about one ray for each [`SHARE`] of a run of paths, unless the scene
+    /// cannot have light of either kind.
+    pub fn find(scene: &Scene, pilot: &Pilot, seed: u64, rays: u64) -> Self {
         let hides = Unseen::may_be(scene);
         if !hides && pilot.spots.is_none() && !(is_smooth(scene) && ByChance::may_be(scene)) {
             return Self { unseen: None, by_chance: None };
         }
+        let rays = (rays / SHARE).clamp(LEAST_RAYS, MOST_RAYS);
         let (unseen, by_chance) =
-            with_lanes!(scene.lanes(), L => count::<L>(scene, Of::All, Some(pilot), seed));
+            with_lanes!(scene.lanes(), L => count::<L>(scene, Of::All, Some(pilot), (seed, rays)));
         Self { unseen: hides.then_some(unseen), by_chance }
     }
 }
@@ -113,7 +119,7 @@ impl Unseen {
     }
 
     fn run(scene: &Scene, of: Of, seed: u64) -> Self {
-        with_lanes!(scene.lanes(), L => count::<L>(scene, of, None, seed)).0
+        with_lanes!(scene.lanes(), L => count::<L>(scene, of, None, (seed, MOST_RAYS))).0
     }
 
     /// Returns the largest hidden fraction of the flux over the bands, in [0, 1].
@@ -255,7 +261,7 @@ fn count<L: Lanes>(
     scene: &Scene,
     of: Of,
     pilot: Option<&Pilot>,
-    seed: u64,
+    (seed, rays): (u64, u64),
 ) -> (Unseen, Option<ByChance>) {
     let nothing = || {
         let zeros = vec![0.0; scene.bands().len()];
@@ -267,7 +273,7 @@ fn count<L: Lanes>(
     let near = Near::find(scene);
     let done = each_photon::<L>(
         scene,
-        (PHOTONS, MOST_RAYS),
+        (PHOTONS, rays),
         seed,
         near.as_ref(),
         |photon, strata, rng| {

@@ -108,10 +108,21 @@ impl TriedComplete {
         let found = paths.found.with((0..paths.found.each().len()).map(of_tried).collect());
         let left = variances.left();
         let work = starts as f64 * work.path + each * work.photon;
-        let tried = Tried { found, work, unit: starts as u64, ..paths };
+        let tried = Tried { found, work, unit: starts as u64, ..paths.clone() };
         let division = Division { photons: each, by_photons: by_photons.into() };
-        let histories = photons.all.histories;
-        let photons = Tried::new(scene, &photons.all, histories, 1, of_photons(scene));
+        // the variances of photons alone come from the same model, so that what is not known of them
+        // does not decide
+        let of_photons = |i: usize| {
+            let variance = variances.of(i / bands * variances.step, i % bands);
+            variance.map_or_else(Value::default, |found| Value {
+                flux: found.flux,
+                variance: found.photon,
+                is_rough: false,
+            })
+        };
+        let all = (0..paths.found.each().len()).map(of_photons).collect();
+        let work = photons.work;
+        let photons = Tried { found: paths.found.with(all), work, unit: 1, ..paths.clone() };
         Ok(Self { pilot, division, tried, photons, left })
     }
 }

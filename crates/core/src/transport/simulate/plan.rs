@@ -12,7 +12,7 @@ use super::{
     division::{Division, TriedComplete},
     pilot::ImportancePilot,
     trial::{Chosen, OfPaths, rays_of_a_trial},
-    tried::{Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons, unknown},
+    tried::{Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons},
     within::within,
 };
 use crate::{
@@ -296,12 +296,11 @@ fn try_guiding<'a>(
 ) -> Result<TriedGuiding> {
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
-    let brings = if guidance.is_some() { unknown(scene) } else { of_photons(scene) };
     let run = Run { purpose: Purpose::Guiding, ..run.guided_by(guidance) };
     let totals = run.round(0, &run.schedule(photons)?)?;
     let kinds = [false, true].map(|surfaces| channels_of(scene, surfaces).collect::<Vec<usize>>());
     let of = |channels: Vec<usize>| {
-        Found::new(scene, &totals, totals.histories, channels.into_iter(), brings.clone())
+        Found::new(scene, &totals, totals.histories, channels.into_iter(), of_photons(scene))
     };
     let found = kinds.into_iter().filter(|channels| !channels.is_empty()).map(of).collect();
     let (rays, work) = (totals.segments, totals.work() as f64);

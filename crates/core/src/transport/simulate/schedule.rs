@@ -203,4 +203,22 @@ mod tests {
             assert_eq!(faces as u64, 7 * schedule.tasks(batch) / 3);
         }
     }
+
+    /// The photons before a task of the photon map are those of all tasks before it in the order of
+    /// the map, in which each batch has its first task before any has its second.
+    #[test]
+    fn photons_before_a_task_are_those_of_the_tasks_before() {
+        let beside = Some(Beside { ratio: 0.75, least: 5 });
+        let alone = Schedule::new(1000, 1, 3);
+        for schedule in [alone, Schedule { cuts: 3, beside, ..alone }] {
+            let mut keys: Vec<TaskKey> = schedule.keys(0..2, 0..schedule.batches).collect();
+            keys.sort_unstable();
+            let mut before = 0;
+            for key in keys {
+                let photons = schedule.photons(key.2, key.1);
+                assert!(photons == 0 || schedule.photons_before(key) == before, "{key:?}");
+                before += photons;
+            }
+        }
+    }
 }

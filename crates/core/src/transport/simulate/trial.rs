@@ -13,7 +13,7 @@ use super::{
     BATCHES, Control, Keep, MIN_PATHS, Run,
     division::{Division, TriedComplete},
     tried::{
-        FEWEST, TRIAL, TRIAL_RAYS, Tried, of_a_trial, of_photons, rays_of_a_photon, tried, unknown,
+        FEWEST, TRIAL, TRIAL_RAYS, Tried, of_a_trial, of_photons, rays_of_a_photon, tried,
     },
 };
 use crate::{
@@ -91,6 +91,7 @@ impl Chosen {
             return photons("the run is too short to try paths".into());
         };
         let complete = TriedComplete::new(scene, settings, rays, control)?;
+        let plain = complete.photons.work;
         // photons beside paths may be sent through a box about the captors, as those alone are not
         let photons = match guidance {
             None if complete.pilot.most_gain() == 1.0 => complete.photons.clone(),
@@ -99,8 +100,8 @@ impl Chosen {
         let TriedComplete { pilot, division, tried: paths, left, .. } = complete;
         let hardest = settings.tolerance.is_some();
         let times = paths.cost(&photons, hardest) / photons.cost(&paths, hardest);
-        // so many paths, over all faces, take as much work as one photon
-        let per_photon = paths.unit as f64 * photons.work / paths.work;
+        // so many paths, over all faces, take as much work as one photon that nothing guides
+        let per_photon = paths.unit as f64 * plain / paths.work;
         let least = (paths.unit * MIN_PATHS) as f64;
         let are_few = asked(settings).is_some_and(|photons| photons as f64 * per_photon < least);
         if times >= 1.0 || are_few {
@@ -178,9 +179,8 @@ fn photons_of<'a>(
 ) -> Result<Tried> {
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
-    let brings = if guidance.is_some() { unknown(scene) } else { of_photons(scene) };
     let run = run.guided_by(guidance);
     let first = BATCHES.max(FEWEST * scene.sources() as u64);
     let (totals, histories) = tried(run, 0, (first, TRIAL, rays))?;
-    Ok(Tried::new(scene, &totals, histories, 1, brings))
+    Ok(Tried::new(scene, &totals, histories, 1, of_photons(scene)))
 }

@@ -76,8 +76,8 @@ pub(super) struct Found {
     histories: f64,
     /// For each channel that was asked for, and each band.
     values: Vec<Value>,
-    /// Per band, the power that a history brings to a captor if it comes there, W or umol/s. It is 0
-    /// where that is not known: for paths, and for guided photons.
+    /// Per band, the power that a history brings to a captor if it comes there, W or umol/s: the mean
+    /// over all that came. It is 0 for paths, which come to every captor.
     brings: Vec<f64>,
 }
 
@@ -93,14 +93,14 @@ pub(super) struct Value {
 }
 
 impl Found {
-    /// Evaluates the totals of a trial of so many histories, in some channels. Each history that
-    /// comes to a captor `brings` this power there, per band.
+    /// Evaluates the totals of a trial of so many histories, in some channels. A history brings at
+    /// most this power, per band, to a captor.
     pub(super) fn new(
         scene: &Scene,
         totals: &Totals,
         histories: u64,
         channels: impl Iterator<Item = usize>,
-        brings: Vec<f64>,
+        most: Vec<f64>,
     ) -> Self {
         let bands = scene.bands().len();
         let number = histories as f64;
@@ -113,7 +113,15 @@ impl Found {
                 Value { flux, variance, is_rough }
             })
         });
-        Self { histories: number, values: values.collect(), brings }
+        let values: Vec<Value> = values.collect();
+        let brings = most.into_iter().enumerate().map(|(band, most)| {
+            let of_band = || values.iter().skip(band).step_by(bands);
+            let flux: f64 = of_band().map(|value| value.flux).sum();
+            let second: f64 = of_band().map(|value| value.variance * value.flux.powi(2)).sum();
+            if flux > 0.0 { (second / flux).min(most) } else { most }
+        });
+        let brings = brings.collect();
+        Self { histories: number, values, brings }
     }
 
     /// Returns what was found for each channel that was asked for, and each band.
@@ -199,16 +207,16 @@ pub(super) struct Tried {
 
 impl Tried {
     /// Evaluates the totals of `histories` histories, each of which counts as `unit` photons or
-    /// paths, and `brings` this power, per band, to a captor that it comes to.
+    /// paths, and brings at most this power, per band, to a captor that it comes to.
     pub fn new(
         scene: &Scene,
         totals: &Totals,
         histories: u64,
         unit: u64,
-        brings: Vec<f64>,
+        most: Vec<f64>,
     ) -> Self {
         let channels = tried_faces(scene).into_iter().map(|face| channel(scene, &face));
-        let found = Found::new(scene, totals, histories, channels, brings);
+        let found = Found::new(scene, totals, histories, channels, most);
         let [rays, work] =
             [totals.segments, totals.work()].map(|all| all as f64 / histories as f64);
         Self { found, histories, rays, work, unit }
@@ -241,7 +249,7 @@ pub(super) fn paths_of(
     let run = Run::knowing(scene, &settings, Vec::new(), keep, control, known)?;
     let work = Work::Paths(tried_faces, pilot.clone());
     let (totals, histories) = tried(Run { work, ..run }, 1, (BATCHES, each, rays))?;
-    let tried = Tried::new(scene, &totals, histories, all as u64, unknown(scene));
+    let tried = Tried::new(scene, &totals, histories, all as u64, of_no_photons(scene));
     Ok(Tried { rays: tried.rays / share, work: tried.work / share, ..tried })
 }
 
@@ -264,15 +272,15 @@ pub(super) fn tried(
     Ok((if histories == first { few } else { of(histories)? }, histories))
 }
 
-/// Returns the power that a photon brings, per band, W or umol/s: that of all lights, as a sum is
+/// Returns the most power that a photon brings, per band, W or umol/s: that of all lights, as a sum is
 /// divided by the number of photons and their lights share them in proportion.
 pub(super) fn of_photons(scene: &Scene) -> Vec<f64> {
     let power = |band: usize| scene.lights().iter().map(|light| light.power[band]).sum();
     (0..scene.bands().len()).map(power).collect()
 }
 
-/// Returns that it is not known what power a history brings.
-pub(super) fn unknown(scene: &Scene) -> Vec<f64> {
+/// Returns the same of paths: none, as each of them comes to its captor.
+fn of_no_photons(scene: &Scene) -> Vec<f64> {
     vec![0.0; scene.bands().len()]
 }
 
