@@ -133,7 +133,8 @@ fn errors_of_lights_are_independent() {
     for face in split.captors.iter().filter(|c| c.id != "room/room").map(|c| &c.front) {
         for b in 0..2 {
             let square = |face: &FaceResult| face.flux_se[b].unwrap_or(0.0).powi(2);
-            let parts = face.by_light.iter().flatten().map(|(_, part)| square(part));
+            let parts =
+                face.by_light.iter().flat_map(|lights| lights.iter()).map(|(_, part)| square(part));
             ratios.push(parts.sum::<f64>() / square(face));
         }
     }
@@ -353,4 +354,12 @@ fn what_the_machine_has_no_memory_for_is_refused() {
         said.contains("of 7.") && said.contains("that they may; ask for fewer captors"),
         "{said}"
     );
+}
+
+/// Results of 1,200 lights have a face for each light on each face of each captor: what such a face
+/// never has takes no room in it.
+#[test]
+fn a_face_of_one_light_is_small() {
+    let bytes = size_of::<phylux::results::FaceResult>();
+    assert!(bytes <= 336, "{bytes} bytes");
 }

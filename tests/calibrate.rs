@@ -756,3 +756,30 @@ fn a_mix_carries_the_covariance_of_the_factors() {
         assert!(done.2.contains("bad.json: ") && done.2.contains(words), "{}", done.2);
     }
 }
+
+/// Warnings about the files of a scene are in the report of a calibration, too, and are said once.
+#[test]
+fn warnings_about_files_are_in_the_report() {
+    let scene = scene();
+    let folder = scene.path("");
+    let text = std::fs::read_to_string(scene.path("scene.json")).expect("the scene");
+    let mut document: Value = serde_json::from_str(&text).expect("JSON");
+    document["materials"] = json!({ "grey": { "type": "lambert", "reflectance": 0.1 } });
+    document["objects"] = json!([{ "name": "pane", "obj": "pane.obj", "material": "grey" }]);
+    let pane = "mtllib pane.mtl\nv 0 0 -1\nv 1 0 -1\nv 1 1 -1\nusemtl glass\nf 1 2 3\n";
+    for (name, text) in [
+        ("scene.json", &*document.to_string()),
+        ("pane.obj", pane),
+        ("pane.mtl", "newmtl glass\nKd 0.5 0.5 0.5\nd 0.5\n"),
+    ] {
+        std::fs::write(folder.join(name), text).expect("written");
+    }
+    let line = "calibrate scene.json --even sensors* -o even.json";
+    let (code, _, said) = command(&scene, line);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(said.matches("its MTL says `d 0.5`").count(), 1, "{said}");
+    let report = std::fs::read_to_string(folder.join("even-calibration.json")).expect("a report");
+    let report: Value = serde_json::from_str(&report).expect("JSON");
+    let first = report["warnings"][0].as_str().expect("a warning");
+    assert!(first.contains("its MTL says `d 0.5`"), "{report:#}");
+}

@@ -106,3 +106,28 @@ fn lamps_whose_light_gets_nowhere_are_told() {
     let found = with(spot([0.3, 2.0, 1.0], [0.0, 0.0, -1.0]));
     assert!(found.is_empty(), "{found:#?}");
 }
+
+/// A single object below the ground is told, too; the ground itself, a shelf below another as wide as
+/// it is, and an object that stands on the ground are not.
+#[test]
+fn an_object_below_the_ground_is_told() {
+    let gutter = |name: &str, z: f64| {
+        let place = json!({ "translate": [1, 1, z] });
+        json!({ "name": name, "obj": "gutter.obj", "material": "leaf", "transform": place })
+    };
+    let found = warnings(&row(), lamp(), &[gutter("sunk", -0.6), gutter("bench", 0.3)], false);
+    only(&found, &["objects below the ground", "`sunk`;"]);
+    let shelf = |name: &str, z: f64| {
+        let place = json!({ "translate": [0, 0, z] });
+        json!({ "name": name, "obj": "shelf.obj", "material": "leaf", "transform": place })
+    };
+    let scene = json!({
+        "materials": { "leaf": { "type": "lambert", "reflectance": 0.3 } },
+        "objects": [shelf("low", 0.0), shelf("high", 0.5)], "lights": lamp()
+    });
+    let files = [("shelf.obj", "v 0 0 0\nv 3 0 0\nv 3 3 0\nv 0 3 0\nf 1 2 3 4\n")];
+    let folder = TestScene::new(&scene.to_string(), &files);
+    let loaded = phylux::load(&folder.path("scene.json")).unwrap_or_else(|e| panic!("{e}"));
+    let found = phylux::studies::check(&loaded).unwrap_or_else(|e| panic!("{e}")).warnings;
+    assert!(!found.iter().any(|warning| warning.contains("below the ground")), "{found:#?}");
+}

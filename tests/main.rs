@@ -37,6 +37,7 @@ mod layers;
 mod manners;
 mod many_lights;
 mod masks;
+mod merged;
 mod mesh_files;
 mod meshes_in_memory;
 mod names;

@@ -45,7 +45,7 @@ fn run(world: &World, photons: u64, k: usize, map_photons: usize) -> RunResult {
 
 /// Returns the k-nearest irradiances of all captors.
 fn nearest(result: &RunResult) -> Vec<f64> {
-    let irradiance = |knn: &Option<Option<phylux::results::NearestResult>>| {
+    let irradiance = |knn: &Option<Option<Box<phylux::results::NearestResult>>>| {
         knn.as_ref().and_then(|knn| knn.as_ref()).map_or(0.0, |knn| knn.irradiance[0])
     };
     result.captors.iter().map(|captor| irradiance(&captor.front.knn)).collect()
@@ -120,7 +120,7 @@ fn of_seed(scene: &TestScene, photons: u64, seed: u64, k: Option<usize>) -> Vec<
         };
     });
     let faces = result.captors.iter().flat_map(|captor| captor.faces());
-    faces.filter_map(|face| face.knn.clone().flatten()).collect()
+    faces.filter_map(|face| face.knn.clone().flatten().map(|knn| *knn)).collect()
 }
 
 /// Where light varies, the estimate's bias is that of the mean over the disc of the k nearest

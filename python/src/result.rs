@@ -14,7 +14,7 @@ use phylux::{
     formats::{FilesRead, OutputFile, OutputFolder},
     results::{
         Absorbed, AbsorbedByFace, ByLight, CaptorResult, Comparison, FaceResult, Factor,
-        GroupResult, Ratios, ResultsFile, Uniformity,
+        GroupResult, Ratios, ResultsFile,
     },
     studies::EvenPlan,
 };
@@ -348,7 +348,7 @@ impl Found {
                     min.put(at, least);
                     max.put(at, most);
                 }
-                for (name, values) in face.uniformity.iter().flat_map(Uniformity::columns) {
+                for (name, values) in face.uniformity.iter().flat_map(|even| even.columns()) {
                     let own = even.iter_mut().filter(|(own, _)| *own == name);
                     own.for_each(|(_, array)| array.put_known(at, values));
                 }

@@ -232,19 +232,20 @@ impl Loaded {
 }
 
 impl Loaded {
-    /// Finds the light of the scene as planned, and writes it to a file.
+    /// Finds the light of the scene as planned, and writes it to a file; `check` also returns the
+    /// most tiles of the file.
     fn shown(
         &self,
         py: Python<'_>,
         path: PathBuf,
         plan: RenderPlan,
         threads: Option<usize>,
-        check: impl Fn(&Scene) -> phylux::Result<()> + Send + 'static,
+        check: impl Fn(&Scene) -> phylux::Result<usize> + Send + 'static,
         write: impl Fn(&RenderedScene, &mut dyn Write) -> io::Result<()> + Send + Sync + 'static,
     ) -> PyResult<()> {
         let loaded = self.loaded.clone();
         watched(py, None, move |watch| {
-            check(&loaded.scene)?;
+            let most = check(&loaded.scene)?;
             let file = OutputFile::create(&path)?;
             let own = &loaded.settings;
             let mut settings = Settings {
@@ -257,7 +258,7 @@ impl Loaded {
             }
             let control = Control { stop: &watch.stop, progress: &|_| {} };
             let rendered =
-                RenderedScene::new(&loaded.scene, &settings, plan, &control, &|_, _| {})?;
+                RenderedScene::new(&loaded.scene, most, &settings, plan, &control, &|_, _| {})?;
             file.write(&FilesRead::new(&loaded.files), |writer| write(&rendered, writer))
         })
     }

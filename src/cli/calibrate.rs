@@ -181,7 +181,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         groups: arguments.group.clone(),
         metres: loaded.unit.metres(),
     };
-    let (document, loaded, calibration) = match &arguments.vary[..] {
+    let (document, loaded, mut calibration) = match &arguments.vary[..] {
         [] => {
             let result = match &arguments.results {
                 Some(path) => results_of(path, &loaded)?,
@@ -195,8 +195,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let folder = &outputs.folder;
     let scene = calibrated_scene(document, path, &loaded, &calibration.factors, false, folder)?;
     interrupt.writing();
+    // those of the scene and its files have been said
+    let own = calibration.warnings.clone();
+    calibration.warnings.splice(0..0, loaded.warnings.iter().cloned());
     let wrote = outputs.write(arguments, &scene, &calibration)?;
-    terminal::warn(&calibration.warnings);
+    terminal::warn(&own);
     terminal::print(&(describe(&calibration) + &wrote))
 }
 
@@ -247,12 +250,14 @@ fn lit_evenly(
         Some(path) => results_of(path, loaded)?,
         None => trace(arguments, loaded, interrupt)?,
     };
-    let found = even(&result, loaded.scene.watts(), &plan)?;
+    let mut found = even(&result, loaded.scene.watts(), &plan)?;
     let path = &arguments.scene;
     let scene = calibrated_scene(document, path, loaded, &found.factors, true, &outputs.folder)?;
     interrupt.writing();
+    let own = found.warnings.clone();
+    found.warnings.splice(0..0, loaded.warnings.iter().cloned());
     let wrote = outputs.write(arguments, &scene, &found)?;
-    terminal::warn(&found.warnings);
+    terminal::warn(&own);
     terminal::print(&(describe_even(&found, &result) + &wrote))
 }
 

@@ -53,13 +53,14 @@ impl Source {
 }
 
 /// Reads and checks the scene, finds its light (with `photons`, only photons to show), and writes
-/// it to `output`. `others` are files that were read besides.
+/// it to `output`. `others` are files that were read besides; `check` also returns the most tiles of
+/// the file.
 pub(super) fn write(
     source: &Source,
     others: &[PathBuf],
     output: &Path,
     photons: bool,
-    check: &dyn Fn(&Scene) -> Result<()>,
+    check: &dyn Fn(&Scene) -> Result<usize>,
     write: impl Fn(&RenderedScene, &mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
     let interrupt = Interrupt::install()?;
@@ -72,7 +73,7 @@ pub(super) fn write(
     let LoadedScene { scene, settings, warnings, files, .. } = loaded;
     let read = FilesRead::new(files.iter().chain(&source.results).chain(others));
     check_places(place.as_slice(), &read)?;
-    check(&scene)?;
+    let most = check(&scene)?;
     super::terminal::warn(&warnings);
 
     let asked = source.tracing.settings(&settings);
@@ -103,7 +104,7 @@ pub(super) fn write(
         }
     };
     let control = Control { stop: interrupt.stop(), progress: &|_| {} };
-    let rendered = RenderedScene::new(&scene, &settings, plan, &control, &progress);
+    let rendered = RenderedScene::new(&scene, most, &settings, plan, &control, &progress);
     if let Ok(Some((_, bar))) = bars.into_inner() {
         bar.finish_and_clear();
     }

@@ -203,7 +203,8 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
         }
     }
     let faces = result.captors.iter().filter(|c| c.kind == kind).flat_map(CaptorResult::faces);
-    let below = nearest(&mut table, faces.filter_map(|face| face.knn.as_ref()?.as_ref()).collect());
+    let below =
+        nearest(&mut table, faces.filter_map(|face| face.knn.as_ref()?.as_deref()).collect());
     write(text, &table);
     text.push_str(&below);
 }
@@ -414,7 +415,7 @@ fn electricity(text: &mut String, result: &RunResult) {
 /// left out, since leaves are not meant to be lit evenly.
 fn uniformity(text: &mut String, result: &RunResult) {
     let sensors = result.groups.iter().filter(|group| group.absorbed.is_none());
-    let even = sensors.filter_map(|group| Some((&group.id, group.front.uniformity.as_ref()?)));
+    let even = sensors.filter_map(|group| Some((&group.id, group.front.uniformity.as_deref()?)));
     let even: Vec<(&String, &Uniformity)> = even.collect();
     if even.is_empty() {
         return;

@@ -27,8 +27,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let hours = hours.map(|folder| YearTable::read(folder, "hours", Face::Front)).transpose()?;
     let hours = hours.as_ref();
     let check = |scene: &Scene| {
-        check_view(scene)?;
-        hours.map_or(Ok(()), |hours| hours.check_scene(scene))
+        let most = check_view(scene)?;
+        hours.map_or(Ok(()), |hours| hours.check_scene(scene))?;
+        Ok(most)
     };
     let files: Vec<PathBuf> = hours.iter().map(|hours| hours.path.clone()).collect();
     rendered::write(

@@ -310,11 +310,16 @@ fn find(
         tables = tables.with_results(months_of(&hourly.slots).iter(), &mut file)?;
     }
     check_places(places, &ready.read)?;
-    let year = watched(asked, ready, &scratch, kept, interrupt, |options, control, _| {
+    let mut year = watched(asked, ready, &scratch, kept, interrupt, |options, control, _| {
         say_needs(&Year::needs(&ready.scenes, options, &ready.settings)?);
         Year::find(&ready.scenes, options, &ready.settings, control)
     })?;
     interrupt.writing();
+    // those of the scene and its files have been said
+    let own = year.warnings.clone();
+    let mut of_scene = super::run::warnings_of(loaded)?;
+    of_scene.extend_from_slice(&ready.scenes.warnings);
+    year.warnings.splice(0..0, of_scene);
     watched(asked, ready, &scratch, ([].as_slice(), None), interrupt, |options, _, bar| {
         (options.phase)("rows of tables");
         write(&year, tables, &ready.read, &|photons, of| {
@@ -322,7 +327,7 @@ fn find(
         })
     })?;
     kept.1.iter().for_each(|file| file.remove());
-    super::terminal::warn(&year.warnings);
+    super::terminal::warn(&own);
     let wrote = format!("\nwrote {}\n", scratch.display());
     super::terminal::print(&(describe(loaded, &year)? + &wrote))
 }

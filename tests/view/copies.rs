@@ -1,7 +1,7 @@
 //! Plants that stand in several copies are stored in the page only once.
 
 use super::{hover, number, open};
-use crate::{common::TestScene, rendered::done};
+use crate::{common::TestScene, merged::sheets, rendered::done};
 use serde_json::Value;
 use std::{f64::consts::PI, fmt::Write, fs};
 
@@ -112,6 +112,35 @@ fn needs_chromium_copies_stand_where_the_scene_has_them() {
             tip.starts_with("plant/leaf") && tip.contains(&format!("#{instance}")),
             "{captor}: {tip}"
         );
+    }
+    page.no_complaints();
+}
+
+/// Where triangles of copies are merged, the mouse finds the captor of each copy, and a tile has its
+/// triangles where the copy stands. Captors show their results at first.
+#[test]
+#[ignore = "needs Chromium"]
+fn needs_chromium_merged_copies_are_found() {
+    let page = open(&sheets(210, serde_json::json!("instance")), &["--photons", "20000"]);
+    assert_eq!(page.evaluate("state.values"), "captor");
+    let shape = "shapes[1]";
+    assert_eq!(number(&page, &format!("{shape}.triangles")), 20_000.0);
+    // the first tile of a copy begins at the corner of the sheet
+    let corner = |copy: usize, axis: usize| {
+        number(&page, &format!("cornersOf({shape}.first + {copy} * {shape}.tiles)[0][{axis}]"))
+    };
+    for copy in [1, 100, 209] {
+        for (axis, along) in [2.0, 0.0, 0.01].into_iter().enumerate() {
+            let off = corner(copy, axis) - corner(0, axis) - along * copy as f64;
+            assert!(off.abs() < 1e-3, "{copy}: {off}");
+        }
+    }
+    let area = "Array.from({ length: shapes[1].tiles }, (_, own) => areaOf(shapes[1].first + own))";
+    let area = number(&page, &format!("{area}.reduce((sum, area) => sum + area)"));
+    assert!((area - 1.0).abs() < 1e-3, "{area} m2");
+    for captor in ["sheet#0", "sheet#100", "sheet#209"] {
+        let tip = hover(&page, captor);
+        assert!(tip.starts_with(captor), "{captor}: {tip}");
     }
     page.no_complaints();
 }

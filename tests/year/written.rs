@@ -101,3 +101,27 @@ fn folders_of_years_are_plotted() {
     refuse("c", &["c/year.json: does not tell of a year"]);
     assert!(phylux(&folder, &["plot", "y", "-o", "-"]).stdout.starts_with(b"<svg"));
 }
+
+/// Warnings about the files of a scene are in the results of its year, and are said once.
+#[test]
+fn warnings_about_files_are_in_results() {
+    let pane = "mtllib pane.mtl\nv 1 1 2\nv 2 1 2\nv 2 2 2\nusemtl glass\nf 1 2 3\n";
+    let scene = leaves_in_a_room()
+        .with_file("pane.obj", pane)
+        .with_file("pane.mtl", "newmtl glass\nKd 0.5 0.5 0.5\nd 0.5\n")
+        .edited(|scene| {
+            let pane = serde_json::json!({ "name": "pane", "obj": "pane.obj", "material": "leaf" });
+            scene["objects"].as_array_mut().expect("objects").push(pane);
+        })
+        .write();
+    let line = ["year", "scene.json", "-o", "y", "--photons", "3000", "--results"];
+    let output = phylux(&scene.path(""), &line);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    assert_eq!(said.matches("its MTL says `d 0.5`").count(), 1, "{said}");
+    for name in ["y/results-2025-06.json", "y/results-all.json"] {
+        let result = phylux::formats::read_json(&scene.path(name)).expect("results");
+        let first = &result.warnings[0];
+        assert!(first.contains("its MTL says `d 0.5`"), "{name}: {:?}", result.warnings);
+    }
+}

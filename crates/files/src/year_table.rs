@@ -63,7 +63,7 @@ impl YearTable {
 
     fn read_csv(path: &Path, face: Face) -> Result<Self> {
         let bytes =
-            input::read_bytes(path).map_err(|problem| Error::input(path.display(), problem))?;
+            input::read_bytes(path).map_err(|why| Error::unreadable(path.display(), why))?;
         let mut rows = records(&bytes, path);
         let heading = rows.next().transpose()?;
         let heading: Vec<String> = heading

@@ -410,7 +410,8 @@ impl CaptorResult {
     }
 }
 
-/// Light that arrived on one face of a captor.
+/// Light that arrived on one face of a captor. There is one for each light of each captor, where
+/// results are kept by light: what these do not have takes a pointer's place at most.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct FaceResult {
     /// Number of photons counted here, or of paths that started here.
@@ -454,14 +455,27 @@ pub struct FaceResult {
     pub max: Option<Vec<f64>>,
     /// For a group of several captors: how evenly it is lit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub uniformity: Option<Uniformity>,
+    pub uniformity: Option<Box<Uniformity>>,
     /// The k-nearest estimate. Null where nothing arrived, for paths and in a mix; absent where
     /// none was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "maybe_null")]
-    pub knn: Option<Option<NearestResult>>,
+    pub knn: Option<Option<Box<NearestResult>>>,
     /// The same values for each light, where results are kept by light.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub by_light: Option<ByLight<FaceResult>>,
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "fitted")]
+    pub by_light: Option<Box<ByLight<FaceResult>>>,
+}
+
+/// Reads values by light, and leaves no room for more of them.
+fn fitted<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<Box<ByLight<FaceResult>>>, D::Error> {
+    let mut lights: Option<Box<ByLight<FaceResult>>> = Option::deserialize(deserializer)?;
+    for face in lights.iter_mut().flat_map(|lights| lights.values_mut()) {
+        [&mut face.flux, &mut face.irradiance].into_iter().for_each(Vec::shrink_to_fit);
+        [&mut face.flux_se, &mut face.irradiance_se].into_iter().for_each(Vec::shrink_to_fit);
+    }
+    lights.iter_mut().for_each(|lights| lights.shrink_to_fit());
+    Ok(lights)
 }
 
 /// Distinguishes a value that is null from one that is absent.

@@ -204,7 +204,7 @@ impl From<&FaceResult> for FaceValues {
             irradiance_se: face.irradiance_se.clone(),
             min: face.min.clone(),
             max: face.max.clone(),
-            uniformity: face.uniformity.clone(),
+            uniformity: face.uniformity.as_deref().cloned(),
             ratios: face.ratios.clone(),
             few_paths: face.few_paths,
             by_light: face.by_light.as_ref().map(|lights| {

@@ -9,13 +9,19 @@ use crate::{
     glb::{Shown, write_glb},
     picture::Scale,
     ply::write_ply,
-    rendered::RenderedScene,
+    rendered::{MOST_TILES, RenderedScene},
     vtk::{VtkKind, write_vtk},
 };
 use phylux_core::{
     error::{Error, Result, nearest},
-    scene::world::{MAX_TRIANGLES, Scene},
+    scene::{
+        tiles::Tiles,
+        world::{MAX_TRIANGLES, Scene},
+    },
 };
+
+/// The most parts of copies that a file names one by one: other programs take long to open more.
+const MOST_NODES: usize = 200_000;
 
 /// The formats of exported files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,21 +93,43 @@ impl Colours {
     }
 }
 
-/// Checks that a scene can be written in a format. Errors: it has no such band; it has no surface
-/// for photons to arrive on.
-pub fn check_export(scene: &Scene, format: ExportFormat, colours: &Colours) -> Result<()> {
+/// Checks that a scene can be written in a format, and returns the most tiles of such a file. Errors:
+/// it has no such band; it has too many triangles or copies; it has no surface for photons to arrive
+/// on.
+pub fn check_export(scene: &Scene, format: ExportFormat, colours: &Colours) -> Result<usize> {
     colours.shown(scene)?;
     let triangles = scene.triangles().len();
-    if triangles > MAX_TRIANGLES {
-        let problem = format!("it has {triangles} triangles, more than {MAX_TRIANGLES}");
-        return Err(Error::input("scene", problem)
-            .remedy("export its captors' values as CSV, or a scene with fewer copies"));
+    let (most, counts) = match format {
+        // every copy has triangles of its own
+        ExportFormat::Vtk(_) => (usize::MAX, vec![(triangles, MAX_TRIANGLES, "triangles")]),
+        // copies share their triangles, and each of their parts is a node
+        ExportFormat::Glb if triangles > MOST_TILES => {
+            let own = scene.unshared() + scene.captor_triangles().len();
+            let nodes = Tiles::least(scene) - own;
+            (
+                MOST_TILES,
+                vec![(own, MAX_TRIANGLES, "triangles"), (nodes, MOST_NODES, "parts of copies")],
+            )
+        }
+        ExportFormat::Glb | ExportFormat::Ply => (MOST_TILES, Vec::new()),
+    };
+    for (count, most, what) in counts {
+        if count > most {
+            let problem = format!("it has {count} {what}, more than {most}");
+            let remedy = match format {
+                ExportFormat::Vtk(_) if scene.unshared() < triangles => {
+                    "export a .glb, in which copies share their triangles, or its captors' values as CSV"
+                }
+                _ => "export its captors' values as CSV, or a scene with fewer copies",
+            };
+            return Err(Error::input("scene", problem).remedy(remedy));
+        }
     }
     if format == ExportFormat::Ply && scene.triangles().is_empty() {
         return Err(Error::input("scene", "it has no surface for photons to arrive on")
             .remedy("export its captors (.vtp)"));
     }
-    Ok(())
+    Ok(most)
 }
 
 /// Writes a rendered scene in a format. Errors: writing fails; the scene has no photons or no such

@@ -1,7 +1,14 @@
 //! Writes surfaces and captors as binary glTF 2.0 (Khronos 2017-2021), coloured by a value: for
 //! Blender and browsers.
+//!
+//! Each face has a colour of its own, unless there are so many copies that their triangles are
+//! merged (`Merged`): then the copies are nodes that share a mesh, and each part of each copy has one
+//! colour.
+
+mod copies;
 
 use std::{
+    collections::HashMap,
     f32::consts::FRAC_1_SQRT_2,
     io::{self, Write},
 };
@@ -60,14 +67,18 @@ pub fn write_glb(
             false => [value(Channel::Front), value(Channel::Back)],
         }
     };
+    let is_merged = copies::merged(rendered);
+    let own = |part: &TilePart| part.tiles.clone().filter(|tile| !is_merged.contains(tile));
     let tiles = || {
         let parts = rendered.tiles.parts.iter();
-        parts.flat_map(|part| part.tiles.clone().map(move |tile| (part, tile)))
+        parts.flat_map(|part| own(part).map(move |tile| (part, tile)))
     };
+    let copies = copies::parts(rendered, shown);
     let range = match shown.range {
         Some((low, high)) => Scale::new(low, high, shown.log).map_err(io::Error::other)?,
         None => {
-            let all = tiles().flat_map(|(part, tile)| faces(part, tile)).flatten();
+            let all = tiles().flat_map(|(part, tile)| faces(part, tile));
+            let all = all.chain(copies.iter().flat_map(|copy| copy.faces)).flatten();
             Scale::of(all.collect(), SHOWN_SHARE, shown.log)
         }
     };
@@ -79,13 +90,16 @@ pub fn write_glb(
         rest = after;
         let mut mesh = Mesh::default();
         for part in parts {
-            for tile in part.tiles.clone() {
+            for tile in own(part) {
                 mesh.add(&rendered.tiles.corners[tile], faces(part, tile), &range);
             }
         }
         if !mesh.values.is_empty() {
             file.node(mesh, node_name(rendered, &parts[0]), extras(rendered, &parts[0]));
         }
+    }
+    for copy in &copies {
+        file.copy(rendered, copy, &range);
     }
     file.write(rendered, shown, &range, writer)
 }
@@ -129,6 +143,23 @@ fn extras(rendered: &RenderedScene, part: &TilePart) -> Option<Map<String, Value
     Some(extras)
 }
 
+/// Returns whether the front and the back are written.
+fn shown_faces([front, back]: [FaceValue; 2]) -> [bool; 2] {
+    let seen = |value: FaceValue| value.is_some_and(|v| v > 0.0);
+    [seen(front) || !seen(back), seen(back)]
+}
+
+/// Returns the corners of a triangle as they go round its front or its back.
+fn corners(&Triangle { a, b, c }: &Triangle, back: bool) -> [[f32; 3]; 3] {
+    if back { [a, c, b] } else { [a, b, c] }.map(|p| p.to_array())
+}
+
+/// Returns the colour of a value; the colours of glTF are linear.
+fn colour(value: FaceValue, range: &Scale) -> [u8; 3] {
+    let colour = linear(value.map_or(PALE, |value| range.colour(value)));
+    colour.to_array().map(|c| (255.0 * c).round() as u8)
+}
+
 /// The faces of one node, each with three corners of its own.
 #[derive(Default)]
 struct Mesh {
@@ -138,21 +169,15 @@ struct Mesh {
 }
 
 impl Mesh {
-    fn add(&mut self, tile: &Triangle, [front, back]: [FaceValue; 2], range: &Scale) {
-        let seen = |value: &FaceValue| value.is_some_and(|v| v > 0.0);
-        let Triangle { a, b, c } = *tile;
-        if seen(&front) || !seen(&back) {
-            self.face([a, b, c].map(|p| p.to_array()), front, range);
-        }
-        if seen(&back) {
-            self.face([a, c, b].map(|p| p.to_array()), back, range);
+    fn add(&mut self, tile: &Triangle, faces: [FaceValue; 2], range: &Scale) {
+        let shown = shown_faces(faces);
+        for (face, value) in faces.into_iter().enumerate().filter(|(face, _)| shown[*face]) {
+            self.face(corners(tile, face == 1), value, range);
         }
     }
 
     fn face(&mut self, corners: [[f32; 3]; 3], value: FaceValue, range: &Scale) {
-        // vertex colours of glTF are linear
-        let colour = linear(value.map_or(PALE, |value| range.colour(value)));
-        let [r, g, b] = colour.to_array().map(|c| (255.0 * c).round() as u8);
+        let [r, g, b] = colour(value, range);
         self.corners.extend(corners);
         self.colours.extend([[r, g, b, 255]; 3]);
         // -1 where no value is known, as glTF has no NaN
@@ -169,30 +194,27 @@ struct GlbFile {
     accessors: Vec<Value>,
     views: Vec<Value>,
     data: Vec<u8>,
+    /// The materials of one colour each, after that of the colours at corners.
+    materials: HashMap<[u8; 3], usize>,
+    /// For each face of a part of an object with copies the index of its accessor.
+    faces: HashMap<copies::FaceKey, usize>,
+    /// For each part of an object with copies, in each pair of colours, the index of its mesh.
+    coloured: HashMap<copies::MeshKey, usize>,
 }
+
+/// The constants of the specification (section 5) for numbers and triangles.
+const FLOAT: u16 = 5126;
+const UNSIGNED_BYTE: u16 = 5121;
+const TRIANGLES: u8 = 4;
 
 impl GlbFile {
     fn node(&mut self, mesh: Mesh, name: String, extras: Option<Map<String, Value>>) {
-        const FLOAT: u16 = 5126;
-        const UNSIGNED_BYTE: u16 = 5121;
-        const TRIANGLES: u8 = 4;
-        let (mut low, mut high) = (mesh.corners[0], mesh.corners[0]);
-        for corner in &mesh.corners {
-            for axis in 0..3 {
-                low[axis] = low[axis].min(corner[axis]);
-                high[axis] = high[axis].max(corner[axis]);
-            }
-        }
         let count = mesh.values.len();
-        let flat =
-            |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
-        let position = json!({ "componentType": FLOAT, "type": "VEC3", "count": count,
-                               "min": low, "max": high });
         let colour = json!({ "componentType": UNSIGNED_BYTE, "type": "VEC4", "count": count,
                              "normalized": true });
         let value = json!({ "componentType": FLOAT, "type": "SCALAR", "count": count });
         let attributes = json!({
-            "POSITION": self.add(flat(mesh.corners.as_flattened()), position),
+            "POSITION": self.positions(&mesh.corners),
             "COLOR_0": self.add(mesh.colours.into_flattened(), colour),
             "_VALUE": self.add(flat(&mesh.values), value),
         });
@@ -203,6 +225,20 @@ impl GlbFile {
         }
         self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
         self.nodes.push(node);
+    }
+
+    /// Adds the positions of corners, and returns the index of their accessor.
+    fn positions(&mut self, corners: &[[f32; 3]]) -> usize {
+        let (mut low, mut high) = (corners[0], corners[0]);
+        for corner in corners {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(corner[axis]);
+                high[axis] = high[axis].max(corner[axis]);
+            }
+        }
+        let position = json!({ "componentType": FLOAT, "type": "VEC3", "count": corners.len(),
+                               "min": low, "max": high });
+        self.add(flat(corners.as_flattened()), position)
     }
 
     /// Adds data with its accessor, and returns the index of the accessor.
@@ -224,6 +260,7 @@ impl GlbFile {
         writer: &mut dyn Write,
     ) -> io::Result<()> {
         let scene = rendered.scene;
+        let colours = self.colours();
         let center = scene.center().as_vec3();
         let children: Vec<usize> = (1..=self.nodes.len()).collect();
         // the y axis of glTF is up, in a scene the z axis
@@ -257,14 +294,20 @@ impl GlbFile {
             root["bufferViews"] = self.views.into();
             root["buffers"] = json!([{ "byteLength": self.data.len() }]);
             root["extensionsUsed"] = json!(["KHR_materials_unlit"]);
-            root["materials"] = json!([{
+            let mut materials = vec![json!({
                 "name": "value",
                 "pbrMetallicRoughness": { "metallicFactor": 0 },
                 "extensions": { "KHR_materials_unlit": {} },
-            }]);
+            })];
+            materials.extend(colours);
+            root["materials"] = materials.into();
         }
         write_chunks(serde_json::to_vec(&root)?, self.data, writer)
     }
+}
+
+fn flat(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
 /// Writes the container of a `.glb` (section 4): a header, then chunks, each padded to a multiple

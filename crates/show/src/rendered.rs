@@ -48,6 +48,10 @@ pub struct RenderedScene<'a> {
     shares: Vec<u8>,
 }
 
+/// The most tiles of a page, and of a file with copies: of more triangles, those of copies that share
+/// them are merged.
+pub(crate) const MOST_TILES: usize = 4_000_000;
+
 /// The source of the light in a rendered scene.
 #[derive(Clone, Debug)]
 pub enum RenderPlan {
@@ -76,17 +80,19 @@ pub enum RenderStage {
 }
 
 impl<'a> RenderedScene<'a> {
-    /// Traces what `plan` needs. `progress` is called now and then, from any thread. Errors: the
-    /// results are of another scene; it would not fit into memory; those of [`simulate`].
+    /// Traces what `plan` needs. Where there are more than `most` tiles, the triangles of copies that
+    /// share them are merged. `progress` is called now and then, from any thread. Errors: the results
+    /// are of another scene; it would not fit into memory; those of [`simulate`].
     pub fn new(
         scene: &'a Scene,
+        most: usize,
         settings: &Settings,
         plan: RenderPlan,
         control: &Control,
         progress: &(dyn Fn(RenderStage, Progress) + Sync),
     ) -> Result<Self> {
         let staged = |stage| move |p: Progress| progress(stage, p);
-        let tiles = Tiles::new(scene);
+        let tiles = Tiles::new(scene, most);
         check_memory(scene, &tiles, settings, &plan)?;
         let unknown = tiles.parts.iter().any(|part| part.captor.is_none());
         let reads_tiles = !matches!(plan, RenderPlan::Photons);

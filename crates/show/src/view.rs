@@ -3,7 +3,7 @@
 
 mod hours;
 mod levels;
-mod shapes;
+pub(crate) mod shapes;
 
 use std::io::{self, Write};
 
@@ -11,7 +11,11 @@ use base64::{Engine, engine::general_purpose::STANDARD, write::EncoderWriter};
 use flate2::{Compression, write::ZlibEncoder};
 use serde_json::{Value, json};
 
-use crate::{picture::Scale, rendered::RenderedScene, xml::allowed};
+use crate::{
+    picture::Scale,
+    rendered::{MOST_TILES, RenderedScene},
+    xml::allowed,
+};
 use hours::Hours;
 use levels::Levels;
 use phylux_core::{
@@ -21,6 +25,7 @@ use phylux_core::{
         captor::{CHANNELS, Channel},
         lattice::Period,
         material::Scatterer,
+        tiles::Tiles,
         world::Scene,
     },
     transport::surface_light::SurfaceLight,
@@ -29,8 +34,6 @@ use phylux_files::year_table::YearTable;
 use phylux_results::saved::CaptorValues;
 use shapes::{Shape, quantised, shapes};
 
-/// Limit on the number of triangles in a page.
-const MOST_TRIANGLES: usize = 4_000_000;
 /// Limit on the number of captors.
 const MOST_CAPTORS: usize = 500_000;
 /// Limit on the number of photons, which are those of the first histories.
@@ -55,10 +58,13 @@ const SCRIPTS: [&str; 7] = [
 const THREE: &str = include_str!("view/three.min.js");
 const THREE_LICENCE: &str = include_str!("view/three.LICENSE");
 
-/// Checks that a scene fits into a page. Error: it has too many triangles or captors.
-pub fn check_view(scene: &Scene) -> Result<()> {
+/// Checks that a scene fits into a page, and returns the most tiles of a page. Error: it has too many
+/// triangles, copies or captors. Copies that share their triangles count only with their parts.
+pub fn check_view(scene: &Scene) -> Result<usize> {
+    let distinct = scene.distinct_triangles() + scene.captor_triangles().len();
     let counts = [
-        (scene.triangles().len() + scene.captor_triangles().len(), MOST_TRIANGLES, "triangles"),
+        (distinct, MOST_TILES, "triangles"),
+        (Tiles::least(scene), MOST_TILES, "parts of copies"),
         (scene.captors().len(), MOST_CAPTORS, "captors"),
     ];
     for (count, most, what) in counts {
@@ -67,7 +73,7 @@ pub fn check_view(scene: &Scene) -> Result<()> {
                 .remedy("export it (.vtp) and open it in ParaView"));
         }
     }
-    Ok(())
+    Ok(MOST_TILES)
 }
 
 /// Writes the page, with the hours of a year of this scene if they are given.
@@ -111,7 +117,7 @@ fn write_data(
         let groups = rendered.groups.iter().map(|group| group.values.id.as_str());
         Hours::new(file, captors.chain(groups))
     });
-    let shapes = shapes(&rendered.tiles, rendered.scene.center());
+    let shapes = shapes(rendered.scene, &rendered.tiles);
     let facts = facts(rendered, &shapes, hours.as_ref()).to_string();
     // only `<` could end a script element
     script(writer, "facts", "application/json", &facts.replace('<', "\\u003c"))?;
@@ -133,10 +139,15 @@ fn write_data(
         writeln!(writer, "</script>")
     };
     let corners = shapes.iter().flat_map(|shape| {
-        let corners = rendered.tiles.corners[shape.tiles.clone()].iter();
+        let corners = shape.triangles(rendered.scene, &rendered.tiles);
         corners.flat_map(|t| [t.a, t.b, t.c]).flat_map(move |p| quantised(p, &shape.extent))
     });
     array("corners", &mut shorts(corners))?;
+    let starts: Vec<u32> =
+        shapes.iter().flat_map(|s| s.merged).flat_map(|m| &m.starts).copied().collect();
+    if !starts.is_empty() {
+        array("starts", &mut starts.into_iter().flat_map(u32::to_le_bytes))?;
+    }
     let placements = shapes.iter().flat_map(|shape| shape.placements.as_flattened());
     array("placements", &mut floats(placements.copied()))?;
     let index = |index: Option<usize>| index.map_or(-1, |i| i as i32);
@@ -240,7 +251,11 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
         "size": extent.size().to_array(),
         "tiles": rendered.tiles.count(),
         "shapes": shapes.iter().map(|shape| {
-            json!({ "tiles": shape.tiles.len(), "copies": shape.placements.len() })
+            let mut facts = json!({ "tiles": shape.tiles.len(), "copies": shape.placements.len() });
+            if let Some(merged) = shape.merged {
+                facts["triangles"] = merged.triangles.len().into();
+            }
+            facts
         }).collect::<Vec<_>>(),
         "hours": hours.map(Hours::facts),
         "local": rendered.has_local().then(|| levels(rendered, most_arrived(rendered)).facts()),
@@ -266,7 +281,10 @@ fn colours() -> Vec<[u8; 3]> {
 fn extent(rendered: &RenderedScene) -> Extent {
     let lights = rendered.scene.lights().iter().map(|light| light.extent());
     let tiles = Extent::of_triangles(&rendered.tiles.corners);
-    lights.fold(tiles, Extent::join)
+    // a merged tile reaches beyond its middle triangle
+    let merged = rendered.tiles.copies.iter().any(|copies| copies.merged.is_some());
+    let surfaces = merged.then(|| rendered.scene.triangles().extent());
+    lights.chain(surfaces).fold(tiles, Extent::join)
 }
 
 /// Up to this many tiles each value takes two bytes; with more tiles it takes one.

@@ -475,7 +475,7 @@ fn captor_at(result: &RunResult, point: DVec3) -> Option<&CaptorResult> {
 fn by_lamp(face: &FaceResult, lamps: &Lamps, columns: &[(usize, f64)]) -> [Vec<f64>; 2] {
     let mut values = vec![0.0; lamps.names.len()];
     let mut variances = values.clone();
-    let parts = face.by_light.iter().flat_map(ByLight::values);
+    let parts = face.by_light.iter().flat_map(|lights| lights.values());
     for (part, &lamp) in parts.zip(&lamps.of_light) {
         let error = |band: usize| part.irradiance_se[band].unwrap_or(0.0);
         values[lamp] += columns.iter().map(|&(b, weight)| weight * part.irradiance[b]).sum::<f64>();

@@ -24,10 +24,11 @@ const DETAILED: usize = 100;
 /// captors, which are not.
 #[derive(Debug)]
 pub struct Tiles {
-    /// Corners, m from the centre of the scene.
+    /// Corners, m from the centre of the scene; of a [merged](Merged) tile those of its middle
+    /// triangle, which stands for the others.
     pub corners: Vec<Triangle>,
-    /// For each tile the index of its triangle, among those of the surfaces or of the virtual
-    /// captors.
+    /// For each tile the index of its triangle, or of its middle one, among those of the surfaces
+    /// or of the virtual captors.
     pub triangles: Vec<u32>,
     /// The surfaces and captors that the tiles belong to, in the order of the tiles.
     pub parts: Vec<TilePart>,
@@ -44,8 +45,21 @@ pub struct TileCopies {
     pub first: usize,
     /// Number of tiles of each copy.
     pub each: usize,
-    /// The transforms that placed the copies, at least two, m from the user's origin.
+    /// The transforms that placed the copies, m from the user's origin.
     pub transforms: Vec<Transform>,
+    /// The triangles of the tiles, where a tile has several.
+    pub merged: Option<Merged>,
+}
+
+/// Triangles of a copy that are merged into tiles: each tile has some that follow one another in the
+/// mesh, as the triangles of a leaf mostly do.
+#[derive(Clone, Debug)]
+pub struct Merged {
+    /// The triangles of the first copy.
+    pub triangles: Range<usize>,
+    /// For each tile of a copy its first triangle, counted within the copy; at last the number of
+    /// triangles.
+    pub starts: Vec<u32>,
 }
 
 /// Tiles of one object, material and captor.
@@ -64,11 +78,14 @@ pub struct TilePart {
 impl Tiles {
     /// Cuts the surfaces of a scene, except glass and the copies of detailed objects. The longest
     /// edges are halved, over and over, until there are 60,000 more tiles than triangles or all
-    /// edges are short.
-    pub fn new(scene: &Scene) -> Self {
+    /// edges are short. Where there are more than `most` triangles, those of copies that share them
+    /// are merged into fewer tiles, so that there are about `most` at the end; a tile never has
+    /// triangles of several materials or captors.
+    pub fn new(scene: &Scene, most: usize) -> Self {
+        let run = run_of(scene, most);
         // glass is transparent in the display
         let clear = |triangle: usize| scene.material(&scene.surface(triangle)).is_clear();
-        let mut copies = copies(scene);
+        let mut copies = copies(scene, run > 1);
         // looks in the last group of copies that begins at or before the triangle
         let is_copy = |triangle: usize| {
             let after = copies.partition_point(|copies| copies.first <= triangle);
@@ -76,12 +93,16 @@ impl Tiles {
             last.is_some_and(|c| triangle - c.first < c.each * c.transforms.len())
         };
         let stays = |triangle: usize| clear(triangle) || is_copy(triangle);
+        let whole = if run > 1 { scene.unshared() } else { scene.triangles().len() };
         let (corners, triangles) =
-            cut(scene.triangles().iter(), stays, MORE, SHORT * scene.radius());
+            cut((0..whole).map(|i| scene.triangles().at(i)), stays, MORE, SHORT * scene.radius());
         for copies in &mut copies {
             copies.first = triangles.partition_point(|t| (*t as usize) < copies.first);
         }
         let mut tiles = Self { corners, triangles, parts: Vec::new(), copies };
+        if run > 1 {
+            tiles.merge_shared(scene, run);
+        }
         for tile in 0..tiles.triangles.len() {
             let triangle = tiles.triangles[tile] as usize;
             let surface = &scene.surface(triangle);
@@ -108,9 +129,46 @@ impl Tiles {
         tiles
     }
 
+    /// Returns the least number of tiles that a scene can be shown in: of shared copies one for each
+    /// part of each copy.
+    pub fn least(scene: &Scene) -> usize {
+        let own = scene.unshared() + scene.captor_triangles().len();
+        own + merged(&parts_of_copies(scene), usize::MAX)
+    }
+
     /// Returns the number of tiles.
     pub fn count(&self) -> usize {
         self.corners.len()
+    }
+
+    /// Adds the copies that share their triangles, up to `run` of which make a tile.
+    fn merge_shared(&mut self, scene: &Scene, run: usize) {
+        let is_shared = |first: usize| first >= scene.unshared();
+        let mut placed = scene.object_copies().filter(|copy| is_shared(copy.triangles.start));
+        for alike in scene.alike() {
+            let Range { start, end } = alike.triangles;
+            let all: Vec<u32> = (0..(end - start) as u32).collect();
+            let key = |triangle: &u32| part_key(scene, start + *triangle as usize);
+            let together = all.chunk_by(|a, b| key(a) == key(b)).flat_map(|part| part.chunks(run));
+            let mut starts: Vec<u32> = together.map(|tile| tile[0]).collect();
+            let (first, each) = (self.corners.len(), starts.len());
+            starts.push(all.len() as u32);
+            let copies: Vec<_> = placed.by_ref().take(alike.areas.len()).collect();
+            for copy in &copies {
+                for ends in starts.windows(2) {
+                    let middle = copy.triangles.start + (ends[0] + ends[1]) as usize / 2;
+                    self.corners.push(scene.triangles().at(middle));
+                    self.triangles.push(middle as u32);
+                }
+            }
+            self.copies.push(TileCopies {
+                object: copies.first().and_then(|copy| copy.object),
+                first,
+                each,
+                transforms: copies.into_iter().map(|copy| copy.transform).collect(),
+                merged: Some(Merged { triangles: start..end, starts }),
+            });
+        }
     }
 
     fn add_to_part(&mut self, part: TilePart) {
@@ -123,11 +181,53 @@ impl Tiles {
     }
 }
 
+/// Returns what all triangles of a part have in common.
+fn part_key(scene: &Scene, triangle: usize) -> (u32, Option<usize>) {
+    let surface = scene.surface(triangle);
+    (surface.material, surface.captor())
+}
+
+/// Returns the number of triangles of each part of a copy that shares them, object by object, with
+/// the number of its copies.
+fn parts_of_copies(scene: &Scene) -> Vec<(Vec<usize>, usize)> {
+    let parts = |range: Range<usize>| {
+        let all: Vec<usize> = range.collect();
+        let same = |a: &usize, b: &usize| part_key(scene, *a) == part_key(scene, *b);
+        all.chunk_by(same).map(<[usize]>::len).collect()
+    };
+    scene.alike().map(|alike| (parts(alike.triangles), alike.areas.len())).collect()
+}
+
+/// Returns how many triangles of shared copies make a tile, so that there are at most about `most`
+/// tiles or each part of a copy is one; 1 where the triangles themselves are no more.
+fn run_of(scene: &Scene, most: usize) -> usize {
+    let shared = scene.triangles().len() - scene.unshared();
+    let others = scene.unshared() + scene.captor_triangles().len();
+    if shared == 0 || shared + others <= most {
+        return 1;
+    }
+    let parts = parts_of_copies(scene);
+    let longest = parts.iter().flat_map(|(parts, _)| parts).copied().max().unwrap_or(1);
+    let room = most.saturating_sub(others + MORE).max(1);
+    let mut run = shared.div_ceil(room).max(2);
+    while run < longest && merged(&parts, run) > room {
+        run += run.div_ceil(8);
+    }
+    run
+}
+
+/// Returns the number of tiles of shared copies of which up to `run` triangles make one.
+fn merged(parts: &[(Vec<usize>, usize)], run: usize) -> usize {
+    let tiles = |parts: &[usize]| parts.iter().map(|part| part.div_ceil(run)).sum::<usize>();
+    parts.iter().map(|(parts, copies)| tiles(parts) * copies).sum()
+}
+
 /// Returns the copies of detailed objects among the triangles of a scene, in the order of the
-/// triangles.
-fn copies(scene: &Scene) -> Vec<TileCopies> {
+/// triangles; if they are `merged`, without those that share their triangles.
+fn copies(scene: &Scene, merged: bool) -> Vec<TileCopies> {
     let mut found: Vec<TileCopies> = Vec::new();
-    for copy in scene.object_copies() {
+    let is_wanted = |first: usize| !merged || first < scene.unshared();
+    for copy in scene.object_copies().filter(|copy| is_wanted(copy.triangles.start)) {
         let (object, first, each) = (copy.object, copy.triangles.start, copy.triangles.len());
         match found.last_mut() {
             Some(c)
@@ -136,7 +236,10 @@ fn copies(scene: &Scene) -> Vec<TileCopies> {
             {
                 c.transforms.push(copy.transform);
             }
-            _ => found.push(TileCopies { object, first, each, transforms: vec![copy.transform] }),
+            _ => {
+                let transforms = vec![copy.transform];
+                found.push(TileCopies { object, first, each, transforms, merged: None });
+            }
         }
     }
     found.retain(|copies| copies.each >= DETAILED && copies.transforms.len() > 1);

@@ -1,6 +1,6 @@
 //! The photon map: stored arrivals, and the search for the k nearest of them (kiddo's kd-tree).
 
-use std::{collections::BTreeMap, num::NonZero, ops::Range, sync::Arc};
+use std::{num::NonZero, ops::Range, sync::Arc};
 
 use glam::{Mat3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -67,20 +67,39 @@ pub struct PhotonMap {
     bands: usize,
     /// Number of histories, all arrivals of which are stored here.
     pub histories: u64,
-    bins: Arc<BTreeMap<u32, Bin>>,
+    bins: Arc<Bins>,
 }
 
+/// The bins that have photons. On leaves there are nearly as many bins as photons, so that a bin
+/// takes only a few bytes.
+#[derive(Default)]
+struct Bins {
+    /// In rising order of their numbers.
+    bins: Vec<Bin>,
+    /// Number of photons of all bins.
+    photons: usize,
+    /// The positions of the photons of those bins that are searched one by one: those of few
+    /// photons, or of positions that kiddo refuses.
+    listed: Vec<Vec3>,
+    /// For each other bin a kd-tree of the positions, which are turned by [`ROTATION`].
+    trees: Vec<ImmutableKdTree<f32, 3>>,
+}
+
+#[derive(Clone, Copy)]
 struct Bin {
-    range: Range<usize>,
+    number: u32,
+    /// Index of its first photon; the others follow.
+    first: u32,
     places: Places,
 }
 
-/// The positions of the photons of a bin.
+/// Where the positions of the photons of a bin are.
+#[derive(Clone, Copy)]
 enum Places {
-    /// A list, searched one by one: of few photons, or of positions that kiddo refuses.
-    List(Vec<Vec3>),
-    /// A kd-tree of the positions, which are turned by [`ROTATION`].
-    Tree(ImmutableKdTree<f32, 3>),
+    /// From this place of the list on.
+    Listed(u32),
+    /// In the tree of this index.
+    Tree(u32),
 }
 
 /// A stored photon near a point.
@@ -93,7 +112,7 @@ pub struct Neighbour {
 }
 
 /// Bins of at most this many arrivals are searched one by one.
-const SMALL_SHELF: usize = 1024;
+const SMALL_BIN: usize = 1024;
 
 impl PhotonMap {
     /// Makes a map of all arrivals of `histories` histories, on the threads of the current pool.
@@ -122,18 +141,7 @@ impl PhotonMap {
         keys.par_sort_unstable();
         let order: Vec<u32> = keys.into_iter().map(|key| key as u32).collect();
         let arrival = |&i: &u32| &arrivals[i as usize];
-        let mut first = 0;
-        let ranges = order.chunk_by(|a, b| arrival(a).bin == arrival(b).bin).map(|bin| {
-            let range = first..first + bin.len();
-            first = range.end;
-            range
-        });
-        let ranges: Vec<Range<usize>> = ranges.collect();
-        let bins = ranges.into_par_iter().map(|range| {
-            let places = Places::of(order[range.clone()].iter().map(|i| arrival(i).position));
-            (arrival(&order[range.start]).bin, Bin { range, places })
-        });
-        let bins: BTreeMap<u32, Bin> = bins.collect();
+        let bins = Bins::new(&order, &arrivals);
         let photons = order.iter().map(|i| arrival(i).photon).collect::<Vec<_>>();
         drop(arrivals);
         let mut sorted = Vec::with_capacity(power.len());
@@ -170,8 +178,8 @@ impl PhotonMap {
     pub fn part(&self, wanted: impl Fn(Way) -> bool) -> Self {
         let (mut arrivals, mut power, mut ways) = (Vec::new(), Vec::new(), Vec::new());
         let positions = self.positions();
-        for (&bin, Bin { range, .. }) in self.bins.iter() {
-            for i in range.clone().filter(|&i| wanted(self.ways[i])) {
+        for (bin, photons) in self.bins() {
+            for i in photons.filter(|&i| wanted(self.ways[i])) {
                 arrivals.push(Arrival { position: positions[i], bin, photon: self.photons[i] });
                 power.extend(self.power(i));
                 ways.push(self.ways[i]);
@@ -182,7 +190,7 @@ impl PhotonMap {
 
     /// Returns the bins that have photons, and the indices of these photons.
     pub fn bins(&self) -> impl Iterator<Item = (u32, Range<usize>)> {
-        self.bins.iter().map(|(bin, Bin { range, .. })| (*bin, range.clone()))
+        self.bins.all().map(|(bin, range)| (bin.number, range))
     }
 
     /// Returns the way by which each photon came, in the order of `photons`; empty in a map that
@@ -195,12 +203,16 @@ impl PhotonMap {
     /// the scene; positions in trees are exact up to rounding.
     pub fn positions(&self) -> Vec<Vec3> {
         let mut positions = vec![Vec3::ZERO; self.photons.len()];
-        for Bin { range, places } in self.bins.values() {
-            let positions = &mut positions[range.clone()];
-            match places {
-                Places::List(places) => positions.copy_from_slice(places),
+        for (bin, range) in self.bins.all() {
+            let positions = &mut positions[range];
+            match bin.places {
+                Places::Listed(first) => {
+                    positions
+                        .copy_from_slice(&self.bins.listed[first as usize..][..positions.len()]);
+                }
                 Places::Tree(tree) => {
-                    tree.iter().for_each(|(i, p)| positions[i as usize] = turned_back(p));
+                    let places = self.bins.trees[tree as usize].iter();
+                    places.for_each(|(i, p)| positions[i as usize] = turned_back(p));
                 }
             }
         }
@@ -209,14 +221,14 @@ impl PhotonMap {
 
     /// Returns the number of photons of a bin.
     pub fn count(&self, bin: u32) -> usize {
-        self.bins.get(&bin).map_or(0, |bin| bin.range.len())
+        self.bins.of(bin).map_or(0, |(_, range)| range.len())
     }
 
     /// Returns the number of histories to which the photons of a bin belong.
     pub fn histories_on(&self, bin: u32) -> usize {
-        let Some(Bin { range, .. }) = self.bins.get(&bin) else { return 0 };
+        let Some((_, range)) = self.bins.of(bin) else { return 0 };
         // the photons of a bin are stored in the order of their histories
-        self.photons[range.clone()].chunk_by(|a, b| a.history == b.history).count()
+        self.photons[range].chunk_by(|a, b| a.history == b.history).count()
     }
 
     /// Gathers the photons of a bin that are nearer to `point` than the k-th, and the area within
@@ -247,10 +259,15 @@ impl PhotonMap {
     /// Returns the `k` (at least 1) photons of a bin that are nearest to `point`, nearest first;
     /// all photons if the bin has fewer.
     pub fn nearest(&self, bin: u32, point: Vec3, k: usize) -> Vec<Neighbour> {
-        let (Some(Bin { range, places }), Some(k)) = (self.bins.get(&bin), NonZero::new(k)) else {
+        let (Some((bin, range)), Some(k)) = (self.bins.of(bin), NonZero::new(k)) else {
             return Vec::new();
         };
-        let mut found = places.nearest(point, k);
+        let mut found = match bin.places {
+            Places::Listed(first) => {
+                nearest_listed(&self.bins.listed[first as usize..][..range.len()], point, k)
+            }
+            Places::Tree(tree) => nearest_in(&self.bins.trees[tree as usize], point, k),
+        };
         found.iter_mut().for_each(|neighbour| neighbour.index += range.start);
         found
     }
@@ -270,44 +287,92 @@ pub struct Gathered {
     pub weight: f64,
 }
 
-impl Places {
-    fn of(places: impl ExactSizeIterator<Item = Vec3> + Clone) -> Self {
-        if places.len() > SMALL_SHELF {
-            let points: Vec<[f32; 3]> = places.clone().map(turned).collect();
-            if let Ok(tree) = ImmutableKdTree::new_from_slice(&points) {
-                return Self::Tree(tree);
-            }
-        }
-        Self::List(places.collect())
-    }
-
-    fn nearest(&self, point: Vec3, k: NonZero<usize>) -> Vec<Neighbour> {
-        let neighbour = |item, distance2| Neighbour { index: item as usize, distance2 };
-        let mut all: Vec<Neighbour> = match self {
-            Self::Tree(tree) if k.get() < tree.size() => {
-                let point = turned(point);
-                let found = tree.query(&point).nearest_n::<SquaredEuclidean<f32>>(k).execute();
-                return found.iter().map(|f| neighbour(f.item, f.distance)).collect();
-            }
-            Self::Tree(tree) => {
-                let point = Vec3::from(turned(point));
-                let distance2 = |place: [f32; 3]| point.distance_squared(place.into());
-                tree.iter().map(|(item, place)| neighbour(item, distance2(place))).collect()
-            }
-            Self::List(places) => {
-                (0..).zip(places).map(|(i, p)| neighbour(i, p.distance_squared(point))).collect()
-            }
+impl Bins {
+    /// Files arrivals, whose `order` is by bin.
+    fn new(order: &[u32], arrivals: &[Arrival]) -> Self {
+        let arrival = |i: &u32| &arrivals[*i as usize];
+        let is_large = |bin: &&[u32]| bin.len() > SMALL_BIN;
+        let together = || order.chunk_by(|a, b| arrival(a).bin == arrival(b).bin);
+        let large: Vec<&[u32]> = together().filter(is_large).collect();
+        let tree = |bin: &[u32]| {
+            let points: Vec<[f32; 3]> = bin.iter().map(|i| turned(arrival(i).position)).collect();
+            ImmutableKdTree::new_from_slice(&points).ok()
         };
-        let order = |a: &Neighbour, b: &Neighbour| {
-            a.distance2.total_cmp(&b.distance2).then(a.index.cmp(&b.index))
-        };
-        if k.get() < all.len() {
-            all.select_nth_unstable_by(k.get() - 1, order);
-            all.truncate(k.get());
+        let made: Vec<_> = large.into_par_iter().map(tree).collect();
+        let mut made = made.into_iter();
+        let mut all = Self::default();
+        for bin in together() {
+            let tree = if is_large(&bin) { made.next().flatten() } else { None };
+            let places = match tree {
+                Some(tree) => {
+                    all.trees.push(tree);
+                    Places::Tree(all.trees.len() as u32 - 1)
+                }
+                None => {
+                    all.listed.extend(bin.iter().map(|i| arrival(i).position));
+                    Places::Listed((all.listed.len() - bin.len()) as u32)
+                }
+            };
+            let (number, first) = (arrival(&bin[0]).bin, all.photons as u32);
+            all.bins.push(Bin { number, first, places });
+            all.photons += bin.len();
         }
-        all.sort_unstable_by(order);
+        all.bins.shrink_to_fit();
+        all.listed.shrink_to_fit();
         all
     }
+
+    /// Returns the bin of a number, if it has photons, and the range of these.
+    fn of(&self, number: u32) -> Option<(Bin, Range<usize>)> {
+        let index = self.bins.binary_search_by_key(&number, |bin| bin.number).ok()?;
+        Some(self.at(index))
+    }
+
+    /// Returns all bins, with the ranges of their photons.
+    fn all(&self) -> impl Iterator<Item = (Bin, Range<usize>)> {
+        (0..self.bins.len()).map(|index| self.at(index))
+    }
+
+    fn at(&self, index: usize) -> (Bin, Range<usize>) {
+        let end = self.bins.get(index + 1).map_or(self.photons, |next| next.first as usize);
+        (self.bins[index], self.bins[index].first as usize..end)
+    }
+}
+
+/// Returns the `k` photons of a tree that are nearest to `point`, nearest first; all if it has
+/// fewer.
+fn nearest_in(tree: &ImmutableKdTree<f32, 3>, point: Vec3, k: NonZero<usize>) -> Vec<Neighbour> {
+    let neighbour = |item: u32, distance2| Neighbour { index: item as usize, distance2 };
+    let point = turned(point);
+    if k.get() < tree.size() {
+        let found = tree.query(&point).nearest_n::<SquaredEuclidean<f32>>(k).execute();
+        return found.iter().map(|f| neighbour(f.item, f.distance)).collect();
+    }
+    let distance2 = |place: [f32; 3]| Vec3::from(point).distance_squared(place.into());
+    sorted(tree.iter().map(|(item, place)| neighbour(item, distance2(place))).collect(), k)
+}
+
+/// Returns the `k` of these places that are nearest to `point`, nearest first; all if there are
+/// fewer.
+fn nearest_listed(places: &[Vec3], point: Vec3, k: NonZero<usize>) -> Vec<Neighbour> {
+    let neighbour = |(index, place): (usize, &Vec3)| Neighbour {
+        index,
+        distance2: place.distance_squared(point),
+    };
+    sorted(places.iter().enumerate().map(neighbour).collect(), k)
+}
+
+/// Returns the first `k` in the order of their distances.
+fn sorted(mut all: Vec<Neighbour>, k: NonZero<usize>) -> Vec<Neighbour> {
+    let order = |a: &Neighbour, b: &Neighbour| {
+        a.distance2.total_cmp(&b.distance2).then(a.index.cmp(&b.index))
+    };
+    if k.get() < all.len() {
+        all.select_nth_unstable_by(k.get() - 1, order);
+        all.truncate(k.get());
+    }
+    all.sort_unstable_by(order);
+    all
 }
 
 /// Photons lie on walls, and a wall perpendicular to an axis wastes the splits along that axis. All

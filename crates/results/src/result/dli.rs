@@ -1,6 +1,6 @@
 //! Daily light integrals, the measure of a day's light that growers use.
 
-use super::{BandResult, ByLight, FaceResult, RunResult};
+use super::{BandResult, FaceResult, RunResult};
 
 /// Daily light integral of a mean of 1 umol/m2/s, mol/m2/d: the seconds of a day, in mol per umol.
 const DLI: f64 = 0.0864;
@@ -57,7 +57,7 @@ impl FaceResult {
         self.dli_se = Some(of(&mut self.irradiance_se.iter().copied()));
         self.by_light
             .iter_mut()
-            .flat_map(ByLight::values_mut)
+            .flat_map(|lights| lights.values_mut())
             .for_each(|part| part.add_dli(dli, par));
     }
 }

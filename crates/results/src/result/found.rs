@@ -268,7 +268,7 @@ fn captor_result(
     let scene = simulation.scene();
     let channel = |channel: Channel| captor.first_channel + channel as usize;
     let [nearest_front, nearest_back] = match nearest {
-        Some(faces) => faces.map(|face| Some(face.map(nearest_result))),
+        Some(faces) => faces.map(|face| Some(face.map(nearest_result).map(Box::new))),
         None => [None, None],
     };
     let face = |c: Channel, knn| {
@@ -429,7 +429,7 @@ fn face(simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
     FaceResult {
         few_paths: few || too_small,
         by_photons,
-        by_light: by_light(scene, totals, |_, part| flux(part, channel, area, split)),
+        by_light: by_light(scene, totals, |_, part| flux(part, channel, area, split)).map(Box::new),
         ..flux(totals, channel, area, split)
     }
 }

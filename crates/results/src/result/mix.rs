@@ -91,7 +91,19 @@ impl RunResult {
             // these are not kept by light
             layers: None,
             canopy: None,
-            ..self.clone()
+            // the light on captors is not copied, as it may be most of what memory holds
+            phylux: self.phylux.clone(),
+            scene: self.scene.clone(),
+            scene_hash: self.scene_hash.clone(),
+            guiding: self.guiding.clone(),
+            chosen: self.chosen.clone(),
+            settings: self.settings.clone(),
+            warnings: self.warnings.clone(),
+            unit: self.unit.clone(),
+            bands: self.bands.clone(),
+            ratios: self.ratios.clone(),
+            unseen: self.unseen.clone(),
+            ..*self
         };
         result.add_dli();
         Ok(result.with_warnings_of_scene(self.warnings_of_scene()))
@@ -315,7 +327,10 @@ impl<'a> Mix<'a> {
             by_light,
             absorbed_by_face,
             absorbed_ratios,
-            ..captor.clone()
+            id: captor.id.clone(),
+            kind: captor.kind.clone(),
+            groups: captor.groups.clone(),
+            ..*captor
         }
     }
 
@@ -331,13 +346,14 @@ impl<'a> Mix<'a> {
             by_light,
             absorbed_by_face,
             absorbed_ratios,
-            ..group.clone()
+            id: group.id.clone(),
+            ..*group
         }
     }
 
     fn face(&self, face: &FaceResult) -> FaceResult {
         let none = ByLight::new();
-        let before = face.by_light.as_ref().unwrap_or(&none);
+        let before = face.by_light.as_deref().unwrap_or(&none);
         let parts = self.scaled(before, |part, scale| {
             FaceResult {
                 // photons of a dark light bring nothing
@@ -382,7 +398,7 @@ impl<'a> Mix<'a> {
             max: None,
             uniformity: None,
             knn: face.knn.as_ref().map(|_| None),
-            by_light: Some(parts),
+            by_light: Some(parts.into()),
         }
     }
 

@@ -83,7 +83,7 @@ impl<'a> Spread<'a> {
         FaceResult {
             min: end(f64::min),
             max: end(f64::max),
-            uniformity: Some(Uniformity { min_over_mean, min_over_mean_se, cv, cv_se }),
+            uniformity: Some(Uniformity { min_over_mean, min_over_mean_se, cv, cv_se }.into()),
             ..face
         }
     }

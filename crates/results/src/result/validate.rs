@@ -102,7 +102,7 @@ impl FaceResult {
             && self
                 .by_light
                 .iter()
-                .flat_map(ByLight::values)
+                .flat_map(|lights| lights.values())
                 .all(|part| part.is_valid(bands, ratios))
             && self.ratios.iter().all(|found| found.is_valid(ratios))
             && self.knn.iter().flatten().all(|knn| knn.is_valid(bands))

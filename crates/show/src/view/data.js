@@ -34,7 +34,7 @@ async function readData() {
   const kind = ({ last }) => (last > 255 ? Uint16Array : Uint8Array);
   const [runs, places] = await Promise.all([unpack("parts", Int32Array), unpack("placements", Float32Array)]);
   parts = readParts(runs);
-  shapes = readShapes(places);
+  shapes = readShapes(places, await unpack("starts", Uint32Array));
   [corners, captorValues, groupValues, shares, byLight] = await Promise.all([
     unpack("corners", Uint16Array), unpack("captors", Float32Array), unpack("groups", Float32Array),
     unpack("shares", Uint8Array), unpack("byLight", Float32Array),
@@ -56,12 +56,15 @@ async function readData() {
 }
 
 /** Reads the shapes: runs of tiles that are drawn once for each of their copies. A shape has the place of the first
- *  copy's tiles in `corners`, and for each copy the matrix from coordinates in [0, 1] to metres. */
-function readShapes(places) {
-  let [corner, first, place] = [0, 0, 0];
-  return facts.shapes.map(({ tiles, copies }) => {
-    const shape = { corner, first, tiles, copies, places: places.subarray(12 * place, 12 * (place + copies)) };
-    [corner, first, place] = [corner + tiles, first + tiles * copies, place + copies];
+ *  copy's triangles in `corners`, and for each copy the matrix from coordinates in [0, 1] to metres. Where a tile has
+ *  several triangles, `starts` has the first of each tile, and at last their number. */
+function readShapes(places, allStarts) {
+  let [corner, first, place, start] = [0, 0, 0, 0];
+  return facts.shapes.map(({ tiles, copies, triangles }) => {
+    const starts = triangles ? allStarts.subarray(start, start + tiles + 1) : null;
+    const shape = { corner, first, tiles, copies, starts, triangles: triangles ?? tiles, places: places.subarray(12 * place, 12 * (place + copies)) };
+    [corner, first, place] = [corner + shape.triangles, first + tiles * copies, place + copies];
+    if (starts) start += tiles + 1;
     return shape;
   });
 }
@@ -88,23 +91,35 @@ function brightestHour() {
   return best[0];
 }
 
-/** Returns the corners of a tile, m. */
-function cornersOf(tile) {
+/** Returns the first triangle of a tile of a copy, counted within the copy; `own` may be the number of tiles. */
+function startOf({ starts }, own) {
+  return starts ? starts[own] : own;
+}
+
+/** Returns the triangles of a tile, of each the corners, m. */
+function trianglesOf(tile) {
   const shape = shapes.findLast(({ first }) => first <= tile);
   const [copy, own] = [Math.floor((tile - shape.first) / shape.tiles), (tile - shape.first) % shape.tiles];
   const m = shape.places.subarray(12 * copy, 12 * copy + 12);
-  return [0, 1, 2].map((i) => {
-    const at = 9 * (shape.corner + own) + 3 * i;
+  const [from, to] = [startOf(shape, own), startOf(shape, own + 1)];
+  return Array.from({ length: to - from }, (_, triangle) => [0, 1, 2].map((i) => {
+    const at = 9 * (shape.corner + from + triangle) + 3 * i;
     const [x, y, z] = [corners[at] / 65535, corners[at + 1] / 65535, corners[at + 2] / 65535];
     return [0, 4, 8].map((row) => m[row] * x + m[row + 1] * y + m[row + 2] * z + m[row + 3]);
-  });
+  }));
+}
+
+/** Returns the corners of a tile, m; of its first triangle if it has several. */
+function cornersOf(tile) {
+  return trianglesOf(tile)[0];
 }
 
 /** Returns the area of a tile, m2. */
 function areaOf(tile) {
-  const [a, b, c] = cornersOf(tile);
-  const [p, q] = [b, c].map((end) => end.map((x, i) => x - a[i]));
-  return Math.hypot(p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]) / 2;
+  return trianglesOf(tile).reduce((sum, [a, b, c]) => {
+    const [p, q] = [b, c].map((end) => end.map((x, i) => x - a[i]));
+    return sum + Math.hypot(p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]) / 2;
+  }, 0);
 }
 
 /** Reads the parts: runs of tiles of one object, material and captor; -1 stands for none. */
@@ -221,8 +236,11 @@ function shownValue(part, tile, channel, band) {
 
 // --- the user's choices ---
 
+/** Whether some tiles have several triangles. There are so many then that few photons come to each. */
+const isMerged = facts.shapes.some(({ triangles }) => triangles);
 const state = {
-  quantity: "irradiance", band: Math.max(facts.bands.findIndex((band) => band.sum), 0), values: facts.local ? "local" : "captor",
+  quantity: "irradiance", band: Math.max(facts.bands.findIndex((band) => band.sum), 0),
+  values: facts.local && !isMerged ? "local" : "captor",
   low: 0, high: 1, log: false, cut: 0, clear: false, planes: false, dark: true, shade: true, smooth: true,
   images: Boolean(facts.periods) && 9 * facts.tiles <= MOST_OF_IMAGES, photons: false, photonColour: "bounce", bounces: [0, 0],
   hidden: { object: new Set(), material: new Set() },

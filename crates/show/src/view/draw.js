@@ -1,4 +1,4 @@
-// Drawing: WebGL 2 by three.js, one triangle for each tile.
+// Drawing: WebGL 2 by three.js, one triangle for each tile; in copies whose triangles are merged, several.
 
 const T = THREE;
 const TEXTURE_WIDTH = 2048;
@@ -19,6 +19,7 @@ uniform vec3 boxMin, boxSize;
 in vec3 position;
 in vec4 row0, row1, row2; // of the matrix of the copy
 in float first; // tile of the copy
+in float tileNumber; // in the copy, from 1; 0 where each triangle is a tile
 flat out vec4 tile;
 flat out int index;
 out vec3 view, inBox;
@@ -27,7 +28,7 @@ void main() {
   vec4 own = vec4(position, 1.0);
   vec3 place = vec3(dot(row0, own), dot(row1, own), dot(row2, own)) + modelMatrix[3].xyz;
   inBox = (place - boxMin) / boxSize;
-  index = int(first) + gl_VertexID / 3;
+  index = int(first) + (tileNumber > 0.0 ? int(tileNumber) - 1 : gl_VertexID / 3);
   tile = texelFetch(values, ivec2(index % ${TEXTURE_WIDTH}, index / ${TEXTURE_WIDTH}), 0);
   here = tile.xy;
   if (smoothed) {
@@ -190,7 +191,8 @@ function showTheme() {
 function boxAround(chosen) {
   const [low, high] = [new T.Vector3(), new T.Vector3()].map((end, i) => end.setScalar(i ? -Infinity : Infinity));
   const place = new T.Vector3();
-  for (const { corner, first, tiles, copies, places } of shapes) {
+  for (const shape of shapes) {
+    const { corner, first, tiles, copies, places } = shape;
     for (let copy = 0; copy < copies; copy++) {
       const m = places.subarray(12 * copy, 12 * copy + 12);
       const rows = [0, 4, 8].map((row) => [...m.subarray(row, row + 4)]);
@@ -199,7 +201,7 @@ function boxAround(chosen) {
         const part = partOf(tile);
         end = Math.min(part.end, to);
         if (!chosen(part)) continue;
-        for (let i = 9 * (corner + tile - from); i < 9 * (corner + end - from); i += 3) {
+        for (let i = 9 * (corner + startOf(shape, tile - from)); i < 9 * (corner + startOf(shape, end - from)); i += 3) {
           const [x, y, z] = [corners[i] / 65535, corners[i + 1] / 65535, corners[i + 2] / 65535];
           place.set(...rows.map(([a, b, c, d]) => a * x + b * y + c * z + d));
           low.min(place);
@@ -349,10 +351,15 @@ function makeMeshes() {
   });
   [paintMaterial, pickMaterial] = [material(COLOUR), material(PICK)];
   paintMaterial.alphaToCoverage = true; // transparency that needs no order
-  for (const { corner, first, tiles, copies, places } of shapes) {
+  for (const { corner, first, tiles, triangles, starts, copies, places } of shapes) {
     const geometry = new T.InstancedBufferGeometry();
     geometry.instanceCount = copies;
-    geometry.setAttribute("position", new T.BufferAttribute(corners.subarray(9 * corner, 9 * (corner + tiles)), 3, true));
+    geometry.setAttribute("position", new T.BufferAttribute(corners.subarray(9 * corner, 9 * (corner + triangles)), 3, true));
+    if (starts) {
+      const tileAt = new Float32Array(3 * triangles);
+      for (let own = 0; own < tiles; own++) tileAt.fill(own + 1, 3 * starts[own], 3 * starts[own + 1]);
+      geometry.setAttribute("tileNumber", new T.BufferAttribute(tileAt, 1));
+    }
     const ofCopies = (name, width, value) => {
       const array = Float32Array.from({ length: width * copies }, (_, i) => value(Math.floor(i / width), i % width));
       geometry.setAttribute(name, new T.InstancedBufferAttribute(array, width));
@@ -482,7 +489,7 @@ let mark = null;
 /** Marks tiles with a veil and an outline that nothing hides. */
 function markTiles(tiles) {
   mark?.forEach((object) => { scene.remove(object); object.geometry.dispose(); object.material.dispose(); });
-  const triangles = tiles.map(cornersOf);
+  const triangles = tiles.flatMap(trianglesOf);
   const geometry = (points) => {
     const geometry = new T.BufferGeometry();
     return geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(points.flat(2)), 3));

@@ -141,8 +141,8 @@ function find(text) {
   const [middle, normal] = [new T.Vector3(), new T.Vector3()];
   let area = 0;
   for (const part of own) {
-    for (let tile = part.first; tile < part.end; tile++) {
-      const [a, b, c] = cornersOf(tile).map((corner) => new T.Vector3(...corner));
+    for (const triangle of tilesOf(part).flatMap(trianglesOf)) {
+      const [a, b, c] = triangle.map((corner) => new T.Vector3(...corner));
       const cross = b.clone().sub(a).cross(c.clone().sub(a));
       const centre = a.clone().add(b).add(c).divideScalar(3);
       middle.addScaledVector(centre, cross.length());

@@ -1,17 +1,19 @@
-//! The shapes that the page draws: runs of tiles. Those of a plant are stored once for all of its
-//! copies.
+//! The shapes that are drawn: runs of tiles. Those of a plant are stored once for all of its copies.
 
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
 use phylux_core::{
-    math::geometry::{Extent, Transform},
-    scene::tiles::Tiles,
+    math::geometry::{Extent, Transform, Triangle},
+    scene::{
+        tiles::{Merged, TileCopies, Tiles},
+        world::Scene,
+    },
 };
 
 /// Tiles that are drawn once for each of their copies.
-pub struct Shape {
+pub struct Shape<'a> {
     /// Range of the tiles of the first copy; those of the other copies follow.
     pub tiles: Range<usize>,
     /// A box around the first copy.
@@ -19,23 +21,48 @@ pub struct Shape {
     /// For each copy the transform from the unit cube, as which the box is stored, to metres from
     /// the centre of the scene: the rows of a 3 x 4 matrix.
     pub placements: Vec<[f32; 12]>,
+    /// The triangles of its tiles, where a tile has several.
+    pub merged: Option<&'a Merged>,
 }
 
-/// Returns the shapes of all tiles, in order; `center` is that of the scene.
-pub fn shapes(tiles: &Tiles, center: DVec3) -> Vec<Shape> {
+impl Shape<'_> {
+    /// Returns the triangles of the first copy, m from the centre of the scene.
+    pub fn triangles<'s>(
+        &self,
+        scene: &'s Scene,
+        tiles: &'s Tiles,
+    ) -> Box<dyn Iterator<Item = Triangle> + 's> {
+        match self.merged {
+            Some(merged) => Box::new(merged.triangles.clone().map(|i| scene.triangles().at(i))),
+            None => Box::new(tiles.corners[self.tiles.clone()].iter().copied()),
+        }
+    }
+}
+
+/// Returns for each copy the transform that takes the first copy there, m from the user's origin.
+pub fn moves(copies: &TileCopies) -> impl Iterator<Item = Transform> {
+    let back = copies.transforms[0].inverse();
+    copies.transforms.iter().map(move |transform| transform.after(&back))
+}
+
+/// Returns the shapes of all tiles of a scene, in order.
+pub fn shapes<'a>(scene: &Scene, tiles: &'a Tiles) -> Vec<Shape<'a>> {
+    let center = scene.center();
     let mut shapes = Vec::new();
     let mut next = 0;
     for copies in &tiles.copies {
         let range = copies.first..copies.first + copies.each;
-        let extent = Extent::of_triangles(&tiles.corners[range.clone()]);
-        let back = copies.transforms[0].inverse();
-        let moves = copies.transforms.iter().map(|transform| transform.after(&back));
-        let placements: Vec<[f32; 12]> = moves.map(|to| placement(&extent, &to, center)).collect();
+        let merged = copies.merged.as_ref();
+        let (extent, placements) = (Extent::EMPTY, Vec::new());
+        let mut shape = Shape { tiles: range.clone(), extent, placements, merged };
+        shape.extent = Extent::of_triangles(shape.triangles(scene, tiles));
+        let place = |to: Transform| placement(&shape.extent, &to, center);
+        shape.placements = moves(copies).map(place).collect();
         // a scale may be too small to be inverted
-        if placements.as_flattened().iter().all(|number| number.is_finite()) {
+        if shape.placements.as_flattened().iter().all(|number| number.is_finite()) {
             shapes.extend(alone(tiles, next..range.start));
-            next = range.start + copies.each * placements.len();
-            shapes.push(Shape { tiles: range, extent, placements });
+            next = range.start + copies.each * shape.placements.len();
+            shapes.push(shape);
         }
     }
     shapes.extend(alone(tiles, next..tiles.count()));
@@ -43,11 +70,11 @@ pub fn shapes(tiles: &Tiles, center: DVec3) -> Vec<Shape> {
 }
 
 /// Returns the shape of tiles without copies, if there are any.
-fn alone(tiles: &Tiles, range: Range<usize>) -> Option<Shape> {
+fn alone(tiles: &Tiles, range: Range<usize>) -> Option<Shape<'static>> {
     let extent = Extent::of_triangles(tiles.corners.get(range.clone())?);
     let stays = Transform::new(1.0, DVec3::ZERO, DVec3::ZERO);
     let placements = vec![placement(&extent, &stays, DVec3::ZERO)];
-    (!range.is_empty()).then_some(Shape { tiles: range, extent, placements })
+    (!range.is_empty()).then_some(Shape { tiles: range, extent, placements, merged: None })
 }
 
 /// Returns the transform from the unit cube to the box, to the user's origin, to where `to` takes

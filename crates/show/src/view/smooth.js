@@ -17,7 +17,7 @@ let areas, meetings, meeting, cornerTexture;
 
 /** Finds the tiles that meet at each corner and continue the surface smoothly. */
 function makeSmooth() {
-  const canSmooth = Boolean(local) && facts.tiles < MOST_OF_A_PAGE && facts.localError > 0;
+  const canSmooth = Boolean(local) && facts.tiles < MOST_OF_A_PAGE && facts.localError > 0 && !isMerged;
   const rows = canSmooth ? Math.max(1, Math.ceil(facts.tiles / 1024)) : 1;
   cornerTexture = texture(new Float32Array(4 * CORNER_WIDTH * rows), CORNER_WIDTH, rows, T.FloatType, T.RGBAFormat);
   if (!canSmooth) return;

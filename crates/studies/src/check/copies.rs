@@ -1,8 +1,9 @@
-//! Copies of objects one by one: such as stand twice, below the ground or far from the others.
+//! Copies of objects one by one: such as stand twice, below the ground or far from the others; and
+//! objects of which there is only one, below the ground.
 
 use std::collections::HashMap;
 
-use glam::{Vec3, Vec3Swizzles};
+use glam::{Vec2, Vec3, Vec3Swizzles};
 
 use super::remarks::{Remarks, place};
 use phylux_core::{
@@ -65,7 +66,22 @@ pub(super) fn copies(scene: &Scene) -> Vec<Copy> {
     own.chain(shared).filter(|copy| copy.triangles > 0).collect()
 }
 
-/// Warns of copies that stand where no one puts them.
+/// Returns the objects of which there is only one, each with all its triangles.
+fn single_objects(scene: &Scene, copies: &[Copy]) -> Vec<Copy> {
+    let mut found: Vec<Option<Copy>> = scene.objects().iter().map(|_| None).collect();
+    for first in 0..scene.unshared() {
+        let Some(object) = scene.object(first) else { continue };
+        let extent = Extent::of_triangles([scene.triangles().at(first)]);
+        let none = Copy { object, first, triangles: 0, extent, is_shared: false };
+        let own = found[object].get_or_insert(none);
+        own.triangles = first + 1 - own.first;
+        own.extent = own.extent.join(extent);
+    }
+    copies.iter().for_each(|copy| found[copy.object] = None);
+    found.into_iter().flatten().collect()
+}
+
+/// Warns of copies that stand where no one puts them, and of other objects below the ground.
 pub(super) fn check_copies(scene: &Scene, remarks: &mut Remarks) {
     let copies = copies(scene);
     let named = |copy: &Copy| {
@@ -83,11 +99,26 @@ pub(super) fn check_copies(scene: &Scene, remarks: &mut Remarks) {
             unit"
         )
     });
-    let below = copies.iter().filter(|copy| is_below_ground(scene, copy));
+    let middle = |copy: &Copy| vec![copy.extent.center().xy()];
+    let below = copies.iter().filter(|copy| is_below_ground(scene, copy, &middle(copy)));
     remarks.warn_of(below.map(named), |list| {
         format!(
             "copies below the ground, with nothing but its back above them and nothing below: {list}; \
             check their `translate` and `up`"
+        )
+    });
+    // a ground reaches beyond all sides of what lies below it; a shelf is as wide as the one above
+    let everywhere = |object: &Copy| {
+        let corners = object.extent.corners().map(|corner| corner.xy());
+        [&middle(object)[..], &corners[4..]].concat()
+    };
+    let singles = single_objects(scene, &copies);
+    let below = singles.iter().filter(|one| is_below_ground(scene, one, &everywhere(one)));
+    let name = |object: &Copy| format!("`{}`", scene.objects()[object.object]);
+    remarks.warn_of(below.map(name), |list| {
+        format!(
+            "objects below the ground, with nothing but its back above them and nothing below: {list}; \
+            check their `translate` and `up`, and where the front of the ground looks"
         )
     });
 }
@@ -146,9 +177,9 @@ fn far_off(copies: &[Copy]) -> Vec<&Copy> {
     found
 }
 
-/// Returns whether all around above a copy there is the back of a surface that lets no light through,
-/// as that of a ground, and below the copy there is nothing.
-fn is_below_ground(scene: &Scene, copy: &Copy) -> bool {
+/// Returns whether all around above these places on top of a copy there is the back of a surface that
+/// lets no light through, as that of a ground, and below the copy there is nothing.
+fn is_below_ground(scene: &Scene, copy: &Copy, places: &[Vec2]) -> bool {
     let own = |triangle: usize| (copy.first..copy.first + copy.triangles).contains(&triangle);
     let Extent { min, max } = copy.extent;
     let middle = copy.extent.center();
@@ -167,10 +198,11 @@ fn is_below_ground(scene: &Scene, copy: &Copy) -> bool {
         None
     };
     // a roof of narrow panels leaves gaps at the sides
-    let top = middle.xy().extend(max.z + beyond);
     let turn = |i: usize| std::f32::consts::TAU * i as f32 / ASIDE as f32;
     let aside = (0..ASIDE)
         .map(|i| Vec3::new(LOW.cos() * turn(i).cos(), LOW.cos() * turn(i).sin(), LOW.sin()));
-    aside.chain([Vec3::Z]).all(|way| first(top, way) == Some(true))
+    let mut ways = aside.chain([Vec3::Z]);
+    let top = |place: &Vec2| place.extend(max.z + beyond);
+    ways.all(|way| places.iter().all(|place| first(top(place), way) == Some(true)))
         && first(middle.xy().extend(min.z - beyond), Vec3::NEG_Z).is_none()
 }

@@ -33,7 +33,7 @@ fn nearest_is_that_of_brute_force() {
         |_| Vec3::new(0.1, 0.2, 0.3),
     ];
     for kind in kinds {
-        for n in [1, 7, SMALL_SHELF, SMALL_SHELF + 1, 5_000] {
+        for n in [1, 7, SMALL_BIN, SMALL_BIN + 1, 5_000] {
             // around them photons of another bin, which must not be found
             let arrivals: Vec<Arrival> = (0..2 * n)
                 .map(|i| arrival(kind(cube(&mut rng)), if i % 2 == 0 { 4 } else { 9 }, i as u32))
@@ -188,7 +188,7 @@ fn map_is_that_of_the_first_histories() {
 fn stored_photon_takes_at_most_48_bytes() {
     let mut rng = Stream::new(3, 0, 0);
     // just over a power of two: the emptiest leaves
-    for n in [SMALL_SHELF + 1, (1 << 16) + 1, 100_000, 1 << 17] {
+    for n in [SMALL_BIN + 1, (1 << 16) + 1, 100_000, 1 << 17] {
         let arrivals: Vec<Arrival> = (0..n).map(|i| arrival(cube(&mut rng), 0, i as u32)).collect();
         let map = map_of(&arrivals);
         let Places::Tree(tree) = &map.bins[&0].places else { panic!("a tree") };
@@ -203,4 +203,27 @@ fn stored_photon_takes_at_most_48_bytes() {
     }
     // in a list it is less
     assert!(size_of::<Vec3>() + size_of::<StoredPhoton>() + size_of::<f32>() <= 48);
+}
+
+/// On leaves there are nearly as many bins as photons, so that a bin takes no more than the position
+/// of a photon and its power: 16 bytes. All photons are found again, and in the order of their bins.
+#[test]
+fn many_bins_of_few_photons_take_few_bytes() {
+    assert!(size_of::<Bin>() <= 16, "{} bytes", size_of::<Bin>());
+    let place = |i: u32| Vec3::new(i as f32, 0.5, -1.0);
+    let bin = |i: u32| 7 * (i % 5000);
+    let arrivals: Vec<Arrival> = (0..10_000).map(|i| arrival(place(i), bin(i), i)).collect();
+    let map = map_of(&arrivals);
+    assert_eq!(map.bins().count(), 5000);
+    let positions = map.positions();
+    for (number, photons) in map.bins() {
+        assert_eq!((photons.len(), map.count(number)), (2, 2));
+        for photon in photons {
+            let history = map.photons[photon].history;
+            assert_eq!((number, positions[photon]), (bin(history), place(history)));
+            assert_eq!(map.nearest(number, place(history), 1)[0].index, photon);
+        }
+    }
+    assert!(map.nearest(8, Vec3::ZERO, 3).is_empty());
+    assert_eq!(map.count(35_000), 0);
 }
