@@ -23,6 +23,7 @@ mod contract;
 mod copies;
 mod coverage;
 mod daylight;
+mod edges;
 mod electricity;
 mod exact;
 mod examples;

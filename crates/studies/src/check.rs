@@ -375,20 +375,29 @@ fn note_periods(scene: &Scene, remarks: &mut Remarks) {
     ));
 }
 
-/// Warns of surfaces that lie on their own images.
+/// Warns of surfaces that lie on their own images, and of those that reach very far.
 fn check_own_images(scene: &Scene, remarks: &mut Remarks) {
     if scene.lattice().is_none() {
         return;
     }
-    let mut objects = BTreeSet::new();
+    let (mut objects, mut far) = (BTreeSet::new(), BTreeSet::new());
     for triangle in scene.standing_for_all() {
         let object = scene.object(triangle);
         if !objects.contains(&object) && scene.lies_on_its_image(triangle) {
             objects.insert(object);
         }
+        if scene.reaches_far(triangle) {
+            far.insert(object);
+        }
     }
     let surface = "a surface".to_owned();
     let name = |object: Option<usize>| object.map_or(&surface, |o| &scene.objects()[o]);
+    remarks.warn_of(quoted(far.into_iter().map(name)), |list| {
+        format!(
+            "objects with a triangle that reaches over more than 1000 periods: {list}; what is \
+            farther away is rounded coarsely, or left out; correct their corners"
+        )
+    });
     remarks.warn_of(quoted(objects.into_iter().map(name)), |list| {
         format!(
             "objects that lie on their own images, so that light meets only one of them: {list}; \

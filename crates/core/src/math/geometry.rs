@@ -35,13 +35,26 @@ pub struct Triangle {
     pub c: Vec3,
 }
 
-/// Bound of the relative rounding error of a point that is computed from the corners of a triangle
-/// in single precision, and of the start of a ray near it: 16 roundings of 2^-24, of which the
-/// computation takes 7 (Pharr, Jakob and Humphreys, Physically Based Rendering, 4th ed., 6.8).
+/// Bound of the relative rounding error of a place that is computed from the corners of a triangle
+/// in single precision, and of what lies in it: 16 roundings of 2^-24.
 pub const ROUNDING: f32 = 1.0 / (1 << 20) as f32;
 
-/// The share of a triangle's reach that stands for the error of its normal in its offset.
-pub const NORMAL: f32 = 1.0 / (1 << 16) as f32;
+/// Bound of the relative rounding error of the start of a ray that leaves a point of a surface: 4
+/// roundings of 2^-24, of which the point, computed in double precision, takes one and the step off
+/// the surface another (Pharr, Jakob and Humphreys, Physically Based Rendering, 4th ed., 6.8).
+pub const POINT: f32 = 1.0 / (1 << 22) as f32;
+
+/// The share of a point's distance that stands for the error of a normal in the error across it.
+const NORMAL: f32 = 1.0 / (1 << 16) as f32;
+
+/// Returns how far a point lies from the centre of the scene as its rounding errors across a plane
+/// of this unit normal count, m: the error is the product with [`POINT`] or [`ROUNDING`]. Errors
+/// along the plane do not count, and neither does the size of what lies in it: a point of a wide
+/// floor has no larger error across the floor than a point of a small one at the same height.
+#[inline(always)]
+pub fn across(normal: Vec3, point: Vec3) -> f32 {
+    (normal.abs() + NORMAL).dot(point.abs())
+}
 
 /// Distance within which two shapes near a point count as being in one place, m: what rounding of
 /// their coordinates and of the numbers in files may put between them.
@@ -55,17 +68,18 @@ impl Triangle {
         self.a.abs().max(self.b.abs()).max(self.c.abs())
     }
 
-    /// Returns the distance from the triangle at which rays that leave it start, m: the bound of the
-    /// error of its points across it. Errors along the triangle do not count: a wide floor has no
-    /// larger offset than a small one at the same height. The small share of its reach stands for
-    /// the error of the normal.
-    pub fn offset(&self) -> f32 {
-        let reach = self.reach();
-        ROUNDING * (reach.dot(self.normal().abs()) + NORMAL * reach.length())
+    /// Returns the distance from the plane of the triangle within which things near `point` count
+    /// as lying in it, m.
+    pub fn offset_at(&self, point: Vec3) -> f32 {
+        ROUNDING * across(self.normal(), point)
     }
 
-    /// Returns the bound of the error of the triangle's points in any direction, m; at least the
-    /// offset.
+    /// Returns the largest of these distances at its points, m.
+    pub fn offset(&self) -> f32 {
+        self.offset_at(self.reach())
+    }
+
+    /// Returns the bound of the error of the triangle's points in any direction, m.
     pub fn blur(&self) -> f32 {
         ROUNDING * 1.1 * self.reach().length()
     }
@@ -93,9 +107,28 @@ impl Triangle {
         (self.a + self.b + self.c) / 3.0
     }
 
-    /// Returns the point a + u (b - a) + v (c - a).
+    /// Returns the point a + u (b - a) + v (c - a), rounded once.
     pub fn point(&self, u: f32, v: f32) -> Vec3 {
-        (1.0 - u - v) * self.a + u * self.b + v * self.c
+        self.exact_point(u.into(), v.into()).as_vec3()
+    }
+
+    /// Returns the same point in double precision.
+    #[inline(always)]
+    pub fn exact_point(&self, u: f64, v: f64) -> DVec3 {
+        let [a, b, c] = self.exact_corners();
+        (1.0 - u - v) * a + u * b + v * c
+    }
+
+    fn exact_corners(&self) -> [DVec3; 3] {
+        [self.a, self.b, self.c].map(|corner| corner.as_dvec3())
+    }
+
+    /// Returns the point of the plane of the triangle that is nearest to `point`.
+    pub fn foot(&self, point: DVec3) -> DVec3 {
+        let [a, b, c] = self.exact_corners();
+        let normal = (b - a).cross(c - a);
+        let foot = point - (point - a).dot(normal) / normal.length_squared() * normal;
+        if foot.is_finite() { foot } else { point }
     }
 
     /// Returns the barycentric weights of the corners b and c of the point of the triangle's plane that
@@ -133,37 +166,64 @@ impl Triangle {
         (slopes * distance).min(Vec3::splat(1.0 / 3.0))
     }
 
-    /// Returns the point a + u (b - a) + v (c - a), moved inwards to the margins where it is nearer
-    /// to an edge.
+    /// Returns the point with the weights `weights` of the corners b and c, rounded. Where it may be
+    /// too near to an edge, as its weights are below `margins`, it is moved [off](Self::off_edges).
     #[inline]
-    pub fn point_within(&self, u: f32, v: f32, margins: Vec3) -> Vec3 {
-        self.draw_in(self.point(u, v), u, v, margins)
+    pub fn point_within(
+        &self,
+        weights: Vec2,
+        margins: Vec3,
+        apart: impl FnOnce(Vec3) -> f32,
+    ) -> Vec3 {
+        let point = self.exact_point(weights.x.into(), weights.y.into());
+        let near = Vec3::new(1.0 - weights.x - weights.y, weights.x, weights.y).cmplt(margins);
+        if near.any() { self.off_edges(point, apart) } else { point.as_vec3() }
     }
 
-    /// Returns `point`, which must be a + u (b - a) + v (c - a), moved inwards in the same way.
-    #[inline]
-    pub fn draw_in(&self, point: Vec3, u: f32, v: f32, margins: Vec3) -> Vec3 {
-        let weights = Vec3::new(1.0 - u - v, u, v);
-        if weights.cmplt(margins).any() {
-            self.draw_in_near(point, weights, margins)
-        } else {
-            point
-        }
-    }
-
+    /// Returns a point of the triangle, or a little beside it, rounded. Where it is nearer to an edge
+    /// than its error along the triangle and `apart`, m, it is moved to the nearest point that is
+    /// not; that distance is at most a third of the altitude, where the centroid is. What counts is
+    /// the place of the point: the size of the triangle does not matter.
     #[cold]
-    fn draw_in_near(&self, mut point: Vec3, weights: Vec3, margins: Vec3) -> Vec3 {
-        let corners = [self.a, self.b, self.c];
+    pub fn off_edges(&self, point: DVec3, apart: impl FnOnce(Vec3) -> f32) -> Vec3 {
+        let rounded = point.as_vec3();
+        let apart = apart(rounded);
+        let corners = self.exact_corners();
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let square = normal.length_squared();
+        // the weight of each corner at the point, and the least one
+        let [mut weights, mut least] = [[0.0; 3]; 2];
         for i in 0..3 {
-            let lack = margins[i] - weights[i];
-            if lack > 0.0 {
-                let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
-                let edge = (q - p).normalize_or_zero();
-                let altitude = (corners[i] - p).reject_from_normalized(edge);
-                point += lack * altitude;
-            }
+            let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
+            let inwards = normal.cross(q - p);
+            weights[i] = (point - p).dot(inwards) / square;
+            let unit = inwards.normalize_or_zero();
+            let margin = POINT * unit.as_vec3().abs().dot(rounded.abs()) + apart;
+            least[i] = (f64::from(margin) / (corners[i] - p).dot(unit)).min(1.0 / 3.0);
         }
-        point
+        if square == 0.0 || (0..3).all(|i| weights[i] >= least[i]) {
+            return rounded;
+        }
+        // the points that are far enough from all edges make a triangle. Moved off one edge after the
+        // other, a point near an acute corner would come back to the first edge.
+        let at = |w: [f64; 3]| w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2];
+        let inner = [0, 1, 2].map(|i| {
+            let mut weights = least;
+            weights[i] += 1.0 - least.iter().sum::<f64>();
+            at(weights)
+        });
+        let foot = at(weights);
+        let on_edge = |i: usize| {
+            let (p, along) = (inner[i], inner[(i + 1) % 3] - inner[i]);
+            // not a number where the triangle is a point
+            let part = ((foot - p).dot(along) / along.length_squared()).max(0.0).min(1.0);
+            p + part * along
+        };
+        let nearer = |p: DVec3, q: DVec3| {
+            if foot.distance_squared(q) < foot.distance_squared(p) { q } else { p }
+        };
+        let nearest = nearer(nearer(on_edge(0), on_edge(1)), on_edge(2));
+        (point + (nearest - foot)).as_vec3()
     }
 
     /// Returns whether a ray along `direction` that meets both triangles must meet this one first,
@@ -171,8 +231,7 @@ impl Triangle {
     /// mesh: the other triangle lies behind the plane of this one. Only the corners decide that;
     /// the exact points near the edge where the ray meets the triangles do not matter.
     pub fn is_before_at_fold(&self, other: &Self, direction: Vec3) -> bool {
-        let corners = |t: &Self| [t.a, t.b, t.c].map(|corner| corner.as_dvec3());
-        let (mine, theirs) = (corners(self), corners(other));
+        let (mine, theirs) = (self.exact_corners(), other.exact_corners());
         let apex = |of: [DVec3; 3], not: [DVec3; 3]| {
             let mut free = of.into_iter().filter(|corner| !not.contains(corner));
             free.next().filter(|_| free.next().is_none())
@@ -192,7 +251,7 @@ impl Triangle {
     /// Returns the distance along a ray at which its line crosses the triangle; it may be negative
     /// (Moeller and Trumbore, Journal of Graphics Tools 2:21, 1997).
     pub fn crossed_at(&self, ray: &Ray) -> Option<f32> {
-        let [a, b, c] = [self.a, self.b, self.c].map(|p| p.as_dvec3());
+        let [a, b, c] = self.exact_corners();
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let (u, v) = (b - a, c - a);
         let across = direction.cross(v);

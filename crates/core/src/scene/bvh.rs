@@ -40,6 +40,16 @@ impl Bvh {
         build::build(triangles, indices, ROOT_NODES)
     }
 
+    /// Builds the search structure of the triangles with these indices, the last of which rays meet
+    /// only within `boxes`, one for each.
+    pub fn build_within(
+        triangles: &[Triangle],
+        indices: impl Iterator<Item = u32>,
+        boxes: Vec<Extent>,
+    ) -> Self {
+        build::build_within(triangles, indices, boxes)
+    }
+
     /// Builds the search structure of triangles that most rays pass by: the root has no more
     /// children than other nodes.
     pub fn build_for_few(triangles: &[Triangle]) -> Self {

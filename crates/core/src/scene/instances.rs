@@ -15,7 +15,7 @@ use super::{
     bvh::{Bvh, Hit},
     lattice::{Cell, Lattice},
 };
-use crate::math::geometry::{Extent, NORMAL, ROUNDING, Ray, Transform, Triangle};
+use crate::math::geometry::{Extent, ROUNDING, Ray, Transform, Triangle, across};
 
 /// How far a transform may be from one that only turns, mirrors and scales, relative to its scale:
 /// matrices in files are rounded.
@@ -53,6 +53,27 @@ impl Instance {
     pub fn enter(&self, ray: &Ray) -> Ray {
         let back = self.linear.transpose() * (1.0 / (self.scale * self.scale));
         Ray { origin: back * (ray.origin - self.at), direction: back * ray.direction }
+    }
+
+    /// Returns a point of the scene in the coordinates of the object.
+    #[inline]
+    fn enter_point(&self, point: Vec3) -> Vec3 {
+        self.linear.transpose() * ((point - self.at) * (1.0 / (self.scale * self.scale)))
+    }
+
+    /// Returns how far errors reach along each axis of the scene that reach as far as `along` the axes
+    /// of the object.
+    #[inline]
+    fn spread(&self, along: Vec3) -> Vec3 {
+        let Mat3 { x_axis, y_axis, z_axis } = self.linear;
+        let along = along.abs();
+        x_axis.abs() * along.x + y_axis.abs() * along.y + z_axis.abs() * along.z
+    }
+
+    /// Returns where a point of the object is, in double precision.
+    #[inline]
+    pub fn place_exactly(&self, point: DVec3) -> DVec3 {
+        self.linear.as_dmat3() * point + self.at.as_dvec3()
     }
 
     /// Returns where a point of the object is.
@@ -129,8 +150,9 @@ pub struct Prototype {
     pub triangles: Vec<Triangle>,
     /// The point, m in the object's own coordinates, that they are relative to.
     pub origin: DVec3,
-    /// The largest distance of a corner from it, m.
+    /// The largest distance of a corner from it, m, and along each axis.
     pub radius: f32,
+    pub reach: Vec3,
     /// The copies.
     pub instances: Range<usize>,
     /// Index of the first triangle of the first copy, among those of all surfaces.
@@ -185,7 +207,8 @@ impl Placed {
         let place = |t: &Transform| Instance::new(t, origin, self.center, prototype);
         self.instances.extend(transforms.iter().map(place));
         let instances = from..self.instances.len();
-        self.prototypes.push(Prototype { triangles, origin, radius, instances, first });
+        let reach = Extent::of_triangles(&triangles).size() * 0.5;
+        self.prototypes.push(Prototype { triangles, origin, radius, reach, instances, first });
     }
 
     /// Returns the number of triangles of all copies.
@@ -231,13 +254,20 @@ impl Placed {
         (instance.at.abs() + own, own)
     }
 
-    /// Returns the distance from a triangle of a copy, of this unit normal, at which rays that leave it
-    /// start, m: like [`Triangle::offset`], and what the way into the coordinates of the object and
-    /// back adds.
+    /// Returns what the way into the coordinates of the object adds to the distance from a triangle
+    /// of a copy, of this unit normal, at which rays that leave it at `point` start, m.
     #[inline]
-    pub fn offset(&self, instance: &Instance, normal: Vec3) -> f32 {
-        let (reach, own) = self.reach(instance);
-        ROUNDING * (reach.dot(normal.abs()) + own + NORMAL * reach.length())
+    pub fn extra_offset_at(&self, instance: &Instance, normal: Vec3, point: Vec3) -> f32 {
+        ROUNDING * across(normal, instance.spread(instance.enter_point(point)))
+    }
+
+    /// Returns the largest of these distances at the points of the copy; in a scene that repeats the
+    /// way into the coordinates of a cell adds to it.
+    #[inline]
+    pub fn extra_offset(&self, instance: &Instance, normal: Vec3, repeats: bool) -> f32 {
+        let own = instance.spread(self.prototypes[instance.prototype as usize].reach);
+        let of_cell = if repeats { instance.at.abs() + own } else { Vec3::ZERO };
+        ROUNDING * across(normal, own + of_cell)
     }
 
     /// Returns the transform that placed a copy, m from the user's origin.

@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3, Vec3};
 use crate::{
     error::{Problem, number},
     math::{
-        geometry::{ROUNDING, Ray, Triangle},
+        geometry::{Extent, ROUNDING, Ray, Triangle},
         rng::Stream,
     },
 };
@@ -24,6 +24,10 @@ pub const MAX_CELLS: u32 = 10_000;
 /// Heights of the images of a lamp are taken for at least this share of a period when one is drawn:
 /// otherwise nothing would be joined with the images beside the nearest.
 const LEAST_HEIGHT: f64 = 0.25;
+
+/// Number of periods beyond which a shape reaches far: it is whole, and rounding is allowed for, as
+/// far as that.
+const FAR_REACHING: f64 = 1_000.0;
 
 /// Beyond this many periods, or heights, the probability of an image is that of its middle.
 const FAR: f64 = 50.0;
@@ -95,9 +99,23 @@ impl Lattice {
         Some(self.periods[0]?.length * self.periods[1]?.length)
     }
 
+    /// Returns the length of the shortest period, m.
+    pub fn shortest(&self) -> f64 {
+        let lengths = self.periods.iter().flatten().map(|period| period.length);
+        lengths.fold(f64::INFINITY, f64::min)
+    }
+
     /// Returns whether the ground rises or falls from cell to cell.
     pub fn slopes(&self) -> bool {
         self.periods.iter().flatten().any(|period| period.rise != 0.0)
+    }
+
+    /// Returns the normal of the slope on which the cells lie, a unit vector that points up. From
+    /// below it, where the hill is, no light comes. `None` if the ground neither rises nor falls from
+    /// cell to cell.
+    pub fn hillside(&self) -> Option<DVec3> {
+        let fall = |axis: usize| self.periods[axis].map_or(0.0, |p| -p.rise / p.length);
+        self.slopes().then(|| DVec3::new(fall(0), fall(1), 1.0).normalize())
     }
 
     /// Returns the way from a place to its image in a cell.
@@ -136,24 +154,112 @@ impl Lattice {
         })
     }
 
-    /// Returns the range of cells along an axis in which images of what reaches from `min` to `max`
-    /// come into the cell (0, 0), to within `slack`.
-    fn images_along(&self, axis: usize, min: f64, max: f64, slack: f64) -> [i32; 2] {
-        let Some(Period { from, length, .. }) = self.periods[axis] else { return [0, 0] };
-        let first = ((from - slack - max) / length).ceil();
-        let last = ((from + length + slack - min) / length).floor();
-        [first as i32, last as i32]
-    }
-
     /// Returns the cells in which a shape has images that reach into the cell (0, 0), to within
     /// `slack`, as first and last along x and y.
     pub fn images_of(&self, corners: &[DVec3], slack: f64) -> [[i32; 2]; 2] {
         [0, 1].map(|axis| {
+            let Some(Period { from, length, .. }) = self.periods[axis] else { return [0, 0] };
             let along = corners.iter().map(|corner| corner[axis]);
             let min = along.clone().fold(f64::INFINITY, f64::min);
             let max = along.fold(f64::NEG_INFINITY, f64::max);
-            self.images_along(axis, min, max, slack)
+            let first = ((from - slack - max) / length).ceil();
+            let last = ((from + length + slack - min) / length).floor();
+            [first as i32, last as i32]
         })
+    }
+
+    /// Returns the same cells without those that are far from where the middle one of the corners
+    /// along x, and along y, comes into the cell (0, 0).
+    fn images_kept(&self, corners: &[DVec3; 3], slack: f64) -> [[i32; 2]; 2] {
+        let mut cells = self.images_of(corners, slack);
+        let inside = corners.map(|corner| self.cell_of(corner));
+        let half = FAR_REACHING as i32 / 2;
+        for axis in 0..2 {
+            let mut along = inside.map(|cell| cell[axis]);
+            along.sort_unstable();
+            let [first, last] = cells[axis];
+            let near = along[1].saturating_neg();
+            cells[axis] =
+                [first.max(near.saturating_sub(half)), last.min(near.saturating_add(half))];
+        }
+        cells
+    }
+
+    /// Returns whether a shape reaches over more than a thousand periods. Of its images only those
+    /// about its middle corner are there.
+    pub fn reaches_far(&self, shape: &Triangle) -> bool {
+        let size = Extent::of_triangles([shape]).size();
+        f64::from(size.max_element()) > FAR_REACHING * self.shortest()
+    }
+
+    /// Returns the corners of the cell (0, 0), seen from above, wider by `slack` on all sides; `None`
+    /// if the scene repeats along one axis only.
+    fn corners(&self, slack: f64) -> Option<[DVec2; 4]> {
+        let [x, y] = [self.periods[0]?, self.periods[1]?]
+            .map(|period| [period.from - slack, period.from + period.length + slack]);
+        Some([[0, 0], [1, 0], [1, 1], [0, 1]].map(|[i, j]| DVec2::new(x[i], y[j])))
+    }
+
+    /// Returns whether a triangle reaches into the cell (0, 0), to within `slack`, if the box around
+    /// it does: whether no line along one of its edges parts them, seen from above.
+    fn holds_some_of(&self, corners: &[DVec3; 3], slack: f64) -> bool {
+        let Some(cell) = self.corners(slack) else { return true };
+        let triangle = corners.map(|corner| corner.truncate());
+        (0..3).all(|i| {
+            let (p, across) = (triangle[i], (triangle[(i + 1) % 3] - triangle[i]).perp());
+            let range = |points: &[DVec2]| {
+                let sides = points.iter().map(|point| (point - p).dot(across));
+                sides.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(s), b.max(s)))
+            };
+            let ((a, b), (c, d)) = (range(&triangle), range(&cell));
+            a <= d && c <= b
+        })
+    }
+
+    /// Returns a box around the part of a triangle that lies in the cell (0, 0), to within `slack`.
+    /// Of a triangle that reaches over many cells it is a small part of the box around it all.
+    pub fn box_within(&self, triangle: &Triangle, slack: f64) -> Extent {
+        let mut polygon = [triangle.a, triangle.b, triangle.c].map(Vec3::as_dvec3).to_vec();
+        for axis in 0..2 {
+            let Some(Period { from, length, .. }) = self.periods[axis] else { continue };
+            for (border, side) in [(from - slack, 1.0), (from + length + slack, -1.0)] {
+                // the part beyond the border (Sutherland and Hodgman 1974)
+                let inside = |p: DVec3| side * (p[axis] - border);
+                let next = polygon.iter().cycle().skip(1);
+                let cut = polygon.iter().zip(next).flat_map(|(&p, &q)| {
+                    let (a, b) = (inside(p), inside(q));
+                    let own = (a >= 0.0).then_some(p);
+                    own.into_iter().chain(((a < 0.0) != (b < 0.0)).then(|| p.lerp(q, a / (a - b))))
+                });
+                polygon = cut.collect();
+            }
+        }
+        let whole = Extent::of_triangles([triangle]);
+        if polygon.is_empty() {
+            return whole;
+        }
+        // a ray is taken to meet the triangle to within the rounding of its farthest corner
+        let rounding = ROUNDING * triangle.reach().max_element();
+        Extent::of(polygon.into_iter().map(|p| p.as_vec3())).wider(rounding)
+    }
+
+    /// Returns whether a triangle lies along the slope and covers the whole cell (0, 0), to within
+    /// `slack`.
+    fn is_ground(&self, corners: &[DVec3; 3], slack: f64) -> bool {
+        let levels = corners.map(|corner| self.level(corner));
+        let rounding = 1e-9 * corners.iter().map(|c| c.abs().max_element()).fold(0.0, f64::max);
+        let is_level = levels.iter().all(|level| (level - levels[0]).abs() <= rounding);
+        let triangle = corners.map(|corner| corner.truncate());
+        let turn = (triangle[1] - triangle[0]).perp_dot(triangle[2] - triangle[0]).signum();
+        is_level
+            && self.corners(slack).is_some_and(|cell| {
+                cell.iter().all(|point| {
+                    (0..3).all(|i| {
+                        let edge = triangle[(i + 1) % 3] - triangle[i];
+                        edge.perp_dot(point - triangle[i]) * turn > 0.0
+                    })
+                })
+            })
     }
 
     /// Returns the number of those cells.
@@ -260,8 +366,9 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// Finds the layers of a scene that consists of `pieces`, each a list of corners.
-    pub fn new(lattice: &Lattice, pieces: impl Iterator<Item = [DVec3; 3]>) -> Self {
+    /// Finds the layers of a scene of which `each_piece` visits the corners of each piece. A piece
+    /// fills the whole range of heights of its corners.
+    pub fn new(lattice: &Lattice, each_piece: impl FnOnce(&mut dyn FnMut(&[DVec3]))) -> Self {
         let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         let mut reach = 0f64;
         for axis in 0..2 {
@@ -270,19 +377,20 @@ impl Layers {
             }
         }
         let mut heights = Vec::new();
-        for corners in pieces {
-            let levels = corners.map(|corner| lattice.level(corner));
-            let low = levels.into_iter().fold(f64::INFINITY, f64::min);
-            let high = levels.into_iter().fold(f64::NEG_INFINITY, f64::max);
-            heights.push([low, high]);
-            reach =
-                corners.iter().fold(reach, |reach, corner| reach.max(corner.abs().max_element()));
-            for (axis, ends) in ends.iter_mut().enumerate() {
-                for corner in corners {
+        each_piece(&mut |corners| {
+            let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
+            for corner in corners {
+                let level = lattice.level(*corner);
+                (low, high) = (low.min(level), high.max(level));
+                reach = reach.max(corner.abs().max_element());
+                for (axis, ends) in ends.iter_mut().enumerate() {
                     *ends = [ends[0].min(corner[axis]), ends[1].max(corner[axis])];
                 }
             }
-        }
+            heights.push([low, high]);
+        });
+        // one corner very far away must not make every cell reach into all others
+        let reach = reach.min(FAR_REACHING * lattice.shortest());
         let slack = 8.0 * f64::from(ROUNDING) * reach;
         heights.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let mut layers: Vec<[f64; 2]> = Vec::new();
@@ -436,20 +544,30 @@ pub struct Images {
 
 impl Images {
     /// Finds the images of triangles, given by their corners, which `local` turns into the
-    /// coordinates in which rays are traced.
+    /// coordinates in which rays are traced. Of level ground that covers the cell many times over,
+    /// one image is enough where each stops light; `all` are needed where each counts it.
     pub fn new<'t>(
         lattice: &Lattice,
         slack: f64,
+        all: bool,
         triangles: impl Iterator<Item = &'t [DVec3; 3]>,
         local: impl Fn(&[DVec3; 3]) -> Triangle,
     ) -> Self {
         let mut images = Self::default();
         for (index, corners) in triangles.enumerate() {
-            let [[x0, x1], [y0, y1]] = lattice.images_of(corners, slack);
+            let [[x0, x1], [y0, y1]] = lattice.images_kept(corners, slack);
             let cells = (x0..=x1).flat_map(|x| (y0..=y1).map(move |y| [x, y]));
-            for cell in cells.filter(|cell| *cell != [0, 0]) {
-                let shift = lattice.shift(cell);
-                images.shapes.push(local(&corners.map(|corner| corner + shift)));
+            let moved = |cell: Cell| corners.map(|corner| corner + lattice.shift(cell));
+            let ground = match all {
+                true => None,
+                false => cells.clone().find(|&cell| lattice.is_ground(&moved(cell), slack)),
+            };
+            let chosen = |cell: Cell| match ground {
+                Some(ground) => cell == ground,
+                None => lattice.holds_some_of(&moved(cell), slack),
+            };
+            for cell in cells.filter(|cell| *cell != [0, 0] && chosen(*cell)) {
+                images.shapes.push(local(&moved(cell)));
                 images.of.push((index as u32, cell));
             }
         }

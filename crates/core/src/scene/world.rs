@@ -35,7 +35,7 @@ use glam::{DVec3, Vec3, Vec4};
 
 use crate::{
     math::{
-        geometry::{ROUNDING, Ray, Transform, Triangle, closeness},
+        geometry::{POINT, ROUNDING, Ray, Transform, Triangle, across, closeness},
         sampling::Discrete,
         spectrum::lanes,
         units::{Quantity, UnitNames},
@@ -67,8 +67,14 @@ pub use triangles::{SharedCopy, Standing, Triangles};
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES, check_crowd};
 pub use validate::{check_watts, may_be_shared};
 
-/// Width of a triangle's margins, in bounds of the error of its points.
+/// Width of the margins of a triangle in which hits are looked at closely, in bounds of the error of
+/// its points.
 const MARGINS: f32 = 4.0;
+
+/// Distance of points from the edges of their triangle in ray offsets, besides the error of a point
+/// along the triangle. A ray that leaves one of two faces close to their common edge then starts
+/// inside the other if they meet at more than some 15 degrees.
+const OFF_EDGES: f32 = 6.0;
 
 /// Largest error of the difference between the distances at which a ray meets two faces at their
 /// common edge, as a multiple of the error of their points. The error is largest for a face that the
@@ -83,8 +89,9 @@ pub struct Surface {
     /// Index of the material.
     pub material: u32,
     captor: u32,
-    /// Distance from the triangle at which rays that leave it start, m.
-    pub offset: f32,
+    /// What the way into the coordinates of a copy or of another cell adds to the distance from the
+    /// triangle at which rays that leave it start, m.
+    extra_offset: f32,
     /// The largest change of a barycentric weight that a movement of [`ROUNDING`] times the distance
     /// 1 m makes.
     pub steepest: f32,
@@ -101,11 +108,31 @@ impl Surface {
         (self.captor != NO_CAPTOR).then_some(self.captor as usize)
     }
 
+    /// Returns the distance from the triangle at which rays that leave it at a point start, m: the
+    /// bound of the error of the point and of the start of the ray across the triangle.
+    #[inline(always)]
+    pub fn offset_at(&self, point: Vec3) -> f32 {
+        self.extra_offset + POINT * across(self.normal, point)
+    }
+
     /// Returns the ray that leaves the triangle at a point. It starts off the surface, on the side of
     /// the unit normal `side`, by the error of the point.
     #[inline(always)]
     fn leave(&self, point: Vec3, side: Vec3, direction: Vec3) -> Ray {
-        Ray { origin: point + self.offset * side, direction }
+        Ray { origin: point + self.offset_at(point) * side, direction }
+    }
+
+    /// Returns a point of `triangle`, which is the surface's, rounded and moved inwards from edges
+    /// that are nearer than its error: a point that rounding has put beyond the edge of a closed mesh
+    /// would let light through its corner.
+    fn off_edges(&self, triangle: &Triangle, point: DVec3) -> Vec3 {
+        triangle.off_edges(point, |point| self.apart(point))
+    }
+
+    /// Returns the distance of a point from the edges of the triangle, besides the error of the point
+    /// along it, m.
+    pub fn apart(&self, point: Vec3) -> f32 {
+        OFF_EDGES * self.offset_at(point)
     }
 }
 
@@ -397,7 +424,17 @@ impl Scene {
     pub fn surface(&self, triangle: usize) -> Surface {
         match self.surfaces.get(triangle) {
             Some(surface) => *surface,
-            None => self.shared_surface(triangle),
+            None => self.shared_surface(triangle, None),
+        }
+    }
+
+    /// Returns the properties of the surface where a ray has met it. Of a copy that shares its
+    /// triangles, the errors are those at this point; they are less than anywhere.
+    #[inline]
+    pub fn surface_at(&self, hit: &SurfaceHit) -> Surface {
+        match self.surfaces.get(hit.triangle) {
+            Some(surface) => *surface,
+            None => self.shared_surface(hit.triangle, Some(hit.point)),
         }
     }
 
@@ -546,7 +583,8 @@ impl Scene {
         let reach = self.surfaces[triangle].reach;
         let front = front_at_edge(&self.shapes.surface_bvh, shape, ray, hit, reach);
         let triangle = front.triangle as usize;
-        let point = self.off_edges(triangle, front.point, front.u, front.v);
+        let own = &self.shapes.triangles[triangle];
+        let point = self.surfaces[triangle].off_edges(own, front.point.as_dvec3());
         PackedHit { point_and_t: point.extend(front.t), triangle }
     }
 
@@ -558,8 +596,8 @@ impl Scene {
         weights.cmplt(change * (MARGINS * (self.surfaces[triangle].reach + hit.t))).any()
     }
 
-    /// Returns the barycentric weights below which a point of the triangle of a surface is too near
-    /// to the edge opposite each corner; at most 1/3, the weight of the centroid.
+    /// Returns the barycentric weights below which a point of the triangle of a surface may be too
+    /// near to the edge opposite each corner; at most 1/3, the weight of the centroid.
     pub fn margins(&self, triangle: usize) -> Vec3 {
         let change = ROUNDING * self.triangles().at(triangle).slopes();
         Triangle::margins(change, MARGINS * self.surface(triangle).reach)
@@ -639,7 +677,7 @@ impl Scene {
     ) -> Option<bool> {
         let shape = self.triangles().at(triangle);
         let (middle, normal) = (shape.centroid(), shape.normal());
-        let reach = closeness(middle) + 4.0 * shape.offset();
+        let reach = closeness(middle) + 4.0 * shape.offset_at(middle);
         let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
             self.shapes.crosses(ray, t_max, visit);
         };
@@ -650,7 +688,7 @@ impl Scene {
     /// the side of the unit normal `side`, by the error of the point.
     #[inline]
     pub fn leave(&self, hit: &SurfaceHit, side: Vec3, direction: Vec3) -> Ray {
-        self.surface(hit.triangle).leave(hit.point, side, direction)
+        self.surface_at(hit).leave(hit.point, side, direction)
     }
 
     /// Returns the ray that goes on straight through the surface that it has met.
@@ -664,16 +702,11 @@ impl Scene {
     #[inline]
     pub fn beyond(&self, hit: Option<&SurfaceHit>) -> f32 {
         hit.map_or(f32::INFINITY, |hit| {
-            let error = 4.0 * self.surface(hit.triangle).offset + closeness(hit.point);
+            let surface = self.surface_at(hit);
+            let in_plane = surface.extra_offset + ROUNDING * across(surface.normal, hit.point);
+            let error = 4.0 * in_plane + closeness(hit.point);
             hit.t * (1.0 + ROUNDING) + error
         })
-    }
-
-    /// Moves a hit point inwards from edges that are nearer than a few bounds of its error: a point
-    /// that rounding has put beyond the edge of a closed mesh would let light through its corner.
-    #[inline]
-    pub(super) fn off_edges(&self, triangle: usize, point: Vec3, u: f32, v: f32) -> Vec3 {
-        self.shapes.triangles[triangle].draw_in(point, u, v, self.margins(triangle))
     }
 }
 

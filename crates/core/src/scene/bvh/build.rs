@@ -2,8 +2,8 @@
 
 use super::binary::binary_tree;
 use super::layout::Bvh;
-use super::walk::STACK;
-use super::wide::{Branch, Packed, Things, widen};
+use super::walk::{ROOT_NODES, STACK};
+use super::wide::{Branch, Packed, Things, Within, widen};
 use crate::math::geometry::{Extent, Triangle};
 
 pub(super) fn build(
@@ -16,6 +16,19 @@ pub(super) fn build(
         return Bvh::default();
     }
     arrange(triangles, solid, root_nodes)
+}
+
+/// Builds the tree of triangles, the last of which are met only within these boxes.
+pub(super) fn build_within(
+    triangles: &[Triangle],
+    indices: impl Iterator<Item = u32>,
+    boxes: Vec<Extent>,
+) -> Bvh {
+    let solid: Vec<u32> = indices.filter(|&i| has_area(&triangles[i as usize])).collect();
+    if solid.is_empty() {
+        return Bvh::default();
+    }
+    arrange(&Within { triangles, boxes }, solid, ROOT_NODES)
 }
 
 /// Builds the tree of boxes, of which there must be at least one.

@@ -9,6 +9,7 @@
 use glam::{DVec2, DVec3, Vec3, Vec3A};
 
 use super::layout::{Gather, Hit, Row};
+use crate::math::geometry::ROUNDING;
 
 /// Up to eight triangles: nine rows with the corners a, b, c along x, along y and along z, m, and a
 /// row with the indices of the triangles. An empty place has NaN corners, which no ray meets.
@@ -114,29 +115,39 @@ impl Shear {
         let owned = s.inside[lane] != 0 || owns(x, y, DVec3::new(u, v, w))?;
         let inverse = 1.0 / (u + v + w);
         let (a, b, c) = (corner(leaf, lane, 0), corner(leaf, lane, 1), corner(leaf, lane, 2));
-        let t = self.distance(a.into(), b.into(), c.into()).unwrap_or_else(|| {
-            let depth =
-                Vec3::new(a[self.axes[2]], b[self.axes[2]], c[self.axes[2]]) - self.start[2];
-            (DVec3::new(u, v, w) * inverse).dot((depth * self.slope[2]).as_dvec3()) as f32
+        let (u, v, w) = (u * inverse, v * inverse, w * inverse);
+        let [a, b, c] = [a, b, c].map(|corner| corner.as_dvec3());
+        let distance = self.distance(a, b, c).unwrap_or_else(|| {
+            let z = self.axes[2];
+            (u * a[z] + v * b[z] + w * c[z] - f64::from(self.start[2])) * f64::from(self.slope[2])
         });
         // where the ray grazes, t stays between the distances of the corners
-        let t = if t > s.first[lane] { t } else { s.first[lane] };
-        let t = if t < s.last[lane] { t } else { s.last[lane] };
-        let (u, v) = ((v * inverse) as f32, (w * inverse) as f32);
+        let (first, last) = (s.first[lane], s.last[lane]);
+        let t = distance as f32;
+        let t = if t > first { t } else { first };
+        let t = if t < last { t } else { last };
+        // the point where the ray meets the plane; the corners alone say it less well, and only where
+        // the ray runs along the plane
+        let rounding = ROUNDING * (first.abs() + last.abs() + self.start[2].abs());
+        let point = if (t - distance as f32).abs() <= rounding {
+            self.origin.as_dvec3() + distance * self.direction.as_dvec3()
+        } else {
+            u * a + v * b + w * c
+        };
         let triangle = leaf[INDICES].0[lane].to_bits();
-        let point = (1.0 - u - v) * a + u * b + v * c;
-        (t > 0.0 && t <= limit).then_some(Hit { t, triangle, u, v, point, owned })
+        let hit = Hit { t, triangle, u: v as f32, v: w as f32, point: point.as_vec3(), owned };
+        (t > 0.0 && t <= limit).then_some(hit)
     }
 
-    /// Returns the distance to the plane of a triangle, correct to the last bit unless the ray
+    /// Returns the distance to the plane of a triangle, correct to the last bits unless the ray
     /// grazes the plane: of two leaves that nearly touch, the front one must be hit. `None` if the
     /// ray lies in the plane.
     #[inline(always)]
-    fn distance(&self, a: DVec3, b: DVec3, c: DVec3) -> Option<f32> {
+    fn distance(&self, a: DVec3, b: DVec3, c: DVec3) -> Option<f64> {
         let normal = (b - a).cross(c - a);
         let steepness = normal.dot(self.direction.as_dvec3());
         let t = normal.dot(a - self.origin.as_dvec3()) / steepness;
-        (steepness != 0.0).then_some(t as f32)
+        (steepness != 0.0).then_some(t)
     }
 }
 

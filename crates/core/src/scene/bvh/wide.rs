@@ -89,6 +89,30 @@ impl Things for [Triangle] {
     }
 }
 
+/// Triangles, the last of which are met only within boxes of their own.
+pub(super) struct Within<'a> {
+    pub triangles: &'a [Triangle],
+    /// The boxes of the last triangles.
+    pub boxes: Vec<Extent>,
+}
+
+impl Things for Within<'_> {
+    const IN_LEAF: usize = <[Triangle]>::IN_LEAF;
+    const LEAF_ROWS: usize = <[Triangle]>::LEAF_ROWS;
+
+    fn extent(&self, index: u32) -> Extent {
+        let first = self.triangles.len() - self.boxes.len();
+        match (index as usize).checked_sub(first) {
+            Some(place) => self.boxes[place],
+            None => self.triangles.extent(index),
+        }
+    }
+
+    fn leaf(&self, binary: &[Packed], branch: usize, rows: &mut Vec<Row>) -> Child {
+        self.triangles.leaf(binary, branch, rows)
+    }
+}
+
 /// A leaf is the index of a box, and has no rows: what is in the box is searched for elsewhere.
 impl Things for [Extent] {
     const IN_LEAF: usize = 1;

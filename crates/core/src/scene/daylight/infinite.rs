@@ -174,16 +174,16 @@ impl InfinitePart {
     }
 
     /// Returns the light that enters through a face whose outer side faces `outward`, or `None`
-    /// where no light does.
-    pub fn entry(&self, outward: Vec3) -> Option<InfiniteEntry> {
+    /// where no light does. None comes from below a slope that faces `hillside`.
+    pub fn entry(&self, outward: Vec3, hillside: Option<DVec3>) -> Option<InfiniteEntry> {
         let normal = outward.as_dvec3().normalize();
         let (irradiance, shape) = match &self.shape {
             InfiniteShape::Suns(suns) => {
-                let entry = suns.entry(normal)?;
-                (self.scaled(&[suns.irradiance(normal)]), EntryShape::Suns(suns.clone(), entry))
+                let entry = suns.entry(normal, hillside)?;
+                (self.scaled(&[entry.total()]), EntryShape::Suns(suns.clone(), entry))
             }
             InfiniteShape::Map(map) => {
-                let (entry, relative) = map.entry(normal)?;
+                let (entry, relative) = map.entry(normal, hillside)?;
                 let factors = map.bands().map(|_| {
                     let of = |&e: &f64| if e > 0.0 { (entry.total() / e) as f32 } else { 0.0 };
                     relative.iter().map(of).collect()

@@ -67,15 +67,28 @@ pub struct Cell {
 /// The map as a plane sees it, for sampling cells in proportion to density x cosine.
 #[derive(Clone)]
 pub struct MapEntry {
-    normal: DVec3,
+    view: View,
     running: Vec<f64>,
 }
 
-/// Writes only the normal; the rest follows from the map.
+/// Writes only the view; the rest follows from the map.
 impl fmt::Debug for MapEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "MapEntry({:?})", self.normal)
+        let View { normal, hillside } = self.view;
+        match hillside {
+            None => write!(f, "MapEntry({normal:?})"),
+            Some(hillside) => write!(f, "MapEntry({normal:?} above {hillside:?})"),
+        }
     }
+}
+
+/// What a plane sees: the directions in front of it, and above a slope.
+#[derive(Clone, Copy)]
+struct View {
+    /// Unit normal of the plane.
+    normal: DVec3,
+    /// Unit normal of the slope.
+    hillside: Option<DVec3>,
 }
 
 impl RadianceMap {
@@ -200,20 +213,21 @@ impl RadianceMap {
     /// Returns the irradiance on a plane that faces `normal` (a unit vector), in each band. It is
     /// pi for a map of ones.
     pub fn irradiance(&self, normal: DVec3) -> Vec<f64> {
-        self.seen(normal).1
+        self.seen(View { normal, hillside: None }).1
     }
 
     /// Returns the map as a plane that faces `normal` sees it, with its irradiance on the plane in
-    /// each band, or `None` where the plane sees no light.
-    pub fn entry(&self, normal: DVec3) -> Option<(MapEntry, Vec<f64>)> {
-        let (sums, irradiance) = self.seen(normal);
+    /// each band, or `None` where the plane sees no light. Of what lies below a slope that faces
+    /// `hillside` it sees nothing.
+    pub fn entry(&self, normal: DVec3, hillside: Option<DVec3>) -> Option<(MapEntry, Vec<f64>)> {
+        let view = View { normal, hillside };
+        let (sums, irradiance) = self.seen(view);
         let running = running(sums);
-        (!running.is_empty()).then_some((MapEntry { normal, running }, irradiance))
+        (!running.is_empty()).then_some((MapEntry { view, running }, irradiance))
     }
 
-    /// Returns sums of density x cosine to `normal` over runs of cells, and the irradiance in each
-    /// band.
-    fn seen(&self, normal: DVec3) -> (Vec<f64>, Vec<f64>) {
+    /// Returns sums of density x cosine over runs of cells, and the irradiance in each band.
+    fn seen(&self, view: View) -> (Vec<f64>, Vec<f64>) {
         let (columns, run) = (self.grid.columns.len(), self.run());
         let bands = self.bands().unwrap_or(1);
         let of_row = |row: usize| {
@@ -222,7 +236,7 @@ impl RadianceMap {
             for (column, density) in self.density[row * columns..][..columns].iter().enumerate() {
                 if *density > 0.0 {
                     let cell = Cell { row, column };
-                    let projected = self.grid.projected(cell, normal);
+                    let projected = self.grid.projected(cell, view);
                     sums[column / run] += f64::from(*density) * projected;
                     for (b, sum) in irradiance.iter_mut().enumerate() {
                         *sum += projected * f64::from(self.radiance(cell, b));
@@ -240,12 +254,14 @@ impl RadianceMap {
     /// Draws a direction whose density is in proportion to density x cosine to the plane of
     /// `entry`, and returns it with its cell.
     pub fn sample_entry(&self, entry: &MapEntry, rng: &mut Stream) -> (DVec3, Cell) {
-        let chance = |cell| self.grid.projected(cell, entry.normal);
+        let View { normal, hillside } = entry.view;
+        let chance = |cell| self.grid.projected(cell, entry.view);
         let cell = self.choose(&entry.running, chance, rng.uniform_fine());
-        let most = self.grid.largest_cosine(cell, entry.normal);
+        let most = self.grid.largest_cosine(cell, normal);
         loop {
             let toward = self.grid.direction(cell, rng.square());
-            if f64::from(rng.uniform()) * most < toward.dot(entry.normal) {
+            let is_drawn = f64::from(rng.uniform()) * most < toward.dot(normal);
+            if is_drawn && hillside.is_none_or(|hillside| toward.dot(hillside) > 0.0) {
                 return (toward, cell);
             }
         }
@@ -458,36 +474,44 @@ impl Grid {
         if reach >= PI || cos >= reach.cos() { 1.0 } else { cos * reach.cos() + sin * reach.sin() }
     }
 
-    /// Returns the integral, sr, of the cosine to `normal` over the part of a cell in front of a
-    /// plane that faces `normal`.
-    fn projected(&self, cell: Cell, normal: DVec3) -> f64 {
+    /// Returns the integral, sr, of the cosine to the normal of a view over the part of a cell that
+    /// is seen.
+    fn projected(&self, cell: Cell, view: View) -> f64 {
+        let View { normal, hillside } = view;
         let (row, column) = (&self.rows[cell.row], &self.columns[cell.column]);
         if row.reach < FRAC_PI_2 {
-            let (cos, border) = (self.middle(cell).dot(normal), row.sine_reach);
-            if cos < -border {
+            let (middle, border) = (self.middle(cell), row.sine_reach);
+            let cos = middle.dot(normal);
+            let height = hillside.map_or(1.0, |hillside| middle.dot(hillside));
+            if cos.min(height) < -border {
                 return 0.0;
             }
-            if cos > border {
+            if cos.min(height) > border {
                 let across = normal.x * column.across.x + normal.y * column.across.y;
                 return row.across * across + row.up * self.width * normal.z;
             }
         }
-        self.projected_at_border(row, column, normal)
+        self.projected_at_border(row, column, view)
     }
 
-    /// Returns the same integral where the plane's horizon may cross the cell. It is exact along
-    /// elevations, and follows the midpoint rule along azimuths.
+    /// Returns the same integral where the horizon of the plane or of the slope may cross the cell.
+    /// It is exact along elevations, and follows the midpoint rule along azimuths.
     #[cold]
-    fn projected_at_border(&self, row: &Row, column: &Column, normal: DVec3) -> f64 {
+    fn projected_at_border(&self, row: &Row, column: &Column, view: View) -> f64 {
+        let View { normal, hillside } = view;
         let steps = (16_384 / self.columns.len()).max(16);
         let step = self.width / steps as f64;
         let sum: f64 = (0..steps)
             .map(|i| {
                 let (sin, cos) = (column.from + (i as f64 + 0.5) * step).sin_cos();
-                let across = normal.x * sin + normal.y * cos;
-                // across cos h + normal.z sin h is positive within a quarter turn of its maximum
-                let top = normal.z.atan2(across);
-                let (from, to) = (row.from.max(top - FRAC_PI_2), row.to.min(top + FRAC_PI_2));
+                let across = |plane: DVec3| plane.x * sin + plane.y * cos;
+                let (mut from, mut to) = (row.from, row.to);
+                for plane in std::iter::once(normal).chain(hillside) {
+                    // across cos h + plane.z sin h is positive within a quarter turn of its maximum
+                    let top = plane.z.atan2(across(plane));
+                    (from, to) = (from.max(top - FRAC_PI_2), to.min(top + FRAC_PI_2));
+                }
+                let across = across(normal);
                 if from >= to {
                     return 0.0;
                 }

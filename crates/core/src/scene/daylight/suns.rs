@@ -30,7 +30,16 @@ struct Sun {
 #[derive(Clone, Debug)]
 pub struct SunsEntry {
     normal: DVec3,
+    /// Normal of the slope from below which no light comes.
+    hillside: Option<DVec3>,
     running: Vec<f64>,
+}
+
+impl SunsEntry {
+    /// Returns the irradiance on the plane.
+    pub fn total(&self) -> f64 {
+        self.running.last().copied().unwrap_or(0.0)
+    }
 }
 
 impl Suns {
@@ -157,17 +166,43 @@ impl Suns {
         self.suns.iter().map(seen).sum()
     }
 
-    /// Returns the suns as a plane that faces `normal` sees them, or `None` where it sees none.
-    pub fn entry(&self, normal: DVec3) -> Option<SunsEntry> {
+    /// Returns the suns as a plane that faces `normal` sees them, or `None` where it sees none. Of
+    /// what lies below a slope that faces `hillside` it sees nothing.
+    pub fn entry(&self, normal: DVec3, hillside: Option<DVec3>) -> Option<SunsEntry> {
         let mut sum = 0.0;
         let running = self.suns.iter().map(|sun| {
-            sum += sun.weight * disc_cosine(sun.toward.dot(normal), self.half_angle);
+            sum += sun.weight * self.seen(sun.toward, normal, hillside);
             sum
         });
         let mut running: Vec<f64> = running.collect();
         let last = running.iter().position(|&s| s == sum).unwrap_or(0);
         running.truncate(last + 1);
-        (sum > 0.0).then_some(SunsEntry { normal, running })
+        (sum > 0.0).then_some(SunsEntry { normal, hillside, running })
+    }
+
+    /// Returns the irradiance on a plane that faces `normal` from a disc, over that on a plane across
+    /// the disc's direction. A disc that the slope cuts is summed point by point.
+    fn seen(&self, toward: DVec3, normal: DVec3, hillside: Option<DVec3>) -> f64 {
+        /// Number of points along the radius and around.
+        const POINTS: [usize; 2] = [64, 256];
+        let border = self.half_angle.sin();
+        let height = hillside.map_or(1.0, |hillside| toward.dot(hillside));
+        if height <= -border {
+            return 0.0;
+        }
+        if height >= border {
+            return disc_cosine(toward.dot(normal), self.half_angle);
+        }
+        let middle = |i: usize, of: usize| (i as f32 + 0.5) / of as f32;
+        let points = (0..POINTS[0]).flat_map(|i| (0..POINTS[1]).map(move |j| [i, j]));
+        let cosines = points.map(|[i, j]| {
+            let at = Vec2::new(middle(i, POINTS[0]), middle(j, POINTS[1]));
+            let at = to_world(toward, uniform_cone(self.versine() as f32, at).as_dvec3());
+            let is_above = hillside.is_none_or(|hillside| at.dot(hillside) > 0.0);
+            if is_above { at.dot(normal).max(0.0) } else { 0.0 }
+        });
+        // the mean over the solid angle, times this over the irradiance across the disc
+        cosines.sum::<f64>() / (POINTS[0] * POINTS[1]) as f64 * self.total()
     }
 
     /// Draws a direction whose density is in proportion to radiance x cosine to the plane of
@@ -178,9 +213,20 @@ impl Suns {
         if self.is_parallel() {
             return toward;
         }
+        loop {
+            let drawn = self.sample_disc(toward, entry.normal, rng);
+            if entry.hillside.is_none_or(|hillside| drawn.dot(hillside) > 0.0) {
+                return drawn;
+            }
+        }
+    }
+
+    /// Draws a direction of the disc around `toward` with a density in proportion to the cosine to
+    /// `normal`.
+    fn sample_disc(&self, toward: DVec3, normal: DVec3, rng: &mut Stream) -> DVec3 {
         // work on the projection of the disc along its axis, with x towards the plane's normal
-        let cos = toward.dot(entry.normal);
-        let aside = entry.normal - cos * toward;
+        let cos = toward.dot(normal);
+        let aside = normal - cos * toward;
         let sin = aside.length();
         let x = aside.try_normalize().unwrap_or_else(|| toward.any_orthonormal_vector());
         let y = toward.cross(x);

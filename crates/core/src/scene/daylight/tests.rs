@@ -237,7 +237,7 @@ fn maps_shine_from_where_they_should() {
         assert!((found / solid_angle - 1.0).abs() < 2e-3, "{heading}");
         let behind = -toward.with_z(0.0).normalize();
         assert_eq!(map.irradiance(behind)[0], 0.0);
-        assert!(map.entry(behind).is_none());
+        assert!(map.entry(behind, None).is_none());
     }
 }
 
@@ -345,7 +345,7 @@ fn entering_photons_have_their_density() {
                 vec![part.clone()],
             ));
             for normal in normals {
-                let Some(entry) = part.entry(normal) else {
+                let Some(entry) = part.entry(normal, None) else {
                     assert_eq!(part.irradiance(normal).iter().sum::<f64>(), 0.0, "{what} {normal}");
                     continue;
                 };
@@ -407,7 +407,7 @@ fn a_large_map_is_sampled_by_its_cells() {
         values[cell] = (i % 5) as f32;
     }
     let map = RadianceMap::new(columns, 0.0, values.clone());
-    let (entry, _) = map.entry(DVec3::Z).unwrap();
+    let (entry, _) = map.entry(DVec3::Z, None).unwrap();
     let mut rng = Stream::new(1, 0, 2);
     let mut counts = [vec![0; 40], vec![0; 40]];
     for _ in 0..SAMPLES {
@@ -436,10 +436,10 @@ fn parallel_rays_are_found_by_sampling_alone() {
         (light.radiance::<[f32; 2]>(toward.as_vec3()).0, light.pdf(toward.as_vec3())),
         ([0.0; 2], 0.0)
     );
-    let entry = light.parts()[0].entry(Vec3::Z).unwrap();
+    let entry = light.parts()[0].entry(Vec3::Z, None).unwrap();
     let photon = entry.sample::<[f32; 2]>(&mut Stream::new(1, 0, 0));
     assert_eq!((photon.direction, photon.factor.0), (-toward.as_vec3(), [1.0, 0.0]));
-    assert!(light.parts()[0].entry(Vec3::Y).is_none());
+    assert!(light.parts()[0].entry(Vec3::Y, None).is_none());
     // a disc, unlike parallel rays, has a radiance
     let disc = self::light([(sun(0.2666, toward), vec![800.0])]);
     let expected = 800.0 / (PI * 0.2666f64.to_radians().sin().powi(2));
@@ -458,6 +458,6 @@ fn the_text_of_a_map_is_short() {
     };
     let texts = [1.0, 1.5, 1.0].map(|value| format!("{:?}", map(value)));
     assert!(texts[0] != texts[1] && texts[0] == texts[2] && texts[0].len() < 400, "{texts:?}");
-    let entry = map(1.0).entry(DVec3::Z).map(|(entry, _)| format!("{entry:?}"));
+    let entry = map(1.0).entry(DVec3::Z, None).map(|(entry, _)| format!("{entry:?}"));
     assert!(entry.is_some_and(|text| text.len() < 400));
 }

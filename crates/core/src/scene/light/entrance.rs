@@ -37,13 +37,15 @@ pub struct Prism {
     pub edges: [Vec3; 3],
     /// Whether light comes in by the two faces across each edge: that at the corner, and the far one.
     pub entered: [[bool; 2]; 3],
+    /// Normal of the slope from below which no light comes, a unit vector.
+    pub hillside: Option<DVec3>,
 }
 
 impl From<Extent> for Prism {
     fn from(extent: Extent) -> Self {
         let size = extent.size();
         let edges = [0, 1, 2].map(|axis| size[axis] * Vec3::AXES[axis]);
-        Self { corner: extent.min, edges, entered: [[true; 2]; 3] }
+        Self { corner: extent.min, edges, entered: [[true; 2]; 3], hillside: None }
     }
 }
 
@@ -64,7 +66,8 @@ impl Prism {
         let mut corner = DVec3::new(0.0, 0.0, low);
         let mut edges = [DVec3::ZERO, DVec3::ZERO, (high - low) * DVec3::Z];
         // from within a hill comes no light
-        let mut entered = [[true; 2], [true; 2], [!lattice.slopes(), true]];
+        let hillside = lattice.hillside();
+        let mut entered = [[true; 2], [true; 2], [hillside.is_none(), true]];
         for axis in 0..2 {
             let along = DVec3::AXES[axis];
             match lattice.period(axis) {
@@ -80,7 +83,8 @@ impl Prism {
                 }
             }
         }
-        Self { corner: corner.as_vec3(), edges: edges.map(|edge| edge.as_vec3()), entered }
+        let edges = edges.map(|edge| edge.as_vec3());
+        Self { corner: corner.as_vec3(), edges, entered, hillside }
     }
 }
 
@@ -131,7 +135,7 @@ impl Opening {
             Self::Polygon { triangles, areas } => {
                 let Chosen { index, rest } = weighted_choice(areas, rng.uniform_fine());
                 let weights = uniform_triangle(Vec2::new(rest, rng.uniform()));
-                triangles[index].point_within(weights.x, weights.y, Vec3::ZERO)
+                triangles[index].point(weights.x, weights.y)
             }
         }
     }
@@ -198,7 +202,8 @@ impl Entrance {
         let mut faces: Vec<EntryFace> = Vec::new();
         for part in light.parts() {
             for triangles in polygons.iter().filter(|triangles| !triangles.is_empty()) {
-                let Some(entry) = part.entry(triangles[0].normal()) else { continue };
+                let normal = triangles[0].normal();
+                let Some(entry) = part.entry(normal, inside.hillside) else { continue };
                 let mut area = 0.0;
                 let areas = triangles.iter().map(|triangle| {
                     area += f64::from(triangle.area());
@@ -221,7 +226,9 @@ impl Entrance {
                     if !inside.entered[axis][usize::from(far)] {
                         continue;
                     }
-                    let Some(entry) = part.entry(outward) else { continue };
+                    // the face on the slope sees nothing from below it anyway
+                    let hillside = inside.hillside.filter(|_| axis < 2);
+                    let Some(entry) = part.entry(outward, hillside) else { continue };
                     let power = entry.irradiance.iter().map(|e| e * area).collect();
                     let corner = inside.corner + if far { inside.edges[axis] } else { Vec3::ZERO };
                     let opening = Opening::Face { corner, sides };

@@ -8,7 +8,7 @@ use super::shape::{Outline, Unplaced};
 use crate::{
     error::{Checked, Problem},
     math::{
-        geometry::{Extent, ROUNDING, Triangle, area},
+        geometry::{Extent, ROUNDING, Triangle, across, area},
         rng::Stream,
         sampling::{uniform_triangle, weighted_choice},
     },
@@ -37,8 +37,6 @@ struct Place {
     normal: Vec3,
     /// Barycentric weights below which a point is too near to the edge opposite each corner.
     margins: Vec3,
-    /// Distance from the triangle at which photons start, m.
-    offset: f32,
 }
 
 /// A point of a light with a surface.
@@ -85,7 +83,6 @@ impl EmittingSurface {
                 surface.places.push(Place {
                     normal: triangle.normal(),
                     margins: Triangle::margins(triangle.slopes(), triangle.blur()),
-                    offset: triangle.offset(),
                 });
                 surface.triangles.push(triangle);
             }
@@ -116,8 +113,9 @@ impl EmittingSurface {
     pub fn choose(&self, rng: &mut Stream) -> Chosen {
         let choice = weighted_choice(&self.cumulative_area, rng.uniform_fine());
         let weights = uniform_triangle(Vec2::new(choice.rest, rng.uniform()));
-        let Place { normal, margins, offset } = self.places[choice.index];
-        let point = self.triangles[choice.index].point_within(weights.x, weights.y, margins);
-        Chosen { point, normal, offset }
+        let Place { normal, margins } = self.places[choice.index];
+        let offset = |point: Vec3| ROUNDING * across(normal, point);
+        let point = self.triangles[choice.index].point_within(weights, margins, offset);
+        Chosen { point, normal, offset: offset(point) }
     }
 }

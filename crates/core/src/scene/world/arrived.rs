@@ -31,7 +31,7 @@ impl Scene {
     /// Returns what a ray of this direction, a unit vector, finds where it meets a surface.
     #[inline(always)]
     pub fn arrived(&self, hit: SurfaceHit, direction: Vec3) -> Arrived<'_> {
-        let surface = self.surface(hit.triangle);
+        let surface = self.surface_at(&hit);
         let interaction = Interaction::new(direction, surface.normal).on(hit.triangle);
         Arrived { hit, surface, material: self.material(&surface), interaction }
     }

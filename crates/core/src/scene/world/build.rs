@@ -16,7 +16,7 @@ use super::{
 use crate::{
     error::{Checked, Error, NO_THREADS, Result, number},
     math::{
-        geometry::{Extent, ROUNDING, Triangle, area, closeness},
+        geometry::{Extent, ROUNDING, Triangle, across, area, closeness},
         spectrum::lanes,
     },
     scene::{
@@ -71,11 +71,11 @@ impl Scene {
         let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
         let lattice = parts.lattice.map(|lattice| lattice.relative_to(center));
         let layers = lattice.map(|lattice| {
-            let mut layers = Layers::new(&lattice, pieces(&parts, center));
-            if layers.range().is_none() {
-                layers = Layers::new(&lattice, std::iter::once([DVec3::ZERO; 3]));
+            let layers = Layers::new(&lattice, |visit| each_piece(&parts, center, visit));
+            match layers.range() {
+                Some(_) => layers,
+                None => Layers::new(&lattice, |visit| visit(&[DVec3::ZERO])),
             }
-            layers
         });
         if let (Some(lattice), Some(layers)) = (&parts.lattice, &layers) {
             let checked = check_images(&parts, lattice, layers.slack);
@@ -85,7 +85,7 @@ impl Scene {
         for light in &parts.lights {
             let triangles = light.triangles();
             if !triangles.is_empty() {
-                check_rounding(("light", &light.name), triangles, local)?;
+                check_rounding(("light", &light.name), triangles, 0.02, local)?;
             }
         }
         let objects: Vec<Option<usize>> = parts.surfaces.iter().map(|part| part.object).collect();
@@ -94,14 +94,16 @@ impl Scene {
         // the triangles of a captor become contiguous, whatever the order of the files
         surface_parts.sort_by_key(|(_, part)| part.captor);
         // shapes that repeat need their exact corners once more
-        let images =
-            |corners: &mut dyn Iterator<Item = &[DVec3; 3]>| match (&parts.lattice, &layers) {
-                (Some(lattice), Some(layers)) => Images::new(lattice, layers.slack, corners, local),
-                _ => Images::default(),
+        let images = |all: bool, corners: &mut dyn Iterator<Item = &[DVec3; 3]>| {
+            let (Some(lattice), Some(layers)) = (&parts.lattice, &layers) else {
+                return Images::default();
             };
-        let of_surfaces = images(&mut surface_parts.iter().flat_map(|(_, part)| &part.triangles));
+            Images::new(lattice, layers.slack, all, corners, local)
+        };
+        let surfaces = || surface_parts.iter().flat_map(|(_, part)| &part.triangles);
+        let of_surfaces = images(false, &mut surfaces());
         let virtual_triangles = parts.captors.iter().flat_map(|captor| &captor.triangles);
-        let of_captors = images(&mut virtual_triangles.into_iter());
+        let of_captors = images(true, &mut virtual_triangles.into_iter());
         let mut stand = Stand::default();
         if !parts.ground.is_empty() {
             stand.is_ground = vec![false; parts.objects.len()];
@@ -196,7 +198,7 @@ impl Scene {
             }
             let area = if part.sensor.is_sphere { 0.25 * area } else { area };
             if let CaptorKind::Virtual { .. } = part.kind {
-                check_rounding(("captor", &part.id), &corners, local)?;
+                check_rounding(("captor", &part.id), &corners, 0.001, local)?;
                 captor_triangles.extend(corners.iter().map(local));
                 captor_of_triangle.resize(captor_triangles.len(), index as u32);
             }
@@ -264,6 +266,12 @@ impl Scene {
         for (count, material, captor) in runs {
             let run = &shapes.triangles[surfaces.len()..][..count];
             surfaces.extend(run.iter().map(|t| surface_of(t, material, captor)));
+        }
+        if lattice.is_some() {
+            // the corners of images are rounded where these are
+            for (surface, triangle) in surfaces.iter_mut().zip(&shapes.triangles) {
+                surface.extra_offset = ROUNDING * across(surface.normal, triangle.reach());
+            }
         }
         let flush_lights =
             flush::lift(&mut lights, &shapes, (bounds.center() - center).as_vec3(), radius);
@@ -353,7 +361,7 @@ fn surface_of(triangle: &Triangle, material: usize, captor: Option<usize>) -> Su
         normal: triangle.normal(),
         material: material as u32,
         captor: captor.map_or(NO_CAPTOR, |captor| captor as u32),
-        offset: triangle.offset(),
+        extra_offset: 0.0,
         steepest: (ROUNDING * triangle.slopes()).max_element(),
         reach: triangle.blur() / ROUNDING,
     }
@@ -436,41 +444,47 @@ fn working_center(parts: &SceneParts) -> Option<DVec3> {
     (half > 0 || !even).then(|| DVec3::new(median(0), median(1), median(2)))
 }
 
-/// Returns the corners of all that rays may meet: surfaces, captors, and the boxes of lamps.
-fn pieces(parts: &SceneParts, center: DVec3) -> impl Iterator<Item = [DVec3; 3]> {
+/// Visits the corners of each thing that rays may meet: triangles of surfaces and captors, what lamps
+/// are made of, and boxes around copies.
+fn each_piece(parts: &SceneParts, center: DVec3, visit: &mut dyn FnMut(&[DVec3])) {
     let surfaces = parts.surfaces.iter().flat_map(|part| &part.triangles);
     let captors = parts.captors.iter().flat_map(|captor| &captor.triangles);
     let lamps =
         parts.lights.iter().filter_map(LightPart::lamp).flat_map(|lamp| lamp.outline().pieces());
-    let copies = parts
-        .shared
-        .iter()
-        .flat_map(SharedPart::boxes)
-        .flat_map(|[a, b, c, d, e, f, g, h]| [[a, b, c], [d, e, f], [g, h, h]]);
-    let triangles = surfaces.chain(captors).copied();
-    triangles.chain(lamps).chain(copies).map(move |corners| corners.map(|corner| corner - center))
+    for corners in surfaces.chain(captors).copied().chain(lamps) {
+        visit(&corners.map(|corner| corner - center));
+    }
+    for corners in parts.shared.iter().flat_map(SharedPart::boxes) {
+        visit(&corners.map(|corner| corner - center));
+    }
 }
 
-/// Refuses a shape that is so small where it stands that single precision changes its area.
+/// Refuses a shape that is so small where it stands that single precision changes its area, or the
+/// area that it shows to light from some side, by more than the fraction `tolerated`.
 fn check_rounding(
     (what, name): (&str, &str),
     corners: &[[DVec3; 3]],
+    tolerated: f64,
     local: impl Fn(&[DVec3; 3]) -> Triangle,
 ) -> Result<()> {
-    const TOLERATED: f64 = 0.02;
     /// Smallest area relative to the squared distance from the centre, and at all (m2): no ray finds
     /// a shape of a nanometre.
     const SMALLEST: f64 = 1e-12;
     const NANOMETRE: f64 = 1e-18;
+    let shown = |corners: &[[DVec3; 3]]| -> DVec3 {
+        corners.iter().map(|[a, b, c]| 0.5 * (b - a).cross(c - a)).sum()
+    };
     let exact = Moments::of(corners).area;
     let far = corners.iter().map(|t| local(t).reach().max_element()).fold(0.0, f32::max);
     let rounded = |t| {
         let Triangle { a, b, c } = local(t);
         [a, b, c].map(|p| p.as_dvec3())
     };
-    let rounded = Moments::of(&corners.iter().map(rounded).collect::<Vec<_>>()).area;
+    let rounded: Vec<[DVec3; 3]> = corners.iter().map(rounded).collect();
+    let change = (Moments::of(&rounded).area - exact).abs();
+    let change = change.max(shown(&rounded).distance(shown(corners)));
     let seen = exact >= (SMALLEST * f64::from(far).powi(2)).max(NANOMETRE);
-    if seen && (rounded - exact).abs() <= TOLERATED * exact {
+    if seen && change <= tolerated * exact {
         return Ok(());
     }
     let problem = format!(

@@ -41,10 +41,11 @@ pub fn lift(lights: &mut [Light], shapes: &Shapes, middle: Vec3, radius: f32) ->
             let widest = reach + closeness(Vec3::splat(radius));
             shapes.near(place, widest, |found| {
                 let shape = &found.triangle;
-                let reach = reach + 4.0 * found.offset;
+                let offset = found.offset_at(place);
+                let reach = reach + 4.0 * offset;
                 if shape.nearest_point(place).distance(place) <= reach && !crosses(light, shape) {
                     near.push(found);
-                    lift = lift.max(2.0 * closeness(place) + 6.0 * found.offset);
+                    lift = lift.max(2.0 * closeness(place) + 6.0 * offset);
                 }
             });
         }

@@ -47,7 +47,7 @@ impl LightImages {
     pub fn new(lattice: &Lattice, slack: f64, lights: &[Light], triangles: &[Triangle]) -> Self {
         let images = |triangles: &[Triangle]| {
             let corners: Vec<[DVec3; 3]> = triangles.iter().map(corners).collect();
-            Images::new(lattice, slack, corners.iter(), rounded)
+            Images::new(lattice, slack, true, corners.iter(), rounded)
         };
         let tubes = lights.iter().enumerate().filter(|(_, light)| light.radius() > 0.0);
         let tubes = tubes.flat_map(|(l, light)| {
@@ -58,7 +58,10 @@ impl LightImages {
         });
         let with_openings = lights.iter().enumerate().filter_map(|(l, light)| {
             let openings = light.entrance().filter(|entrance| entrance.has_openings())?.openings();
-            let layers = Layers::new(lattice, openings.iter().map(corners));
+            let each = |visit: &mut dyn FnMut(&[DVec3])| {
+                openings.iter().for_each(|triangle| visit(&corners(triangle)));
+            };
+            let layers = Layers::new(lattice, each);
             Some((l, Openings { layers, images: images(openings) }))
         });
         Self {

@@ -52,11 +52,17 @@ impl Scene {
         })
     }
 
+    /// Returns whether a ray that meets no surface ends in the hill on whose side the cells of the
+    /// scene lie, from where no light comes.
+    pub fn ends_in_hill(&self, direction: Vec3) -> bool {
+        self.lattice().is_some_and(Lattice::slopes) && !self.rises(direction)
+    }
+
     /// Returns whether the light at infinity of index `light` arrives along a ray that leaves the
-    /// scene. From below a slope comes none. If the light has openings, the ray must pass one of them towards the sky, and meet
-    /// nothing beyond the last one.
+    /// scene. From below a slope comes none. If the light has openings, the ray must pass one of them
+    /// towards the sky, and meet nothing beyond the last one.
     pub fn is_let_in(&self, light: usize, ray: &Ray) -> bool {
-        if self.lattice().is_some_and(Lattice::slopes) && !self.rises(ray.direction) {
+        if self.ends_in_hill(ray.direction) {
             return false;
         }
         let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
@@ -185,8 +191,11 @@ impl Scene {
         self.is_let_in(light, ray).then_some(visible)
     }
 
-    /// Returns the same fraction along a ray, as far as `distance`, m.
+    /// Returns the same fraction along a ray, as far as `distance`, m, which may be infinite.
     pub fn visibility_along<L: Lanes>(&self, ray: &Ray, distance: f32) -> Option<Spectrum<L>> {
+        if distance == f32::INFINITY && self.ends_in_hill(ray.direction) {
+            return None;
+        }
         if !self.shapes.is_plain {
             return self.visibility_in_pieces(ray, distance);
         }

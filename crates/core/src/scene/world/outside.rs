@@ -69,11 +69,13 @@ impl Scene {
             let triangle = entrance.openings()[weighted_choice(&areas, rng.uniform_fine()).index];
             let (at, normal) = (uniform_triangle(rng.square()), triangle.normal());
             let direction = Frame::new(normal).to_world(cosine_hemisphere(rng.square()));
-            let origin = triangle.point(at.x, at.y) + 2.0 * triangle.offset() * normal;
+            let origin = triangle.point(at.x, at.y);
+            let offset = triangle.offset_at(origin);
+            let origin = origin + 2.0 * offset * normal;
             let ray = Ray { origin, direction };
             let Some(at) = self.arrive(&ray) else { continue };
             // behind another opening there is light again
-            let offset = closeness(origin) + 4.0 * triangle.offset();
+            let offset = closeness(origin) + 4.0 * offset;
             let other = self.last_opening_in_cells(light, &ray, offset);
             if other.is_some_and(|(t, _)| t < at.hit.t) {
                 continue;

@@ -161,14 +161,22 @@ impl Scene {
         let own = self.shapes.triangles.len();
         let of = |hit: &Hit| repeats.surfaces.origin(hit.triangle, own).0 as usize;
         let surface = &self.surfaces[of(&hit)];
-        if self.is_near_edge(of(&hit), &hit) {
+        let is_near_edge = self.is_near_edge(of(&hit), &hit);
+        if is_near_edge {
             let shape = |t| self.shapes.surface_shape(t);
             let bvh = &self.shapes.surface_bvh;
             hit = front_at_edge(bvh, shape, &stretch.ray, &hit, surface.reach);
         }
-        let triangle = of(&hit);
-        let point = self.shapes.triangles[triangle].point(hit.u, hit.v);
-        let point = self.off_edges(triangle, point, hit.u, hit.v);
+        let (triangle, cell) = repeats.surfaces.origin(hit.triangle, own);
+        let triangle = triangle as usize;
+        let shape = &self.shapes.triangles[triangle];
+        // the corners of an image are rounded otherwise
+        let point = hit.point.as_dvec3() - repeats.lattice.shift(cell);
+        let point = if cell == [0, 0] { point } else { shape.foot(point) };
+        let point = match is_near_edge {
+            true => self.surfaces[triangle].off_edges(shape, point),
+            false => point.as_vec3(),
+        };
         SurfaceHit { t: hit.t, triangle, point }
     }
 
@@ -177,6 +185,11 @@ impl Scene {
     pub fn rises(&self, direction: Vec3) -> bool {
         let direction = direction.as_dvec3();
         self.lattice().map_or(direction.z, |lattice| lattice.level(direction)) > 0.0
+    }
+
+    /// Returns whether a triangle of a surface reaches over more periods than are followed.
+    pub fn reaches_far(&self, triangle: usize) -> bool {
+        self.lattice().is_some_and(|lattice| lattice.reaches_far(&self.triangles().at(triangle)))
     }
 
     /// Returns the number of triangles of surfaces that reach out of the cell (0, 0).
@@ -213,7 +226,7 @@ impl Scene {
         places.map(|(u, v)| shape.point(u, v)).into_iter().any(|point| {
             let cell = repeats.lattice.cell_of(point.as_dvec3());
             let inside = point - repeats.lattice.shift(cell).as_vec3();
-            let reach = closeness(inside) + 4.0 * shape.offset();
+            let reach = closeness(inside) + 4.0 * shape.offset_at(inside);
             let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
                 self.shapes.crosses(ray, t_max, visit);
             };

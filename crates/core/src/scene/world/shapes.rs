@@ -46,10 +46,18 @@ pub struct Found {
     pub cell: Cell,
     /// The triangle where it was found.
     pub triangle: Triangle,
-    /// Distance from it at which rays that leave it start, m.
-    pub offset: f32,
+    /// What the way to it adds to the error of its points, m.
+    extra_offset: f32,
     /// Rises in the order in which triangles are looked at, images after what they are images of.
     pub order: usize,
+}
+
+impl Found {
+    /// Returns the distance from the triangle within which things near `point` count as lying in it,
+    /// m.
+    pub fn offset_at(&self, point: Vec3) -> f32 {
+        self.extra_offset + self.triangle.offset_at(point)
+    }
 }
 
 impl Outlines {
@@ -59,8 +67,7 @@ impl Outlines {
         let own = self.triangles.len();
         let origin = |repeats: &Repeats| repeats.surfaces.origin(index, own);
         let (of, cell) = self.repeats.as_deref().map_or((index, [0, 0]), origin);
-        let (offset, order) = (triangle.offset(), index as usize);
-        Found { index: of as usize, cell, triangle, offset, order }
+        Found { index: of as usize, cell, triangle, extra_offset: 0.0, order: index as usize }
     }
 
     /// Returns a triangle of a copy.
@@ -68,8 +75,9 @@ impl Outlines {
         let located = self.placed.locate(index)?;
         let own = &self.placed.prototypes[located.prototype].triangles[located.triangle];
         let triangle = instance.triangle(own);
-        let offset = self.placed.offset(instance, instance.turn(own.normal()));
-        Some(Found { index, cell, triangle, offset, order: index + u32::MAX as usize })
+        let normal = instance.turn(own.normal());
+        let extra_offset = self.placed.extra_offset(instance, normal, self.repeats.is_some());
+        Some(Found { index, cell, triangle, extra_offset, order: index + u32::MAX as usize })
     }
 
     /// Returns a triangle that the search structure of surfaces knows by this index, which may be
@@ -179,7 +187,14 @@ impl Shapes {
         let mut copies = copies(&all);
         let is_copy = |i: &u32| copies.binary_search_by_key(i, |[copy, _]| *copy).is_ok();
         let distinct = (0..all.len() as u32).filter(|i| !is_copy(i));
-        let surface_bvh = Bvh::build_of(&all, distinct);
+        let surface_bvh = match repeats {
+            None => Bvh::build_of(&all, distinct),
+            Some(Repeats { lattice, layers, surfaces, .. }) => {
+                let within = |image: &Triangle| lattice.box_within(image, 2.0 * layers.slack);
+                let boxes = surfaces.shapes.par_iter().map(within).collect();
+                Bvh::build_within(&all, distinct, boxes)
+            }
+        };
         drop(all);
         copies.retain(|[copy, _]| (*copy as usize) < triangles.len());
         let all_captors = with_images(captor_triangles, repeats.map(|repeats| &repeats.captors));
@@ -191,12 +206,12 @@ impl Shapes {
             let points = [(1.0 / 3.0, 1.0 / 3.0)].iter().chain(&near_corners);
             let mut largest: Option<f32> = None;
             for point in points.map(|&(u, v)| triangle.point(u, v)) {
-                let reach = closeness(point) + 4.0 * triangle.offset();
+                let reach = closeness(point) + 4.0 * triangle.offset_at(point);
                 let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
                     crosses(&outlines, &surface_bvh, forest.as_ref(), ray, t_max, visit);
                 };
                 has_parallel(crosses, point, normal, reach, |found| {
-                    let offset = found.offset;
+                    let offset = found.offset_at(point);
                     largest = Some(largest.map_or(offset, |other| other.max(offset)));
                     false
                 });
@@ -215,14 +230,14 @@ impl Shapes {
         if !captor_triangles.is_empty() {
             let above = |t: &Triangle| {
                 let (middle, normal) = (t.centroid(), t.normal());
-                let reach = closeness(middle) + 4.0 * t.offset();
+                let reach = closeness(middle) + 4.0 * t.offset_at(middle);
                 let mut least = None;
                 let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
                     captor_bvh.crosses(ray, t_max, |hit| {
                         let (triangle, order) =
                             (all_captors[hit.triangle as usize], hit.triangle as usize);
                         let index = outlines.captor_origin(hit.triangle) as usize;
-                        visit(Found { index, cell: [0, 0], triangle, offset: 0.0, order })
+                        visit(Found { index, cell: [0, 0], triangle, extra_offset: 0.0, order })
                     });
                 };
                 has_parallel(crosses, middle, normal, reach, |found| {
@@ -230,7 +245,7 @@ impl Shapes {
                     least = Some(least.map_or(t, |other: u32| other.min(t)));
                     false
                 });
-                least.map(|captor_triangle| (captor_triangle, t.offset()))
+                least.map(|captor_triangle| (captor_triangle, t.offset_at(middle)))
             };
             let covered: Vec<(u32, f32)> = triangles.par_iter().filter_map(above).collect();
             for (t, offset) in covered {

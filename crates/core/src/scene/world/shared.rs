@@ -135,13 +135,14 @@ impl Scene {
         self.copies.iter().cloned().chain(shared)
     }
 
-    /// Returns the properties of a triangle of a copy.
+    /// Returns the properties of a triangle of a copy, for rays that leave it at this point or, without
+    /// one, anywhere.
     #[inline(never)]
-    pub(super) fn shared_surface(&self, triangle: usize) -> Surface {
+    pub(super) fn shared_surface(&self, triangle: usize, point: Option<Vec3>) -> Surface {
         let placed = &self.shapes.placed;
         let located = located(placed, triangle);
-        let common = &self.common[located.prototype];
-        let mut surface = self.placed_surface(placed.instance(&located), located.triangle, common);
+        let (common, instance) = (&self.common[located.prototype], placed.instance(&located));
+        let mut surface = self.placed_surface(instance, located.triangle, common, point);
         if surface.captor != NO_CAPTOR {
             surface.captor += (common.first_captor + located.copy * common.captors) as u32;
         }
@@ -150,14 +151,25 @@ impl Scene {
 
     /// Returns the properties of a triangle where a copy stands, with the number of its captor
     /// among those of the copy.
-    fn placed_surface(&self, instance: &Instance, triangle: usize, common: &Common) -> Surface {
+    fn placed_surface(
+        &self,
+        instance: &Instance,
+        triangle: usize,
+        common: &Common,
+        point: Option<Vec3>,
+    ) -> Surface {
         let own = &common.surfaces[triangle];
         let placed = &self.shapes.placed;
         let (reach, radius) = placed.reach(instance);
         let normal = instance.turn(own.normal);
+        let repeats = self.shapes.repeats.is_some();
+        let extra_offset = match point {
+            Some(point) if !repeats => placed.extra_offset_at(instance, normal, point),
+            _ => placed.extra_offset(instance, normal, repeats),
+        };
         Surface {
             normal,
-            offset: placed.offset(instance, normal),
+            extra_offset,
             steepest: own.steepest / instance.scale(),
             reach: 1.1 * (reach.length() + radius),
             ..*own
@@ -200,23 +212,28 @@ impl Scene {
             |hit: &Hit| prototype.triangles[triangle(hit)].slopes() * (ROUNDING / instance.scale());
         let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
         let steepest = common.surfaces[triangle(&hit)].steepest / instance.scale();
-        let mut point = hit.point;
+        let mut is_near_edge = false;
         if weights.min_element() < steepest * (MARGINS * (reach + hit.t)) {
             let own = instance.enter(ray);
             let tree = self.shapes.forest.as_ref().map(|forest| forest.tree(instance.prototype));
-            if weights.cmplt(change(&hit) * (MARGINS * (reach + hit.t))).any()
-                && let Some(tree) = tree
-            {
+            is_near_edge = weights.cmplt(change(&hit) * (MARGINS * (reach + hit.t))).any();
+            if let Some(tree) = tree.filter(|_| is_near_edge) {
                 let shape = |t: u32| &prototype.triangles[t as usize];
                 hit = super::front_at_edge(tree, shape, &own, &hit, reach);
             }
-            let margins = Triangle::margins(change(&hit), MARGINS * reach);
-            let own = &prototype.triangles[triangle(&hit)];
-            point = own.draw_in(hit.point, hit.u, hit.v, margins);
         }
-        let first = placed.first_of(*index);
-        let point = placed.instances[*index].place(point);
-        SurfaceHit { t: hit.t, triangle: first + triangle(&hit), point }
+        let instance = &placed.instances[*index];
+        let point = instance.place_exactly(hit.point.as_dvec3());
+        let point = match is_near_edge {
+            true => {
+                let shape = instance.triangle(&prototype.triangles[triangle(&hit)]);
+                let rounded = Some(point.as_vec3());
+                let surface = self.placed_surface(instance, triangle(&hit), common, rounded);
+                surface.off_edges(&shape, point)
+            }
+            false => point.as_vec3(),
+        };
+        SurfaceHit { t: hit.t, triangle: placed.first_of(*index) + triangle(&hit), point }
     }
 }
 

@@ -64,7 +64,7 @@ impl<'a> Origin<'a> {
     /// Takes the place where a photon has arrived.
     fn surface(arrived: &Arrived<'a>) -> Self {
         let Arrived { hit, surface, material, interaction } = *arrived;
-        let (point, offset) = (hit.point, surface.offset);
+        let (point, offset) = (hit.point, surface.offset_at(hit.point));
         Self::Surface { point, offset, material, interaction }
     }
 

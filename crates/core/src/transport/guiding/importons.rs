@@ -80,8 +80,9 @@ impl Source<'_> {
         let normal = triangle.normal();
         let normal = if self.face == Channel::Back { -normal } else { normal };
         let direction = Frame::new(normal).to_world(cosine_hemisphere(rng.square()));
-        let lift = self.lift + triangle.offset();
-        Ray { origin: triangle.point(at.x, at.y) + lift * normal, direction }
+        let point = triangle.point(at.x, at.y);
+        let lift = self.lift + triangle.offset_at(point);
+        Ray { origin: point + lift * normal, direction }
     }
 }
 

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     math::{
-        geometry::{Frame, Ray, Triangle},
+        geometry::{Frame, POINT, Ray, Triangle, across},
         rng::Stream,
         sampling::{Chosen, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle},
         spectrum::{Lanes, Spectrum},
@@ -64,10 +64,26 @@ pub struct Face<'a> {
 struct StartTriangle {
     /// Unit normal of the face.
     normal: Vec3,
-    /// Offset from the triangle to the points where paths start, m.
-    off: Vec3,
-    /// Barycentric weights below which a point is too close to the edge opposite the corner.
+    /// The surface, which paths leave as photons do; `None` for a virtual captor.
+    surface: Option<Surface>,
+    /// Way from the triangle of a virtual captor to the points where paths start, m.
+    lift: Vec3,
+    /// Barycentric weights below which a point may be too close to the edge opposite the corner.
     margins: Vec3,
+}
+
+impl StartTriangle {
+    /// Returns the way from a point of the triangle to where paths start, m.
+    fn off(&self, point: Vec3) -> Vec3 {
+        self.surface.map_or(self.lift, |surface| surface.offset_at(point) * self.normal)
+    }
+
+    /// Returns the distance of points from the edges of the triangle, besides their errors along it,
+    /// m.
+    fn apart(&self, point: Vec3) -> f32 {
+        let virtually = || POINT * across(self.normal, point);
+        self.surface.map_or_else(virtually, |surface| surface.apart(point))
+    }
 }
 
 impl<'a> Face<'a> {
@@ -94,17 +110,17 @@ impl<'a> Face<'a> {
         let triangle = self.triangles.triangle(index);
         let front = triangle.normal();
         let normal = if self.channel == Channel::Back { -front } else { front };
-        let (off, margins) = match captor.kind {
-            CaptorKind::Surface => {
-                let surface = &scene.surface(captor.triangles.start + index);
-                (surface.offset * normal, scene.margins(captor.triangles.start + index))
+        match self.surface(index) {
+            Some(surface) => {
+                let margins = scene.margins(captor.triangles.start + index);
+                StartTriangle { normal, surface: Some(surface), lift: Vec3::ZERO, margins }
             }
-            CaptorKind::Virtual { .. } => {
+            None => {
                 let margins = Triangle::margins(triangle.slopes(), triangle.blur());
-                (scene.lift(self.captor) * front, margins)
+                let lift = scene.lift(self.captor) * front;
+                StartTriangle { normal, surface: None, lift, margins }
             }
-        };
-        StartTriangle { normal, off, margins }
+        }
     }
 
     /// Follows one path back from the face. It uses what the `pilot` run learned.
@@ -192,10 +208,11 @@ impl<'a> Face<'a> {
                 return;
             }
             let triangle = crossing.triangle - captor.triangles.start;
-            let StartTriangle { normal, off, .. } = self.place(triangle);
+            let place = self.place(triangle);
+            let normal = place.normal;
             // points are lifted as paths start, so that both weigh the lights alike: a lamp may lie
             // in the plane of the face
-            let point = crossing.point + off;
+            let point = crossing.point + place.off(crossing.point);
             let Some(origin) = spots::origin(scene, light, &ray, point) else { return };
             let share = spots.share(scene, &self.vertex(point, normal), &origin, |d| {
                 free * cosine_hemisphere_density(d.dot(normal))
@@ -308,10 +325,10 @@ impl<'a> Face<'a> {
     }
 
     fn start_at(&self, triangle: usize, weights: Vec2) -> Start {
-        let StartTriangle { normal, off, margins } = self.place(triangle);
+        let place = self.place(triangle);
         let triangle_there = self.triangles.triangle(triangle);
-        let point = triangle_there.point_within(weights.x, weights.y, margins) + off;
-        Start { triangle, point, normal }
+        let point = triangle_there.point_within(weights, place.margins, |p| place.apart(p));
+        Start { triangle, point: point + place.off(point), normal: place.normal }
     }
 
     /// Returns the surface of a triangle of a surface captor; `None` for a virtual captor.

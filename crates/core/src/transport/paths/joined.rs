@@ -47,7 +47,7 @@ impl<'a> Joined<'a> {
         let (point, surface) = (seen.hit.point, &seen.surface);
         let one_sided = (!seen.material.transmits_diffusely()).then_some(seen.interaction.normal);
         let choice = LightChoice::new(scene, Place { point, one_sided });
-        let step = Some((surface.normal, surface.offset));
+        let step = Some((surface.normal, surface.offset_at(point)));
         let at = Vertex { point, step, one_sided, arrival: None, choice };
         Self { scene, seen, at }
     }

@@ -53,7 +53,7 @@ impl Vertex {
             true => LightChoice::new(scene, Place { point, one_sided }),
             false => LightChoice::default(),
         };
-        let step = Some((surface.normal, surface.offset));
+        let step = Some((surface.normal, surface.offset_at(point)));
         Self { point, step, one_sided, arrival: None, choice }
     }
 
