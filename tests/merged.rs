@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::{
     bad_input::{phylux, refused},
-    common::TestScene,
+    common::{TestScene, binary},
     rendered::done,
 };
 
@@ -137,7 +137,18 @@ fn too_many_copies_have_their_sentence() {
     let scene = sheets(1100, json!("instance"));
     let line = ["export", "scene.json", "-o", "a.vtp"];
     refused(&scene.path(""), &line, &["22000002 triangles", "export a .glb"]);
-    // photons need no tiles
+    // tiles that do not fit into memory are not begun
+    #[cfg(target_os = "linux")]
+    for name in ["a.glb", "a.vtu"] {
+        let few = sheets(210, json!("instance"));
+        let script = format!("ulimit -v 280000; exec \"$0\" export scene.json -o {name}");
+        let mut limited = std::process::Command::new("sh");
+        limited.args(["-c", &script]).arg(binary()).current_dir(few.path(""));
+        let said = limited.output().expect("a shell").stderr;
+        let said = String::from_utf8_lossy(&said);
+        assert!(said.contains("pieces of surfaces to show take"), "{name}: {said}");
+    }
+    // photons are not bound to tiles
     let line = ["export", "scene.json", "--photons", "1000", "-o", "a.ply"];
     let output = phylux(&scene.path(""), &line);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -119,8 +119,8 @@ fn needs_chromium_copies_stand_where_the_scene_has_them() {
 /// Where triangles of copies are merged, the mouse finds the captor of each copy, and a tile has its
 /// triangles where the copy stands. Captors show their results at first.
 #[test]
-#[ignore = "needs Chromium"]
-fn needs_chromium_merged_copies_are_found() {
+#[ignore = "takes minutes, and needs Chromium: .ci/nightly runs it"]
+fn nightly_merged_copies_are_found() {
     let page = open(&sheets(210, serde_json::json!("instance")), &["--photons", "20000"]);
     assert_eq!(page.evaluate("state.values"), "captor");
     let shape = "shapes[1]";
@@ -138,9 +138,7 @@ fn needs_chromium_merged_copies_are_found() {
     let area = "Array.from({ length: shapes[1].tiles }, (_, own) => areaOf(shapes[1].first + own))";
     let area = number(&page, &format!("{area}.reduce((sum, area) => sum + area)"));
     assert!((area - 1.0).abs() < 1e-3, "{area} m2");
-    for captor in ["sheet#0", "sheet#100", "sheet#209"] {
-        let tip = hover(&page, captor);
-        assert!(tip.starts_with(captor), "{captor}: {tip}");
-    }
+    let tip = hover(&page, "sheet#100");
+    assert!(tip.starts_with("sheet#100"), "{tip}");
     page.no_complaints();
 }

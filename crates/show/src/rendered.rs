@@ -92,6 +92,7 @@ impl<'a> RenderedScene<'a> {
         progress: &(dyn Fn(RenderStage, Progress) + Sync),
     ) -> Result<Self> {
         let staged = |stage| move |p: Progress| progress(stage, p);
+        check_tiles(scene, most)?;
         let tiles = Tiles::new(scene, most);
         check_memory(scene, &tiles, settings, &plan)?;
         let unknown = tiles.parts.iter().any(|part| part.captor.is_none());
@@ -200,6 +201,30 @@ impl<'a> RenderedScene<'a> {
             }
         })
     }
+}
+
+/// Refuses a scene whose tiles would not fit into memory, before they are made.
+fn check_tiles(scene: &Scene, most: usize) -> Result<()> {
+    /// About the bytes that a tile takes while tiles are cut, with what finds corners in one place.
+    const CUT: u64 = 200;
+    /// The same where triangles are merged: corners and index, in lists that grow.
+    const MERGED: u64 = 120;
+    let all = scene.triangles().len() + scene.captor_triangles().len();
+    let shared = scene.triangles().len() - scene.unshared();
+    let merged = if all > most { shared.min(most.max(Tiles::least(scene))) } else { 0 };
+    let cut = if merged > 0 { all - shared } else { all };
+    let (bytes, left) = (CUT * cut as u64 + MERGED * merged as u64, machine::memory_left());
+    if bytes <= left {
+        return Ok(());
+    }
+    let problem = format!(
+        "{} pieces of surfaces to show take {:.1} GiB of memory, of {:.1} that they may",
+        cut + merged,
+        machine::gib(bytes),
+        machine::gib(left)
+    );
+    let remedy = "end other programs, or take fewer triangles, copies or captors";
+    Err(Error::input("scene", problem).remedy(remedy))
 }
 
 /// Refuses a scene whose light would not fit into memory, before it is found: the light on the tiles
