@@ -191,7 +191,7 @@ fn stored_photon_takes_at_most_48_bytes() {
     for n in [SMALL_BIN + 1, (1 << 16) + 1, 100_000, 1 << 17] {
         let arrivals: Vec<Arrival> = (0..n).map(|i| arrival(cube(&mut rng), 0, i as u32)).collect();
         let map = map_of(&arrivals);
-        let Places::Tree(tree) = &map.bins[&0].places else { panic!("a tree") };
+        let [tree] = &map.bins.trees[..] else { panic!("a tree") };
         let places = n * (size_of::<[f32; 3]>() + size_of::<u32>());
         let leaf = size_of::<[usize; 2]>() + 7 + 2 * size_of::<f32>();
         let in_tree = places + tree.leaf_count().next_power_of_two() * leaf;
