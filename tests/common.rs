@@ -20,7 +20,8 @@ use phylux::{
 pub fn run_file(path: &Path, change: impl FnOnce(&mut Settings)) -> RunResult {
     let loaded = phylux::load(path).unwrap_or_else(|e| panic!("{e}"));
     let mut settings = loaded.settings.clone();
-    let names_estimator = std::fs::read_to_string(path).is_ok_and(|text| text.contains("\"estimator\""));
+    let names_estimator =
+        std::fs::read_to_string(path).is_ok_and(|text| text.contains("\"estimator\""));
     if !names_estimator {
         settings.estimator = Estimator::Photons;
     }

@@ -346,17 +346,22 @@ fn the_default_is_chosen_by_a_trial() {
     };
     let (said, result) = run("--photons 1e6");
     let line = "complete paths were chosen, for the work of 1000000 photons: ";
-    assert!(said.contains(line) && said.contains("(--estimator photons traces photons alone)"), "{said}");
+    assert!(
+        said.contains(line) && said.contains("(--estimator photons traces photons alone)"),
+        "{said}"
+    );
     assert_eq!(result["settings"]["work_of_photons"], 1_000_000);
-    let floor = |at: &str| result.pointer(at).and_then(serde_json::Value::as_f64).expect("a number");
+    let floor =
+        |at: &str| result.pointer(at).and_then(serde_json::Value::as_f64).expect("a number");
     let [emitted, absorbed, escaped, lost] =
         ["emitted", "absorbed", "escaped", "lost"].map(|part| floor(&format!("/energy/{part}/0")));
     assert!((emitted - absorbed - escaped - lost).abs() < 1e-9 * emitted);
-    // the bias of the k nearest, in a box with even light, is below their noise of a few percent
-    let face = "/captors/0/front";
-    let [value, nearest] =
-        ["irradiance/0", "knn/irradiance/0"].map(|of| floor(&format!("{face}/{of}")));
-    assert!((nearest / value - 1.0).abs() < 0.2, "{nearest} {value}");
+    // the middle of a wall is half a metre from the lamp, which shines on it with 100 / (4 pi 0.5^2), and
+    // has about the 16.7 W/m2 of all walls from these; an estimate of some thousand photons has an error
+    // of 2 %, and the light falls by less than 5 % within its disc
+    let nearest = floor("/captors/0/front/knn/irradiance/0");
+    let middle = 100.0 / std::f64::consts::PI + 50.0 / 3.0;
+    assert!((nearest / middle - 1.0).abs() < 0.15, "{nearest} {middle}");
     let (said, result) = run("--photons 1e4");
     assert!(said.contains("photons were chosen: the run is too short to try paths"), "{said}");
     assert_eq!(result["estimator"], "photons");
@@ -386,7 +391,9 @@ fn a_trial_says_how_much_less_work_an_error_takes() {
         let faces = run.captors.iter().flat_map(|c| [Some(&c.front), c.back.as_ref()]).flatten();
         let squares = faces.flat_map(|face| {
             let pairs = face.flux.iter().zip(&face.flux_se).filter(|(flux, _)| **flux > 0.0);
-            pairs.map(|(flux, error)| (error.expect("an error") / flux).powi(2)).collect::<Vec<f64>>()
+            pairs
+                .map(|(flux, error)| (error.expect("an error") / flux).powi(2))
+                .collect::<Vec<f64>>()
         });
         squares.map(f64::ln).collect::<Vec<f64>>()
     };

@@ -177,7 +177,7 @@ fn nightly_photons_and_paths_agree_in_many_random_rooms() {
 
 /// 200 more cells with copies.
 #[test]
-#[ignore = "minutes: nightly"]
+#[ignore = "takes minutes: .ci/nightly runs it"]
 fn nightly_photons_and_paths_agree_in_many_random_cells_of_copies() {
     judge(try_cells(12..212));
 }

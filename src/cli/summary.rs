@@ -3,7 +3,10 @@
 use std::{collections::HashSet, fmt::Write};
 
 use super::{table::Table, terminal};
-use phylux_core::{math::pattern::copied, transport::settings::{Estimator, Guiding}};
+use phylux_core::{
+    math::pattern::copied,
+    transport::settings::{Estimator, Guiding},
+};
 use phylux_results::result::{
     AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult, RunResult,
     Share, SumUnit, ToleranceResult, Uniformity, WorstResult,

@@ -271,12 +271,8 @@ fn count<L: Lanes>(
     let mut by_chance = pilot.map(|_| ByChance::new(scene));
     let has_photons = pilot.is_some_and(Pilot::has_photons);
     let near = Near::find(scene);
-    let done = each_photon::<L>(
-        scene,
-        (PHOTONS, rays),
-        seed,
-        near.as_ref(),
-        |photon, strata, rng| {
+    let done =
+        each_photon::<L>(scene, (PHOTONS, rays), seed, near.as_ref(), |photon, strata, rng| {
             if of == Of::Daylight && scene.lights()[photon.light].entrance().is_none() {
                 return 0;
             }
@@ -322,8 +318,7 @@ fn count<L: Lanes>(
                 }
             });
             rays
-        },
-    );
+        });
     let reached = on_captors.all.iter().any(|&flux| flux > 0.0);
     let flux = if reached { on_captors } else { on_surfaces };
     let mean = |sums: Vec<f64>| sums.iter().map(|sum| sum / done as f64).collect();

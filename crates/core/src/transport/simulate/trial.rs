@@ -12,9 +12,7 @@ use std::sync::Arc;
 use super::{
     BATCHES, Control, Keep, MIN_PATHS, Run,
     division::{Division, TriedComplete},
-    tried::{
-        FEWEST, TRIAL, TRIAL_RAYS, Tried, of_a_trial, of_photons, rays_of_a_photon, tried,
-    },
+    tried::{FEWEST, TRIAL, TRIAL_RAYS, Tried, of_a_trial, of_photons, rays_of_a_photon, tried},
 };
 use crate::{
     error::Result,
@@ -118,9 +116,13 @@ impl Chosen {
             };
             return Ok(Self::photons(settings, why));
         }
-        let mut why = format!("{} times less work than photons for the same errors", digits(times.recip()));
+        let mut why =
+            format!("{} times less work than photons for the same errors", digits(times.recip()));
         if left > 0.0 {
-            why += &format!("; paths leave about {:.2} % of the light on the captors to photons", 100.0 * left);
+            why += &format!(
+                "; paths leave about {:.2} % of the light on the captors to photons",
+                100.0 * left
+            );
         }
         let choice = Choice { estimator: Estimator::Complete, photons: asked(settings), why };
         Ok(Self { choice, of_paths: Some(OfPaths { pilot, division }), per_photon })

@@ -208,13 +208,7 @@ pub(super) struct Tried {
 impl Tried {
     /// Evaluates the totals of `histories` histories, each of which counts as `unit` photons or
     /// paths, and brings at most this power, per band, to a captor that it comes to.
-    pub fn new(
-        scene: &Scene,
-        totals: &Totals,
-        histories: u64,
-        unit: u64,
-        most: Vec<f64>,
-    ) -> Self {
+    pub fn new(scene: &Scene, totals: &Totals, histories: u64, unit: u64, most: Vec<f64>) -> Self {
         let channels = tried_faces(scene).into_iter().map(|face| channel(scene, &face));
         let found = Found::new(scene, totals, histories, channels, most);
         let [rays, work] =
