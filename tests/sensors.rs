@@ -261,7 +261,9 @@ fn a_tolerance_of_what_matters() {
     let run = |arguments: &str| {
         let done = command(
             &scene,
-            &format!("run scene.json --k 0 --guiding off --tolerance 0.03 -o r.json {arguments}"),
+            &format!(
+                "run scene.json --k 0 --estimator photons --guiding off --tolerance 0.03 -o r.json {arguments}"
+            ),
         );
         assert_eq!(done.0, Some(0), "{}", done.2);
         phylux::formats::read_json(&scene.path("r.json")).expect("results")

@@ -316,7 +316,7 @@ fn a_tolerance_that_is_not_met_is_said() {
         (["--photons", "6e5"], "seed 1, tolerance not met", "small"),
         (["--max-time", "1e-9"], "time is up, tolerance not met", "large"),
     ] {
-        let plain = ["--guiding", "off", "--tolerance", "0.01"];
+        let plain = ["--estimator", "photons", "--guiding", "off", "--tolerance", "0.01"];
         let (code, said, result) = ended(&scene, &[&plain[..], &limit[..]].concat());
         assert_eq!(code, Some(3), "{said}");
         assert!(said.contains(ended_by), "{said}");

@@ -18,7 +18,7 @@ pub struct RunSettings {
     /// ended the run, the limit on their number; absent if there was none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photons: Option<u64>,
-    /// Where a trial has chosen the estimator: the number of photons whose work the run was to take;
+    /// Where a trial has chosen complete paths: the number of photons whose work the run was to take;
     /// absent if only a tolerance ended it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub work_of_photons: Option<u64>,
@@ -59,7 +59,10 @@ impl RunSettings {
             } else {
                 Some(simulation.totals().histories)
             },
-            work_of_photons: simulation.choice().and_then(|choice| choice.photons),
+            work_of_photons: simulation
+                .choice()
+                .filter(|choice| choice.estimator == Estimator::Complete)
+                .and_then(|choice| choice.photons),
             seed: settings.seed,
             tolerance: settings.tolerance.map(Tolerance::get),
             of: settings.of.iter().map(Target::to_string).collect(),

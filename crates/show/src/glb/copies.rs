@@ -5,8 +5,9 @@ use std::ops::Range;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
-use super::{
-    FaceValue, GlbFile, Shown, TRIANGLES, colour, corners, extras, node_name, shown_faces,
+use super::file::{
+    FaceKey, FaceValue, GlbFile, MeshKey, Shown, TRIANGLES, colour, corners, extras, node_name,
+    shown_faces,
 };
 use crate::{picture::Scale, rendered::RenderedScene, view::shapes::moves};
 use phylux_core::{
@@ -30,12 +31,6 @@ pub(super) struct CopyPart<'a> {
     to: Transform,
     pub faces: [FaceValue; 2],
 }
-
-/// A face of a part of an object: the object, the first triangle of the part, and whether it is the
-/// back.
-pub(super) type FaceKey = (usize, usize, bool);
-/// A part of an object, and the colour of each face that is written.
-pub(super) type MeshKey = (usize, usize, [Option<[u8; 3]>; 2]);
 
 /// Returns the range of the tiles of all such copies.
 pub(super) fn merged(rendered: &RenderedScene) -> Range<usize> {

@@ -41,9 +41,6 @@ const TOO_SMALL: f64 = 4.0;
 /// Light that is left to photons hides nothing where it is less than this many standard errors: if
 /// none of it has come, the value is too small by no more than that.
 const MISSING: f64 = 0.5;
-/// At a face that few photons have come to, that light is known from other faces alone, and may be
-/// this many times as much.
-const UNLIKE: f64 = 4.0;
 /// A relative error of this size may be rounding.
 const ROUNDING: f64 = 1e-4;
 
@@ -296,7 +293,7 @@ impl ByChance {
                     let own = Hidden {
                         by_chance: relative * flux.powi(2) / paths as f64,
                         left: beside.map_or(0.0, |photons| left * flux / photons as f64),
-                        left_flux: left_flux * flux * if known { 1.0 } else { UNLIKE },
+                        left_flux: left_flux * flux,
                     };
                     hidden[channel * bands + b] = own;
                     for &group in &captor.groups {
