@@ -106,7 +106,7 @@ fn chosen_bands(scene: &Scene, name: Option<&str>) -> Result<ChosenBands> {
     let chosen =
         |name: &str, bands, index| ChosenBands { name: name.into(), bands, named: true, index };
     let Some(name) = name else {
-        let all = match &scene.bands()[..] {
+        let all = match scene.bands() {
             [only] => chosen(&only.name, vec![0], Some(0)),
             _ => chosen("sum of bands", (0..count).collect(), None),
         };

@@ -216,7 +216,8 @@ impl Triangle {
         let on_edge = |i: usize| {
             let (p, along) = (inner[i], inner[(i + 1) % 3] - inner[i]);
             // not a number where the triangle is a point
-            let part = ((foot - p).dot(along) / along.length_squared()).max(0.0).min(1.0);
+            let part = (foot - p).dot(along) / along.length_squared();
+            let part = if part > 0.0 { part.min(1.0) } else { 0.0 };
             p + part * along
         };
         let nearer = |p: DVec3, q: DVec3| {

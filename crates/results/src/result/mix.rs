@@ -95,7 +95,7 @@ impl RunResult {
             phylux: self.phylux.clone(),
             scene: self.scene.clone(),
             scene_hash: self.scene_hash.clone(),
-            guiding: self.guiding.clone(),
+            guiding: self.guiding,
             chosen: self.chosen.clone(),
             settings: self.settings.clone(),
             warnings: self.warnings.clone(),

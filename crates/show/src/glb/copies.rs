@@ -3,11 +3,10 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::file::{
-    FaceKey, FaceValue, GlbFile, MeshKey, Shown, TRIANGLES, colour, corners, extras, node_name,
-    shown_faces,
+    FaceValue, GlbFile, Shown, TRIANGLES, colour, corners, extras, node_name, shown_faces,
 };
 use crate::{picture::Scale, rendered::RenderedScene, view::shapes::moves};
 use phylux_core::{
@@ -118,7 +117,7 @@ impl GlbFile {
                 self.meshes.len() - 1
             }
         };
-        let mut extras = extras(rendered, copy.part).unwrap_or_else(Map::new);
+        let mut extras = extras(rendered, copy.part).unwrap_or_default();
         extras.insert("value".into(), json!(copy.faces));
         let center = rendered.scene.center();
         let at = copy.to.point(copy.extent.min.as_dvec3() + center) - center;

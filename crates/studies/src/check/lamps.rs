@@ -79,7 +79,7 @@ pub(super) fn check_lamps(scene: &Scene, room: Option<usize>, remarks: &mut Rema
         )
     });
     // of lamps of which none comes to a captor there is a warning for all together
-    if fates.iter().any(|fate| *fate == Fate::Captor) {
+    if fates.contains(&Fate::Captor) {
         remarks.warn_of(quoted(of(Fate::NoCaptor)), |list| {
             format!(
                 "lamps of whose light nothing comes to a captor: {list}; check where they are, which \

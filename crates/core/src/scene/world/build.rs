@@ -333,7 +333,7 @@ fn layers_of(
     stand: &Stand,
 ) -> Checked<LayerBins> {
     let counts = |object: Option<usize>| {
-        !object.is_some_and(|object| stand.is_ground.get(object) == Some(&true))
+        object.is_none_or(|object| stand.is_ground.get(object) != Some(&true))
     };
     let heights_of = |corners: &[DVec3; 3]| corners.map(|corner| corner.z);
     let (others, captors) =

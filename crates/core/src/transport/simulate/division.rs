@@ -214,7 +214,7 @@ fn divide(variances: &[Option<Variance>], work: Work, least: f64, goal: Goal) ->
         let mut logs: f64 = lit.iter().map(|(_, of)| alone(of)).sum();
         let mut worst = f64::NEG_INFINITY;
         let mut most = None;
-        for starts in 0..=order.len() {
+        for (starts, &rest) in left.iter().enumerate() {
             if let Some((_, _, of)) = starts.checked_sub(1).map(|last| &order[last]) {
                 logs += by_paths(of) - alone(of);
                 worst = worst.max(by_paths(of));
@@ -227,7 +227,7 @@ fn divide(variances: &[Option<Variance>], work: Work, least: f64, goal: Goal) ->
             let all = (paths * work.path + photons * work.photon).ln();
             let cost = match goal {
                 Goal::Typical => logs + lit.len() as f64 * all,
-                Goal::Worst => all + worst.max(left[starts]),
+                Goal::Worst => all + worst.max(rest),
             };
             if cost < best.0 {
                 best.0 = cost;
