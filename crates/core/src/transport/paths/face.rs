@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     math::{
-        geometry::{Frame, POINT, Ray, Triangle, across},
+        geometry::{Frame, POINT, ROUNDING, Ray, Triangle, across},
         rng::Stream,
         sampling::{Chosen, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle},
         spectrum::{Lanes, Spectrum},
@@ -73,9 +73,14 @@ struct StartTriangle {
 }
 
 impl StartTriangle {
-    /// Returns the way from a point of the triangle to where paths start, m.
+    /// Returns the way from a point of the triangle to where paths start, m. Of a virtual captor it
+    /// leads off the plane by more than rounding, so that every point is on the same side of a lamp in
+    /// that plane, whether a path starts there or a photon arrives.
     fn off(&self, point: Vec3) -> Vec3 {
-        self.surface.map_or(self.lift, |surface| surface.offset_at(point) * self.normal)
+        match self.surface {
+            Some(surface) => surface.offset_at(point) * self.normal,
+            None => self.lift + ROUNDING * across(self.normal, point) * self.normal,
+        }
     }
 
     /// Returns the distance of points from the edges of the triangle, besides their errors along it,

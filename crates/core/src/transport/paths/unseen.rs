@@ -23,10 +23,10 @@ use crate::{
 const PHOTONS: u64 = 50_000;
 /// The run ends earlier if its photons are followed so long that they take this many rays.
 const MOST_RAYS: u64 = 2_000_000;
-/// Beside a run of paths they take one in so many of its rays, but some hundredths of a second are
-/// always worth it.
+/// Beside a run of paths they take one in so many of its rays, but a tenth of a second is always worth
+/// it.
 const SHARE: u64 = 32;
-const LEAST_RAYS: u64 = 1 << 16;
+const LEAST_RAYS: u64 = 1 << 18;
 
 /// Flux in a short run of photons, per band, in W or umol/s: on the captors or, if the photons
 /// reached no captor, on all surfaces.
