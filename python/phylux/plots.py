@@ -195,7 +195,7 @@ def _contours(ax: Any, field: Any, error: float, mean: float | None, options: di
     x, y, values, triangles = field
     plane = Triangulation(x, y, triangles)
     least, most = (values.min(), max(values.max(), 1e-30)) if mean is None else (0.0, mean)
-    top = MaxNLocator(8).tick_values(least if 0.5 * most < least < most else min(0.0, least), most)
+    top = np.asarray(MaxNLocator(8).tick_values(least if 0.5 * most < least < most else min(0.0, least), most))
     count = int(min(64, (top[-1] - top[0]) / (2 * error))) if error > 0 else 64
     if count < 64 and mean is None:
         # steps are round numbers

@@ -91,7 +91,7 @@ def test_other_threads_go_on(scene):
     thread.start()
     try:
         with pytest.raises(StopIteration):
-            scene.run(photons=1e12, k=0, progress=tell)
+            scene.run(photons=1e12, k=0, estimator="photons", progress=tell)
     finally:
         stop.set()
         thread.join()
@@ -201,8 +201,8 @@ def options_of(command):
 def test_every_option_of_the_command_is_an_argument():
     """Exceptions are options that name files to write, and options about messages during the run."""
     alone = {
-        "run": {"help", "quiet", "output", "csv", "per_captor", "stats", "shard"},
-        "year": {"help", "quiet", "shard"},
+        "run": {"help", "quiet", "full", "output", "csv", "per_captor", "stats", "shard"},
+        "year": {"help", "quiet", "full", "shard"},
     }
     for name, left_out in alone.items():
         options, arguments = options_of(name), set(inspect.signature(getattr(px.Scene, name)).parameters)
