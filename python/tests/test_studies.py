@@ -247,7 +247,7 @@ def test_wrong_weather_says_why():
 def test_every_option_of_the_studies_is_an_argument():
     import inspect
 
-    alone = {"calibrate": {"help", "quiet", "full", "output", "results", "group"}, "chart": {"help", "quiet", "full", "output"}}
+    alone = {"calibrate": {"help", "quiet", "output", "results", "group"}, "chart": {"help", "quiet", "output"}}
     own = {"calibrate": {"readings", "result", "groups"}, "chart": {"output"}}
     for name, left_out in alone.items():
         arguments = set(inspect.signature(getattr(px.Scene, name)).parameters) - {"self"} - own[name]
