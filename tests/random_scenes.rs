@@ -36,6 +36,8 @@ use tried::Tried;
 
 /// The largest fraction of values that may be left out.
 const MOST_LEFT_OUT: f64 = 0.05;
+/// The same of cells, in which copies stand in each other's shade and few paths find some of the light.
+const MOST_LEFT_OUT_OF_CELLS: f64 = 0.15;
 /// A room is run once more with `LONGER` times as many photons or paths if a larger fraction of its
 /// values than this is left out, because there were few of them.
 const MANY_LEFT_OUT: f64 = 0.03;
@@ -138,13 +140,13 @@ fn try_pairs(
 }
 
 /// Prints what was tried, and fails if a value is wrong or if too many were left out.
-fn judge(mut tried: Tried) {
+fn judge(mut tried: Tried, most: f64) {
     [&mut tried.wrong, &mut tried.open, &mut tried.chance].into_iter().for_each(|list| list.sort());
     println!("{tried}");
     let (wrong, compared) = (&tried.wrong, tried.compared());
     assert!(wrong.is_empty(), "{} of {compared} values:\n{}", wrong.len(), wrong.join("\n"));
     let share = tried.share_left_out();
-    assert!(share <= MOST_LEFT_OUT, "{:.1} % of the values are left out", 100.0 * share);
+    assert!(share <= most, "{:.1} % of the values are left out", 100.0 * share);
 }
 
 /// 40 rooms, seeds 1 and 2. A value is wrong if photons and paths differ by more than 4 standard
@@ -154,14 +156,14 @@ fn judge(mut tried: Tried) {
 /// distributions that are not normal, so the odds of a false alarm are 1e-3 for all.
 #[test]
 fn photons_and_paths_agree_in_random_rooms() {
-    judge(try_rooms(0..40, |room| room));
+    judge(try_rooms(0..40, |room| room), MOST_LEFT_OUT);
 }
 
 /// 12 cells with copies that are turned about any axis, mirrored and scaled, level or on a slope. The
 /// odds are those of rooms.
 #[test]
 fn photons_and_paths_agree_in_random_cells_of_copies() {
-    judge(try_cells(0..12));
+    judge(try_cells(0..12), MOST_LEFT_OUT_OF_CELLS);
 }
 
 /// The rooms that the environment variable `PHYLUX_RANDOM_ROOMS` names, 40..2040 if it is not set.
@@ -172,14 +174,14 @@ fn nightly_photons_and_paths_agree_in_many_random_rooms() {
     let rooms = std::env::var("PHYLUX_RANDOM_ROOMS").unwrap_or("40..2040".into());
     let (first, end) = rooms.split_once("..").expect("a range");
     let number = |text: &str| text.parse().expect("a number of a room");
-    judge(try_rooms(number(first)..number(end), |room| room));
+    judge(try_rooms(number(first)..number(end), |room| room), MOST_LEFT_OUT);
 }
 
 /// 200 more cells with copies.
 #[test]
 #[ignore = "takes minutes: .ci/nightly runs it"]
 fn nightly_photons_and_paths_agree_in_many_random_cells_of_copies() {
-    judge(try_cells(12..212));
+    judge(try_cells(12..212), MOST_LEFT_OUT_OF_CELLS);
 }
 
 /// The comparison finds what it should: equal estimates agree. A bias of 2 % between estimates with
