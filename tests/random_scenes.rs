@@ -36,7 +36,8 @@ use tried::Tried;
 
 /// The largest fraction of values that may be left out.
 const MOST_LEFT_OUT: f64 = 0.05;
-/// The same of cells, in which copies stand in each other's shade and few paths find some of the light.
+/// The same of cells. Of 12 of them 10.2 % of the values were left out, nearly all because few paths
+/// found most of the light of a lamp and its images; cells with a sun had 2.5 %.
 const MOST_LEFT_OUT_OF_CELLS: f64 = 0.15;
 /// A room is run once more with `LONGER` times as many photons or paths if a larger fraction of its
 /// values than this is left out, because there were few of them.
