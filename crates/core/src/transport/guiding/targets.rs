@@ -314,6 +314,7 @@ impl Targets {
         if self.planes.is_empty() {
             return in_sight;
         }
+        effort::spend(effort::TARGET * self.planes.len() as u64);
         let met = self.planes.iter().filter(|(plane, _)| plane.is_met(ray));
         let mirrored = met.map(|(plane, share)| {
             let ray =
@@ -333,6 +334,7 @@ impl Targets {
         let mut density = 0.0;
         while left > 0 {
             left -= 1;
+            effort::spend(effort::TARGET);
             let (number, chance, group): (usize, f32, Option<usize>) = open[left];
             let node = &self.nodes[number];
             if !meets_ball(node.center - ray.origin, node.radius, ray.direction) {
@@ -353,6 +355,7 @@ impl Targets {
                 left += 2;
                 continue;
             }
+            effort::spend(effort::TARGET * self.targets_of(number).len() as u64);
             for target in self.targets_of(number) {
                 let there = target.density(view, ray, self.wide_share);
                 if there == 0.0 {
@@ -382,6 +385,7 @@ impl Targets {
     /// neither is seen.
     #[inline]
     fn shares(&self, first: usize, view: View) -> Option<(f32, f32)> {
+        effort::spend(2 * effort::TARGET);
         let seen = |node: &Node| {
             let number = (node.to - node.from) as f32;
             let View::Point(point, facing) = view else { return number };
