@@ -128,7 +128,7 @@ fn readme_quotes_its_own_run() {
     assert!(readme.replace('\n', " ").contains(&fast), "README's first lines do not say: {fast}");
     let counts = [lamps as u64, 24 + 12, triangles, 4, captors as u64];
     assert_eq!(numbers(first), counts.map(|count| count.to_string()));
-    assert_eq!(results["settings"]["work_of_photons"], 4_000_000);
+    assert_eq!(results["photons"], 4_000_000);
 }
 
 /// Returns the numbers that follow a key of a quoted entry, up to the next key.
