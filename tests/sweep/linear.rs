@@ -137,6 +137,27 @@ fn a_power_sweep_is_one_simulation() {
     );
 }
 
+/// A sweep of powers whose runs name no estimator, and of which each alone is long enough for a trial
+/// that takes complete paths, traces photons once for all of them: the light doubles with the power,
+/// to rounding. The test does not depend on chance.
+#[test]
+fn a_long_power_sweep_traces_photons() {
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let read = |name: &str| fs::read_to_string(shipped.join(name)).expect("a file");
+    let sweep = json!({ "scene": "scene.json", "vary": { "/lights/0/power": [50, 100] } });
+    let (scene, mesh, sweep) = (read("box.json"), read("box.obj"), sweep.to_string());
+    let folder = TestScene::new(&scene, &[("box.obj", &mesh), ("sweep.json", &sweep)]);
+    ok(&folder, "sweep sweep.json -o out");
+    ok(&folder, "run scene.json -o alone.json");
+    let alone = fs::read_to_string(folder.path("alone.json")).expect("results");
+    assert_eq!(serde_json::from_str::<Value>(&alone).expect("JSON")["estimator"], "complete");
+    let found = results(&folder, "out");
+    let [half, whole] = &found[..] else { panic!("two runs") };
+    assert_eq!([&half["estimator"], &whole["estimator"]], ["photons"; 2]);
+    let flux = |result: &Value| numbers(&result["captors"][0]["front"]["flux"])[0];
+    assert!((2.0 * flux(half) / flux(whole) - 1.0).abs() < 1e-9);
+}
+
 /// Sweeps that are not linear in powers, or not certainly so, simulate each run.
 #[test]
 fn other_sweeps_run_each() {

@@ -171,13 +171,18 @@ fn part_of(scene: &Scene, settings: &Settings) -> Vec<usize> {
 
 /// Like [`simulate`], but each light is also counted in a part: light l in part `part_of[l]`.
 /// Several lights may share a part; parts are numbered from 0 without gaps. An empty list splits
-/// nothing.
+/// nothing; otherwise photons are traced where a trial was to choose, as only they know their lights.
 pub fn simulate_split<'s>(
     scene: &'s Scene,
     settings: &Settings,
     part_of: Vec<usize>,
     control: &Control,
 ) -> Result<Simulation<'s>> {
+    let estimator = match settings.estimator {
+        Estimator::Auto if !part_of.is_empty() => Estimator::Photons,
+        named => named,
+    };
+    let settings = &Settings { estimator, ..settings.clone() };
     let outcome = catch_panic("run", || {
         let plan = &Plan::make(scene, settings, control)?;
         Run::planned(scene, plan, part_of, control)?.go()

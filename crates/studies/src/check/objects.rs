@@ -21,7 +21,7 @@ use phylux_core::{
         world::Scene,
     },
     transport::{
-        settings::{Guiding, NearestCount, PhotonCount, Settings, TimeLimit},
+        settings::{Estimator, Guiding, NearestCount, PhotonCount, Settings, TimeLimit},
         simulate::{Control, simulate},
     },
 };
@@ -322,6 +322,7 @@ fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
         return;
     }
     let settings = Settings {
+        estimator: Estimator::Photons,
         photons: Some(PhotonCount::nearest_to(TRIAL)),
         k: Some(NearestCount::NONE),
         guiding: Guiding::Aim,
