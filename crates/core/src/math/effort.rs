@@ -20,7 +20,7 @@ pub const LIGHT: u64 = 10;
 /// A direction of the sky that is sampled.
 pub const SKY: u64 = 60;
 /// A captor that is weighed against others as the target of a flight.
-pub const TARGET: u64 = 8;
+pub const TARGET: u64 = 3;
 
 thread_local! {
     static COUNTS: Cell<bool> = const { Cell::new(false) };

@@ -76,12 +76,7 @@ pub fn estimate(
     captor: &Captor,
     k: Option<usize>,
 ) -> [Option<NearestEstimate>; 2] {
-    let is_shared =
-        captor.kind == CaptorKind::Surface && captor.triangles.start >= scene.unshared();
-    if is_shared && captor.triangles.len() > MOST_SHARED {
-        return [None, None];
-    }
-    if !is_flat(&scene.triangles_of(captor)) {
+    if !has_estimate(scene, captor) {
         return [None, None];
     }
     let query = middle(scene, captor);
@@ -108,6 +103,18 @@ pub fn estimate(
         let coverage = (area / captor.area).min(1.0);
         Some(NearestEstimate { k, radius, coverage, irradiance, radiance })
     })
+}
+
+/// Returns whether any captor of a scene can have an estimate.
+pub fn any_estimates(scene: &Scene) -> bool {
+    scene.captors().iter().any(|captor| has_estimate(scene, captor))
+}
+
+fn has_estimate(scene: &Scene, captor: &Captor) -> bool {
+    let is_shared =
+        captor.kind == CaptorKind::Surface && captor.triangles.start >= scene.unshared();
+    let is_large = is_shared && captor.triangles.len() > MOST_SHARED;
+    !is_large && is_flat(&scene.triangles_of(captor))
 }
 
 /// Returns whether triangles lie in one plane and look to one side, but for rounding. Only then is the

@@ -4,6 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
+    EXPECTED,
     inside::is_in,
     remarks::{Remarks, quoted},
 };
@@ -21,9 +22,6 @@ use phylux_core::{
 const PHOTONS: u64 = 256;
 /// The most photons of a lamp.
 const MOST: u64 = 4096;
-/// Nothing is said of captors that are so small that fewer arrivals than this are expected of the
-/// rays of a lamp, if they cross the scene in all places and directions alike.
-const EXPECTED: f64 = 100.0;
 /// The most captors that are looked at for each lamp.
 const MOST_POINTS: usize = 1000;
 /// The most lamps that are looked at.

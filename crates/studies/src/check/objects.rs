@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use serde::{Serialize, Serializer};
 
 use super::{
-    copies,
+    EXPECTED, copies,
     inside::is_in,
     lamps,
     remarks::{Remarks, length, quoted},
@@ -44,8 +44,6 @@ const MOST_TRIANGLES: usize = 64;
 const TRIAL: u64 = 10_000;
 /// With aimed flights, at least as many arrivals are expected as with this many times the photons.
 const FLIGHTS: u64 = 16;
-/// The trial says nothing if fewer arrivals than this would be expected of evenly spread flights.
-const EXPECTED: f64 = 100.0;
 /// The trial ends after this time.
 const LONGEST: f64 = 5.0;
 

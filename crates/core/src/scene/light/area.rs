@@ -12,7 +12,7 @@ use super::{
 use crate::{
     error::Problem,
     math::{
-        geometry::{Extent, Frame, ROUNDING, Ray, Triangle, unit_vector},
+        geometry::{Extent, Frame, Ray, Triangle, unit_vector},
         rng::Stream,
         sampling::{cosine_hemisphere, cosine_hemisphere_density},
     },
@@ -71,13 +71,7 @@ impl Emitter for Area {
         if self.two_sided || self.surface.triangles.len() > 2 {
             return near;
         }
-        // a point in the plane of the light may be rounded to either side: the same point must not have
-        // one chance where a path starts there, and another where a photon arrives
-        let faces = |t: &Triangle| {
-            let cross = t.cross();
-            let error = ROUNDING * cross.abs().dot(point.abs() + t.a.abs());
-            (point - t.a).dot(cross) > -error
-        };
+        let faces = |t: &Triangle| (point - t.a).dot(t.cross()) > 0.0;
         if self.surface.triangles.iter().any(faces) { near } else { 0.0 }
     }
 

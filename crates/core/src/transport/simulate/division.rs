@@ -26,6 +26,7 @@ use crate::{
     math::rng::Purpose,
     scene::{material::Scatterer, world::Scene},
     transport::{
+        nearest,
         paths::{Face, Pilot},
         settings::Settings,
         tally::Totals,
@@ -78,7 +79,8 @@ impl TriedComplete {
             Some(_) => Goal::Worst,
             None => Goal::Typical,
         };
-        let least = if settings.keeps_map() { LEAST_STORED } else { LEAST_PHOTONS };
+        let stored = settings.keeps_map() && nearest::any_estimates(scene);
+        let least = if stored { LEAST_STORED } else { LEAST_PHOTONS };
         let Divided { photons: each, alone } = divide(&variances.all(), work, least, goal);
         let starts = alone.iter().filter(|&&alone| !alone).count();
         let mut by_photons = Vec::new();
@@ -96,33 +98,26 @@ impl TriedComplete {
             }
         }
         let bands = scene.bands().len();
-        let of_tried = |i: usize| {
-            let face = i / bands * variances.step;
-            let variance = variances.of(face, i % bands);
-            variance.map_or_else(Value::default, |found| Value {
-                flux: found.flux,
-                variance: found.with(each, alone[face]),
-                is_rough: false,
-            })
+        let of = |variance: &dyn Fn(usize, Variance) -> f64| {
+            let value = |i: usize| {
+                let face = i / bands * variances.step;
+                variances.of(face, i % bands).map_or_else(Value::default, |found| Value {
+                    flux: found.flux,
+                    variance: variance(face, found),
+                    is_rough: false,
+                })
+            };
+            paths.found.with((0..paths.found.each().len()).map(value).collect())
         };
-        let found = paths.found.with((0..paths.found.each().len()).map(of_tried).collect());
+        let found = of(&|face, found| found.with(each, alone[face]));
         let left = variances.left();
-        let work = starts as f64 * work.path + each * work.photon;
-        let tried = Tried { found, work, unit: starts as u64, ..paths.clone() };
+        let all = starts as f64 * work.path + each * work.photon;
+        let tried = Tried { found, work: all, unit: starts as u64, ..paths.clone() };
         let division = Division { photons: each, by_photons: by_photons.into() };
         // the variances of photons alone come from the same model, so that what is not known of them
         // does not decide
-        let of_photons = |i: usize| {
-            let variance = variances.of(i / bands * variances.step, i % bands);
-            variance.map_or_else(Value::default, |found| Value {
-                flux: found.flux,
-                variance: found.photon,
-                is_rough: false,
-            })
-        };
-        let all = (0..paths.found.each().len()).map(of_photons).collect();
-        let work = photons.work;
-        let photons = Tried { found: paths.found.with(all), work, unit: 1, ..paths.clone() };
+        let photons = of(&|_, found| found.photon);
+        let photons = Tried { found: photons, work: work.photon, unit: 1, ..paths.clone() };
         Ok(Self { pilot, division, tried, photons, left })
     }
 }
@@ -289,9 +284,17 @@ struct Variances<'t> {
     step: usize,
     /// Whether paths may leave light to photons.
     leaves: bool,
+    /// The factor on the variances of paths that their differences from photons show, at least 1.
+    excess: f64,
     /// Per band, what holds for all faces.
     of_all: Vec<OfAll>,
 }
+
+/// Paths that differ from photons are taken to vary more than they have shown where the squares of these
+/// differences exceed what both should give by more than this many of their own standard deviations.
+const DIFFERENT: f64 = 4.0;
+/// The difference at a face that fewer photons have come to says nothing.
+const COMPARED: u64 = 4;
 
 /// What holds for all faces, in a band.
 struct OfAll {
@@ -311,9 +314,46 @@ impl<'t> Variances<'t> {
         let faces = faces(scene);
         let step = step(faces.len());
         let leaves = scene.materials().iter().any(|named| named.material.has_mirror());
-        let all = Self { scene, faces, paths, photons, step, leaves, of_all: Vec::new() };
+        let all =
+            Self { scene, faces, paths, photons, step, leaves, excess: 1.0, of_all: Vec::new() };
+        let all = Self { excess: all.excess(), ..all };
         let of_all = (0..scene.bands().len()).map(|band| all.of_all(band)).collect();
         Self { of_all, ..all }
+    }
+
+    /// Returns how many times larger the variances of paths are than those that the paths have shown,
+    /// as their differences from photons say. Where each of many small lamps is drawn seldom, most
+    /// paths of a trial miss the nearest, and vary little as long as they do.
+    fn excess(&self) -> f64 {
+        let (mut squares, mut of_paths, mut of_both, mut fourth) = (0.0, 0.0, 0.0, 0.0);
+        for face in (0..self.faces.len()).step_by(self.step) {
+            let came = self.photons.all.histories_in(channel(self.scene, &self.faces[face]));
+            if came.unwrap_or(0) < COMPARED {
+                continue;
+            }
+            // all bands of a face may vary as one
+            let mut of_face = 0.0;
+            for band in 0..self.scene.bands().len() {
+                let [of_left, of_photons] = [&self.photons.beside, &self.photons.all]
+                    .map(|totals| estimate(self.scene, totals, &self.faces[face], band));
+                let Some(Value { flux, variance, .. }) = self.tried(face, band) else { continue };
+                // relative to all light there is, so that no face counts for more than others
+                let all = flux + of_left[0] + of_photons[0];
+                if all == 0.0 {
+                    continue;
+                }
+                let own = variance * flux * flux / self.paths.histories as f64;
+                let expected = (own + of_left[1] + of_photons[1]) / (all * all);
+                squares += ((flux + of_left[0] - of_photons[0]) / all).powi(2);
+                of_paths += own / (all * all);
+                of_face += expected;
+            }
+            of_both += of_face;
+            fourth += 2.0 * of_face * of_face;
+        }
+        let more = squares - of_both;
+        let is_sure = of_paths > 0.0 && more > DIFFERENT * fourth.sqrt();
+        if is_sure { 1.0 + more / of_paths } else { 1.0 }
     }
 
     fn of_all(&self, band: usize) -> OfAll {
@@ -346,7 +386,8 @@ impl<'t> Variances<'t> {
             path: tried.get(tried.len() / 2).copied().unwrap_or(0.0),
             beside: match light > 0.0 {
                 true => ((left + half) / light).min(photon),
-                false if self.leaves => photon,
+                // nothing is known: paths find at least as much as they leave
+                false if self.leaves => 0.5 * photon,
                 false => 0.0,
             },
             photon,
@@ -373,6 +414,13 @@ impl<'t> Variances<'t> {
         counted.is_some_and(|photons| photons >= KNOWN)
     }
 
+    /// Returns whether neither the paths that were tried from a face nor any photon have found light
+    /// there.
+    fn is_dark(&self, face: usize, band: usize) -> bool {
+        let photons = || estimate(self.scene, &self.photons.all, &self.faces[face], band)[0];
+        self.tried(face, band).is_some_and(|tried| tried.flux == 0.0) && photons() == 0.0
+    }
+
     /// Returns the flux at a face from which paths were tried: what these have found, and what they
     /// leave to photons. `None` where paths were not tried, or have found nothing.
     fn flux(&self, face: usize, band: usize) -> Option<f64> {
@@ -394,7 +442,7 @@ impl<'t> Variances<'t> {
             .map(|totals| estimate(self.scene, totals, &self.faces[face], band)[0]);
         let Value { flux: own, variance, .. } = self.tried(face, band)?;
         match own > 0.0 {
-            true => Some(variance * (own / (own + left)).powi(2)),
+            true => Some(self.excess * variance * (own / (own + left)).powi(2)),
             false => {
                 let missed = ((all - left) / all).max(0.0);
                 (all > 0.0).then(|| self.paths.histories as f64 * missed.powi(2))
@@ -406,6 +454,9 @@ impl<'t> Variances<'t> {
     fn of(&self, face: usize, band: usize) -> Option<Variance> {
         let all = &self.of_all[band];
         let place = &self.faces[face];
+        if self.is_dark(face, band) {
+            return None;
+        }
         let path = self.path(face, band).unwrap_or(all.path);
         let (flux, photon) = if self.is_known(place) {
             let [flux, variance] = estimate(self.scene, &self.photons.all, place, band);

@@ -12,7 +12,7 @@ use super::{
     division::{Division, TriedComplete},
     pilot::ImportancePilot,
     trial::{Chosen, OfPaths, rays_of_a_trial},
-    tried::{Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons},
+    tried::{FEWEST, Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons},
     within::within,
 };
 use crate::{
@@ -66,9 +66,8 @@ pub struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     /// Plans a run of `scene` with these settings. Where its time is limited, planning takes at most
-    /// half of it, and what is not known by then is done without: flights are aimed at captors where
-    /// importance was asked for, and photons are not guided, and not compared with paths, where a trial
-    /// was to decide. Errors: those of a run.
+    /// half of it, and what is not known by then is done without: flights are aimed at captors, where
+    /// there are any to aim at, and photons are not compared with paths. Errors: those of a run.
     pub fn make(scene: &'a Scene, settings: &Settings, control: &Control) -> Result<Self> {
         Self::again(scene, settings, None, control)
     }
@@ -158,8 +157,8 @@ fn unguided(asked: Guiding) -> Result<Guiding> {
 }
 
 /// Chooses the cheapest kind of guiding: none, flights aimed at virtual captors or, where a trial
-/// of these two has reached too few faces, importance too. `None` means no guiding. What is not known
-/// at the time `until` is not chosen.
+/// of these two has reached too few faces, importance too. `None` means no guiding. If the first trial
+/// does not end by the time `until`, flights are aimed: they find what nothing else may find.
 fn decide<'a>(
     scene: &'a Scene,
     settings: &Settings,
@@ -173,7 +172,7 @@ fn decide<'a>(
     }
     let first = |control: &Control| try_aiming(scene, settings, aim.as_ref(), control);
     let Some(Aiming { plain, aimed, photons }) = within(until, control, first)? else {
-        return Ok(None);
+        return Ok(aim);
     };
     let pays = gains(&aimed, &plain);
     let guidance = aim.filter(|_| pays);
@@ -209,7 +208,9 @@ fn try_aiming<'a>(
     aim: Option<&Guidance<'a>>,
     control: &Control,
 ) -> Result<Aiming> {
-    let first = FIRST.max(scene.sources() as u64);
+    // with fewer photons of each lamp the batches of a trial would differ by their lamps, which those of
+    // a run share out evenly
+    let first = FIRST.max(FEWEST * scene.sources() as u64);
     let (mut photons, mut rays) = (affordable(scene, settings, control, (first, RAYS))?, 0);
     loop {
         let plain = try_guiding(scene, settings, None, photons, control)?;
@@ -281,7 +282,7 @@ impl TriedGuiding {
     /// all that comes to the sensors among them.
     fn cost(&self, other: &Self) -> f64 {
         let kinds = self.found.iter().zip(&other.found);
-        let logs: f64 = kinds.map(|(own, other)| own.mean(other).ln()).sum();
+        let logs: f64 = kinds.map(|(own, other)| own.typical(other).ln()).sum();
         self.work * (logs / self.found.len() as f64).exp()
     }
 }

@@ -78,28 +78,30 @@ impl Chosen {
         guidance: Option<Guidance<'a>>,
         control: &Control,
     ) -> Result<Self> {
-        let photons = |why: String| Ok(Self::photons(settings, why));
+        let by_photons = |why: &str| Ok(Self::photons(settings, why.into()));
         if settings.by_light {
-            return photons("only photons know which light they come from".into());
+            return by_photons("only photons know which light they come from");
         }
         if scene.captors().is_empty() {
-            return photons("there is no captor for paths to start from".into());
+            return by_photons("there is no captor for paths to start from");
         }
         let Some(rays) = rays_of_a_trial(scene, settings, asked(settings), control)? else {
-            return photons("the run is too short to try paths".into());
+            return by_photons("the run is too short to try paths");
         };
         let complete = TriedComplete::new(scene, settings, rays, control)?;
-        let plain = complete.photons.work;
         // photons beside paths may be sent through a box about the captors, as those alone are not
         let photons = match guidance {
             None if complete.pilot.most_gain() == 1.0 => complete.photons.clone(),
             guidance => photons_of(scene, settings, guidance, rays, control)?,
         };
         let TriedComplete { pilot, division, tried: paths, left, .. } = complete;
+        if !(paths.found.finds_light() || photons.found.finds_light()) {
+            return by_photons("neither paths nor photons of a trial found light");
+        }
         let hardest = settings.tolerance.is_some();
         let times = paths.cost(&photons, hardest) / photons.cost(&paths, hardest);
-        // so many paths, over all faces, take as much work as one photon that nothing guides
-        let per_photon = paths.unit as f64 * plain / paths.work;
+        // so many paths, over all faces, take as much work as one photon of a run of photons
+        let per_photon = paths.unit as f64 * photons.work / paths.work;
         let least = (paths.unit * MIN_PATHS) as f64;
         let are_few = asked(settings).is_some_and(|photons| photons as f64 * per_photon < least);
         if times >= 1.0 || are_few {

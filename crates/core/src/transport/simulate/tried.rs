@@ -174,12 +174,6 @@ impl Found {
         if all.is_empty() { vec![self.histories] } else { all }
     }
 
-    /// Returns the mean of [`variances`](Self::variances).
-    pub(super) fn mean(&self, other: &Self) -> f64 {
-        let all = self.variances(other);
-        all.iter().sum::<f64>() / all.len() as f64
-    }
-
     /// Returns the geometric mean of [`variances`](Self::variances) over all faces and over the
     /// tenth of them where the variance is largest, which counts as much as all. A few faces that
     /// hardly any light reaches, where all variances are alike, do not hide how the others differ,
@@ -198,8 +192,7 @@ pub(super) struct Tried {
     pub found: Found,
     /// Number of histories: photons, or paths from each face.
     pub histories: u64,
-    /// Number of rays, and the work, of a history over all faces.
-    pub rays: f64,
+    /// Work of a history over all faces.
     pub work: f64,
     /// How many photons, or paths, a history over all faces counts as in `--photons`.
     pub unit: u64,
@@ -211,9 +204,7 @@ impl Tried {
     pub fn new(scene: &Scene, totals: &Totals, histories: u64, unit: u64, most: Vec<f64>) -> Self {
         let channels = tried_faces(scene).into_iter().map(|face| channel(scene, &face));
         let found = Found::new(scene, totals, histories, channels, most);
-        let [rays, work] =
-            [totals.segments, totals.work()].map(|all| all as f64 / histories as f64);
-        Self { found, histories, rays, work, unit }
+        Self { found, histories, work: totals.work() as f64 / histories as f64, unit }
     }
 
     /// Returns the work for a relative error of 1, at the face where it is hardest to
@@ -244,7 +235,7 @@ pub(super) fn paths_of(
     let work = Work::Paths(tried_faces, pilot.clone());
     let (totals, histories) = tried(Run { work, ..run }, 1, (BATCHES, each, rays))?;
     let tried = Tried::new(scene, &totals, histories, all as u64, of_no_photons(scene));
-    Ok(Tried { rays: tried.rays / share, work: tried.work / share, ..tried })
+    Ok(Tried { work: tried.work / share, ..tried })
 }
 
 /// Runs a round with `first` histories, and another with so many times two as are at most `most` and
