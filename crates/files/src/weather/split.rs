@@ -50,7 +50,9 @@ impl Site {
             ),
             _ => (0.0, length),
         };
-        let course = first.and_then(|_| SunCourse::new(from, to, at));
+        let start = record.start.unix + shift;
+        let at_time = |time: f64| at(time - start);
+        let course = first.and_then(|_| SunCourse::new(start + from, start + to, at_time));
         let lit = if course.is_some() && length > 0.0 { (to - from) / length } else { 0.0 };
         let date = Timestamp { unix: record.start.unix + shift, ..record.start }.date();
         OwnSun { at: at(0.5 * (from + to)), course, lit, eccentricity: eccentricity(date) }

@@ -6,10 +6,17 @@ use super::sun_position::SunPosition;
 const MOST: usize = 6;
 /// The longest part of a course for which one position stands, s.
 const STEP: f64 = 600.0;
+const DAY: f64 = 86_400.0;
+/// The fraction of a part by which positions are moved on from one day to the next: the golden ratio,
+/// whose multiples are spread evenly, however many days there are.
+const MOVED: f64 = 0.618_033_988_749_894_9;
 
-/// Where the sun stands while it shines in an hour: positions in the middles of equal parts of that
-/// time, each of at most 10 minutes, and the share of the direct light of the hour that comes from
-/// each.
+/// Where the sun stands while it shines in an hour: one position in each of equal parts of that time,
+/// of at most 10 minutes, and the share of the direct light of the hour that comes from each.
+///
+/// Positions lie before and after the middles of parts in turn, so that what changes evenly through an
+/// hour is summed exactly; and by how much depends on the day, so that the edge of a shadow that comes by at
+/// the same time of each day falls at all places of a part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunCourse {
     positions: [(SunPosition, f64); MOST],
@@ -22,13 +29,18 @@ impl SunCourse {
         Self { positions: [(at, 1.0); MOST], count: 1 }
     }
 
-    /// Makes the course from the time `from` to the time `to`, s, at most an hour apart; `at` returns
-    /// the position of the sun at a time. Light is shared out as under a clear sky. Positions below
+    /// Makes the course from the time `from` to the time `to`, s since 1970, at most an hour apart; `at`
+    /// returns the position of the sun at a time. Light is shared out as under a clear sky. Positions below
     /// the horizon are left out; `None` if all of them are.
     pub fn new(from: f64, to: f64, at: impl Fn(f64) -> SunPosition) -> Option<Self> {
         let parts = (((to - from) / STEP - 1e-6).ceil() as usize).clamp(1, MOST);
-        let middle = |part: usize| at(from + (part as f64 + 0.5) / parts as f64 * (to - from));
-        let up = (0..parts).map(middle).filter(|sun| sun.elevation > 0.0);
+        let off = (MOVED * (from / DAY).floor()).rem_euclid(1.0) - 0.5;
+        let first = (from / STEP).floor() as i64;
+        let time = |part: usize| {
+            let off = if (first + part as i64) % 2 == 0 { off } else { -off };
+            from + (part as f64 + 0.5 + off) / parts as f64 * (to - from)
+        };
+        let up = (0..parts).map(|part| at(time(part))).filter(|sun| sun.elevation > 0.0);
         let mut course = Self::still(SunPosition { elevation: 0.0, azimuth: 0.0 });
         course.count = 0;
         for (place, sun) in course.positions.iter_mut().zip(up) {
@@ -79,18 +91,50 @@ mod tests {
         assert!((0.01..0.02).contains(&clear_sky(at_elevation(0.001))));
     }
 
+    /// Positions stand for equal times, and what changes evenly through an hour is summed exactly,
+    /// whatever the day.
     #[test]
     fn an_hour_has_six_suns_and_ten_minutes_one() {
-        let rising = |t: f64| at_elevation(t / 100.0);
-        for (length, count) in [(60.0, 1), (600.0, 1), (900.0, 2), (3600.0, 6)] {
-            let course = SunCourse::new(0.0, length, rising).unwrap();
-            assert_eq!(course.iter().count(), count);
-            assert!((course.iter().map(|(_, share)| share).sum::<f64>() - 1.0).abs() < 1e-12);
-            let mean = course.iter().map(|(sun, _)| sun.elevation).sum::<f64>() / count as f64;
-            assert!((mean.to_degrees() - length / 200.0).abs() < 1e-9);
+        for day in [0.0, 1.0, 20_000.0] {
+            let start = DAY * day + 36_000.0;
+            let rising = |t: f64| at_elevation(30.0 + (t - start) / 100.0);
+            for (length, count) in [(60.0, 1), (600.0, 1), (900.0, 2), (3600.0, 6)] {
+                let course = SunCourse::new(start, start + length, rising).unwrap();
+                assert_eq!(course.iter().count(), count);
+                assert!((course.iter().map(|(_, share)| share).sum::<f64>() - 1.0).abs() < 1e-12);
+                let mean = course.iter().map(|(sun, _)| sun.elevation).sum::<f64>() / count as f64;
+                let off = (mean.to_degrees() - 30.0 - length / 200.0).abs();
+                assert!(off < if count > 1 { 1e-9 } else { length / 200.0 + 1e-9 });
+            }
         }
+    }
+
+    /// The edge of a shadow that comes by at the same time of each day cuts an hour, over many days,
+    /// where it cuts it in truth.
+    #[test]
+    fn shadows_of_many_days_have_no_bias() {
+        for part in [0.13, 0.37, 0.52, 0.94] {
+            let lit: f64 = (0..90)
+                .map(|day| {
+                    let start = DAY * f64::from(19_000 + day) + 36_000.0;
+                    let at = |t: f64| at_elevation(10.0 + (t - start) / 3600.0);
+                    let course = SunCourse::new(start, start + 3600.0, at).unwrap();
+                    let before =
+                        |(sun, _): &(SunPosition, f64)| sun.elevation.to_degrees() < 10.0 + part;
+                    course.iter().filter(before).count() as f64 / 6.0
+                })
+                .sum();
+            assert!((lit / 90.0 - part).abs() < 0.005, "{part}: {}", lit / 90.0);
+        }
+    }
+
+    /// While the sun is down nothing shines, and the low sun is weaker.
+    #[test]
+    fn the_sun_may_rise_within_an_hour() {
         // in the first half of this hour the sun is down, and the low sun is weaker
-        let course = SunCourse::new(0.0, 3600.0, |t| at_elevation((t - 1800.0) / 100.0)).unwrap();
+        let start = 20_000.0 * DAY + 18_000.0;
+        let rising = |t: f64| at_elevation((t - start - 1800.0) / 100.0);
+        let course = SunCourse::new(start, start + 3600.0, rising).unwrap();
         let shares: Vec<f64> = course.iter().map(|(_, share)| share).collect();
         assert!(shares.len() == 3 && shares[0] < shares[1] && shares[1] < shares[2]);
         assert_eq!(SunCourse::new(0.0, 3600.0, |_| at_elevation(-1.0)), None);
