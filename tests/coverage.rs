@@ -7,13 +7,15 @@ use std::{
 
 use phylux::{
     Estimator, Guiding, RunResult, Settings,
+    results::Ratios,
     transport::{NearestCount, PhotonCount},
 };
+use serde_json::json;
 
 use crate::{
     common::run_file,
     stability::furnace,
-    world::{Mesh, back, front},
+    world::{Mesh, World, back, front},
 };
 
 const SEEDS: u64 = 200;
@@ -48,6 +50,10 @@ const fn paths(count: u64) -> Method {
     Method { name: "paths", estimator: Estimator::Paths, ..photons(count) }
 }
 
+const fn complete_paths(count: u64) -> Method {
+    Method { name: "complete paths", estimator: Estimator::Complete, ..photons(count) }
+}
+
 fn run(path: &Path, method: Method, seed: u64) -> RunResult {
     run_file(path, |settings| {
         let Method { estimator, guiding, count, .. } = method;
@@ -63,7 +69,8 @@ fn run(path: &Path, method: Method, seed: u64) -> RunResult {
     })
 }
 
-/// Returns the flux and the absorbed power of every group, face and band.
+/// Returns the flux, the absorbed power and the ratios of every group and face, in every band and sum,
+/// and what every layer absorbed.
 fn values(run: &RunResult) -> Vec<Value> {
     let mut all = Vec::new();
     for group in &run.groups {
@@ -81,12 +88,25 @@ fn values(run: &RunResult) -> Vec<Value> {
                 all.push(Value { what: format!("{}, {what}, band {b}", group.id), value, error });
             }
         }
+        let of_faces = [Some(&group.front), group.back.as_ref()].into_iter().flatten();
+        let ratios = of_faces.map(|face| &face.ratios).chain([&group.absorbed_ratios]);
+        for (i, Ratios { ratio, ratio_se, .. }) in ratios.flatten().enumerate() {
+            for (r, (value, error)) in ratio.iter().zip(ratio_se).enumerate() {
+                let what = format!("{}, ratio {r} of list {i}", group.id);
+                all.push(Value { what, value: value.unwrap_or(0.0), error: *error });
+            }
+        }
+    }
+    for (l, layer) in run.layers.iter().flatten().enumerate() {
+        for (b, (&value, &error)) in layer.absorbed.iter().zip(&layer.absorbed_se).enumerate() {
+            all.push(Value { what: format!("layer {l}, band {b}"), value, error });
+        }
     }
     all
 }
 
-/// Returns the fraction of 95 % intervals over the seeds that hold the truth, for flux and for
-/// absorbed power, and prints the fraction of the worst value too. A truth from a long run has an
+/// Returns the fraction of 95 % intervals over the seeds that hold the truth, for flux, absorbed power,
+/// ratios and layers, as far as there are any, and prints the fraction of the worst value too. A truth from a long run has an
 /// error of its own, below an eighth of the interval's error, which widens the spread by less than
 /// 1 %.
 fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f64> {
@@ -105,7 +125,7 @@ fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f6
         assert!(known, "{scene}: {}: {:?} of {error}", truth.what, truth.error);
     }
     let mut shares = Vec::new();
-    for kind in ["flux", "absorbed"] {
+    for kind in ["flux", "absorbed", "ratio", "layer"] {
         let each = || {
             let all = truth.iter().zip(&held).filter(|(truth, _)| truth.what.contains(kind));
             // where nothing can arrive there is no interval
@@ -174,3 +194,60 @@ fn nightly_intervals_hold_the_truth() {
 
 /// The run that stands for the truth is this many times as long.
 const LONGER: u64 = 200;
+
+/// Returns a cell that repeats, with two groups of copies that share their triangles over ground, a
+/// weighted sum of its bands, a ratio, and layers whose borders cut the leaves.
+fn stand() -> World {
+    let leaf = |reflectance: [f64; 2], transmittance: [f64; 2]| json!({ "type": "leaf", "reflectance": reflectance, "transmittance": transmittance });
+    let plant = Mesh::square([0.1, 0.0, 0.1], [0.5, 0.0, 0.9], 0.2).and(Mesh::square(
+        [-0.1, 0.05, 0.25],
+        [-0.6, 0.3, 0.7],
+        0.25,
+    ));
+    let rows = |places: [[f64; 3]; 2]| {
+        let row = |at: [f64; 3], turn: f64| json!({ "translate": at, "rotate_deg": [0, 0, turn] });
+        json!([row(places[0], 20.0), row(places[1], 130.0)])
+    };
+    let soil = Mesh::rectangle([0.0; 3], [0.8, 0.0, 0.0], [0.0, 0.7, 0.0]);
+    World::new()
+        .bands(2)
+        .with("sums", json!({ "weighted": { "b0": 0.5, "b1": 2 } }))
+        .with("ratios", json!({ "b0:b1": { "numerator": "b0", "denominator": "b1" } }))
+        .with("periodic", json!({ "x": [0, 0.8], "y": [0, 0.7] }))
+        .with("layers", json!({ "dz": 0.12 }))
+        .material("dark", leaf([0.06, 0.4], [0.03, 0.4]))
+        .material("light", leaf([0.12, 0.45], [0.1, 0.42]))
+        .lambert("soil", 0.2)
+        .counted("low", "dark", &plant)
+        .counted("high", "light", &plant)
+        .counted("ground", "soil", &soil)
+        .edited(|scene| {
+            let objects = scene["objects"].as_array_mut().expect("a list");
+            objects[0]["instances"] = rows([[0.2, 0.2, 0.05], [0.6, 0.5, 0.08]]);
+            objects[1]["instances"] = rows([[0.5, 0.1, 0.3], [0.1, 0.6, 0.35]]);
+            (objects[0]["share"], objects[1]["share"]) = (json!(true), json!(true));
+            objects[2]["ground"] = json!(true);
+        })
+        .with("sun_at", json!({ "elevation_deg": 40, "azimuth_deg": 150 }))
+        .light(json!({ "type": "sun", "irradiance": [300, 200] }))
+        .light(json!({ "type": "sky", "model": "uniform", "irradiance": [100, 40] }))
+}
+
+/// The same of a stand that repeats: flux, absorbed power and ratios of groups of copies, sums over
+/// bands, and layers, for photons, paths and complete paths. The truth is a run of seed 1000 with 200
+/// times as many histories; the odds are those of the test above.
+#[test]
+#[ignore = "takes minutes: .ci/nightly runs it"]
+fn nightly_intervals_in_a_stand_hold_the_truth() {
+    let scene = stand().write();
+    let path = scene.path("scene.json");
+    let mut shares = Vec::new();
+    for method in [photons(20_000), paths(20_000), complete_paths(20_000)] {
+        let longer = Method { count: LONGER * method.count, ..method };
+        let truth = values(&run(&path, longer, 1000));
+        let found = coverage("stand", &path, method, &truth);
+        assert_eq!(found.len(), 4, "flux, absorbed power, ratios and layers");
+        shares.extend(found);
+    }
+    assert!(shares.iter().all(|share| (0.90..=0.99).contains(share)), "{shares:?}");
+}

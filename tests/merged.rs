@@ -114,7 +114,8 @@ fn shared_copies_are_nodes_of_a_glb() {
 /// A page has up to four million tiles: those of 210 copies of 20,000 triangles have two or more
 /// triangles each, and none belongs to two captors. The light is that at the middle of each.
 #[test]
-fn shared_copies_of_a_page_have_merged_tiles() {
+#[ignore = "takes minutes: .ci/nightly runs it"]
+fn nightly_shared_copies_of_a_page_have_merged_tiles() {
     let scene = sheets(210, json!(true));
     done(&scene.path(""), &["view", "scene.json", "--photons", "20000"]);
     let html = fs::read_to_string(scene.path("view.html")).expect("the page");
