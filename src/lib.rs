@@ -57,12 +57,13 @@ pub mod scene {
     pub use phylux_core::scene::{
         Area, Arrived, Band, BandRatio, BandSum, Basis, Bsdf, BsdfFaces, BsdfSample, CHANNELS,
         Camera, Captor, CaptorKind, CaptorPart, Channel, Cone, CopyPart, Cover, CoverRow, Crossing,
-        Dielectric, Emission, EmittedRadiance, EmitterHit, FaceValues, Intensity, IntensityTable,
-        Interaction, IsotropicLine, Kernel, Lambert, Lamp, Lattice, Leaf, LeafFace, LeafSpectra,
-        Light, LightHit, LightPart, LightSample, LightSource, LobeKind, Luminaire, LuminaireArea,
-        Material, Mirror, NamedMaterial, PairValues, Pane, Patches, Period, Phong, PhongFractions,
-        Prospect, Response, Scatterer, Scene, SceneParts, Sensor, SharedCopy, SharedPart, Standing,
-        Start, Strata, Surface, SurfaceHit, SurfacePart, Table, Toward, Transport, Triangles, Tube,
+        Dielectric, Emission, EmittedRadiance, EmitterHit, FaceValues, Factor, Intensity,
+        IntensityTable, Interaction, IsotropicLine, Kernel, Lambert, Lamp, Lattice, Leaf, LeafFace,
+        LeafSpectra, Light, LightHit, LightPart, LightSample, LightSource, LobeKind, Luminaire,
+        LuminaireArea, Material, Mirror, NamedMaterial, PairValues, Pane, Parameter,
+        ParameterIndex, Parameters, Patches, Period, Phong, PhongFractions, Prospect, Response,
+        Scatterer, Scene, SceneParts, Sensor, Sent, SharedCopy, SharedPart, Standing, Start,
+        Strata, Surface, SurfaceHit, SurfacePart, Table, Toward, Transport, Triangles, Tube,
         Unplaced, View, daylight,
     };
 }
@@ -73,8 +74,8 @@ pub mod transport {
         Accuracy, Arrival, Choice, Control, Counted, Dark, End, Estimator, Event, FaceBand, Flight,
         Guide, Guiding, Ledger, MapLimit, NearestCount, Neighbour, Onward, PackedDirection,
         PhotonCount, PhotonMap, Progress, Settings, Shard, Simulation, StoredPhoton, SurfaceLight,
-        Target, ThreadCount, TimeLimit, Tolerance, Totals, Unseen, Way, Worst, found_and_unseen,
-        light_surfaces, simulate, trace,
+        Target, ThreadCount, TimeLimit, Tolerance, Totals, Turn, Unseen, Way, Worst,
+        found_and_unseen, light_surfaces, simulate, trace,
     };
 }
 
@@ -85,8 +86,8 @@ pub mod results {
         Comparison, DarkResult, Difference, Electricity, Energy, EvenPowers, FaceResult, Factor,
         FactorErrors, FlatResult, GroupElectricity, GroupResult, LampElectricity, LayerResult, Lit,
         MapResult, Model, ModelErrors, NearestResult, RatioResult, Ratios, ReadingResult,
-        ResultsFile, RunResult, RunSettings, Share, Shares, SlopeIntercept, SumUnit,
-        ToleranceResult, Uniformity, Varied, Warning, WorstResult, YearFacts,
+        ResultsFile, RunResult, RunSettings, SensitivityResult, Share, Shares, SlopeIntercept,
+        SumUnit, ToleranceResult, Uniformity, Varied, Warning, WorstResult, YearFacts,
     };
 }
 

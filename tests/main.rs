@@ -57,6 +57,7 @@ mod rad;
 mod random_scenes;
 mod render;
 mod rendered;
+mod sensitivity;
 mod sensors;
 mod shards;
 mod site;

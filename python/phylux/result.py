@@ -423,6 +423,28 @@ class Result:
         return frame
 
     @property
+    def sensitivity(self) -> Any:
+        """A pandas DataFrame of how much captors and groups depend on materials and lights; None unless the scene asks for it.
+
+        Columns: captor, group (one of both is None), face, parameter, band, elasticity (by how many per cent the light changes for 1 % more of the parameter), elasticity_se, derivative (change of irradiance or absorbed power for one unit of the parameter) and derivative_se. What light has never met is left out.
+        """
+        found = self._head.get("sensitivity")
+        if found is None:
+            return None
+        try:
+            import pandas as pd
+        except ImportError:
+            raise missing("pandas", "a table of sensitivities") from None
+        values = ["elasticity", "elasticity_se", "derivative", "derivative_se"]
+        rows = [
+            (of.get("captor"), of.get("group"), of["face"], of["parameter"], band, *numbers)
+            for of in found
+            for band, *numbers in zip(self.bands, *(of[name] for name in values), strict=True)
+        ]
+        frame = pd.DataFrame(rows, columns=["captor", "group", "face", "parameter", "band", *values])
+        return frame.astype(dict.fromkeys(values, float))
+
+    @property
     def canopy(self) -> dict[str, dict[str, float]] | None:
         """The shares of the light of sun and sky by band: absorbed, reflected, transmitted, ground, each with `_se`.
 

@@ -10,9 +10,9 @@ import phylux as px
 from test_manners import options_of
 
 
-def bench() -> px.Scene:
+def bench(**keys: object) -> px.Scene:
     """Makes two lamps of 100 umol/s over a bench, with a sensor below each and one between."""
-    scene = px.Scene("bench", quantity="umol/s")
+    scene = px.Scene("bench", quantity="umol/s", **keys)
     for name, x in (("left", -1.0), ("right", 1.0)):
         scene.light(name, type="point", position=[x, 0, 1], power=100)
     discs = px.grid([-1, 0, 1], 0, 0, radius=0.1)
@@ -286,6 +286,21 @@ def test_plots_of_a_canopy():
     assert "the plants absorb" in axes.get_title() and "µmol/m²/s" in axes.get_xlabel()
     with pytest.raises(px.InputError, match="results without layers"):
         bench().run(photons=1000, k=0).plot("canopy")
+
+
+def test_sensitivities_are_a_table():
+    pd = pytest.importorskip("pandas")
+    assert bench().run(photons=1000, k=0).sensitivity is None
+    scene = bench(sensitivity=True)
+    table = scene.run(photons=20_000, seed=1, k=0).sensitivity
+    assert list(table.columns) == [
+        "captor", "group", "face", "parameter", "band", "elasticity", "elasticity_se", "derivative", "derivative_se"
+    ]
+    # the light of all lamps together is all light
+    lamps = table[table.parameter.str.startswith("/lights/")].fillna({"captor": "", "group": ""})
+    sums = lamps.groupby(["captor", "group", "face", "band"]).elasticity.sum()
+    assert len(sums) > 0 and sums.to_numpy() == pytest.approx(1)
+    assert isinstance(table, pd.DataFrame) and table.elasticity_se.dtype == float
 
 
 def test_sums_have_units_of_their_own():

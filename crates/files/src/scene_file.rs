@@ -27,6 +27,7 @@ mod objects;
 mod placed;
 mod radiance;
 mod rooms;
+mod sensitivity;
 pub mod spec;
 mod spectra;
 mod sums;
@@ -331,12 +332,15 @@ impl Loader<'_> {
             self.warnings.push(format!("{error} (no surface has this material)"));
         }
         let non_reciprocal_leaves = self.materials.non_reciprocal();
-        drop(self.obj_files);
-        let mut groups: Vec<(usize, String)> =
-            self.groups.into_iter().map(|(name, index)| (index, name)).collect();
+        drop(std::mem::take(&mut self.obj_files));
+        let mut groups: Vec<(usize, String)> = std::mem::take(&mut self.groups)
+            .into_iter()
+            .map(|(name, index)| (index, name))
+            .collect();
         groups.sort();
         self.parts.groups = groups.into_iter().map(|(_, name)| name).collect();
-        self.parts.materials = self.materials.into_used();
+        self.parts.materials = std::mem::take(&mut self.materials).into_used();
+        self.load_parameters(file)?;
         let name = self.path.display().to_string();
         let scene = match self.sources.kept {
             Some(kept) => Scene::with_kept(self.parts, &kept.shapes),

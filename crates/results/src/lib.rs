@@ -25,7 +25,8 @@ pub use result::{
     Absorbed, AbsorbedByFace, BandResult, ByLight, CanopyResult, CaptorResult, DarkResult,
     Electricity, Energy, FaceResult, Factor, FactorErrors, GroupElectricity, GroupResult,
     LampElectricity, LayerResult, MapResult, NearestResult, RatioResult, Ratios, RunResult,
-    RunSettings, Share, Shares, SumUnit, ToleranceResult, Uniformity, Warning, WorstResult,
+    RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult, Uniformity, Warning,
+    WorstResult,
 };
 pub use saved::ResultsFile;
 pub use year_facts::YearFacts;

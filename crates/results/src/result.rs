@@ -12,6 +12,7 @@ mod electricity;
 mod found;
 mod mix;
 mod ratios;
+mod sensitivity;
 mod settings;
 mod spread;
 mod stand;
@@ -37,6 +38,7 @@ pub use electricity::ElectricityRow;
 pub use electricity::{Electricity, GroupElectricity, LampElectricity, Share, Shares};
 pub use mix::Factor;
 pub use ratios::{RatioResult, Ratios};
+pub use sensitivity::SensitivityResult;
 pub use settings::RunSettings;
 pub use spread::{Evenness, Uniformity};
 pub use stand::{CanopyResult, LayerResult};
@@ -136,6 +138,10 @@ pub struct RunResult {
     /// asks for layers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layers: Option<Vec<LayerResult>>,
+    /// How much captors and groups depend on materials and lights; absent unless the scene asks for it.
+    /// What light has never met is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensitivity: Option<Vec<SensitivityResult>>,
     /// Where the light of sun and sky went; absent unless the scene repeats along x and y, has no
     /// lamp, and was traced by photons.
     #[serde(default, skip_serializing_if = "Option::is_none")]

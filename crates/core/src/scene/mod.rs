@@ -3,7 +3,8 @@
 //! (`captor`), the camera (`camera`), and the validated [`world::Scene`], which arranges all of
 //! them for the tracing of rays (`bvh`), where it repeats in a `lattice`, and where copies share
 //! their triangles as `instances`. `patches` and `tiles` divide surfaces into pieces:
-//! for photon maps on surfaces, and for display. `stand` holds what is summed of plants as a whole.
+//! for photon maps on surfaces, and for display. `stand` holds what is summed of plants as a whole,
+//! and `parameter` the factors on light on which a run says how its results depend.
 //!
 //! Read `material` and `light` for the physics, then `world`. Code that follows light further than
 //! one interaction, or that reads a file, may not enter.
@@ -16,6 +17,7 @@ pub mod instances;
 pub mod lattice;
 pub mod light;
 pub mod material;
+pub mod parameter;
 pub mod patches;
 pub mod stand;
 pub mod tiles;
@@ -35,6 +37,7 @@ pub use material::{
     Lambert, Leaf, LeafFace, LeafSpectra, LobeKind, Material, Mirror, PairValues, Pane, Phong,
     PhongFractions, Prospect, Scatterer, Table, Transport,
 };
+pub use parameter::{Factor, Parameter, ParameterIndex, Parameters, Sent};
 pub use patches::Patches;
 pub use world::{
     Arrived, Band, BandRatio, BandSum, CaptorPart, CopyPart, Crossing, LightPart, NamedMaterial,

@@ -46,6 +46,7 @@ use crate::{
         lattice::Lattice,
         light::{Light, LightTree, Prism, sources},
         material::Material,
+        parameter::Parameters,
         stand::{LayerBins, Stand},
     },
 };
@@ -172,6 +173,7 @@ pub struct Scene {
     bands: Vec<Band>,
     sums: Vec<BandSum>,
     ratios: Vec<BandRatio>,
+    parameters: Parameters,
     absorbed_by_face: bool,
     sunlit: bool,
     watts: BTreeMap<String, f64>,
@@ -280,6 +282,12 @@ impl Scene {
     #[inline]
     pub fn ratios(&self) -> &[BandRatio] {
         &self.ratios
+    }
+
+    /// Returns the parameters on which a run says how its results depend; there may be none.
+    #[inline]
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
     }
 
     /// Returns whether surfaces count what they absorb by face, too.

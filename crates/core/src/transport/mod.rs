@@ -6,6 +6,8 @@
 //! `surface_light` make radiance estimates of the stored photons; `direct_sun` finds direct
 //! sunlight by shadow rays.
 //!
+//! `met` keeps account of how often light has met the parameters on which results depend.
+//!
 //! `simulate` cuts a run into batches and tasks, for threads and machines, and decides when it
 //! ends. `settings` says how a run is to be done, `shard` which part of it a machine does.
 //!
@@ -13,6 +15,7 @@
 
 pub mod direct_sun;
 pub mod guiding;
+pub mod met;
 pub mod nearest;
 pub mod paths;
 pub mod photon_map;
@@ -36,4 +39,4 @@ pub use simulate::{
 };
 pub use surface_light::SurfaceLight;
 pub use tally::{Ledger, Totals};
-pub use trace::{Counted, Event, Flight, Guide, Onward, trace};
+pub use trace::{Counted, Event, Flight, Guide, Onward, Turn, trace};

@@ -45,9 +45,13 @@ use crate::{
     scene::{
         light::{Emission, Light, LightHit, LightSample, Strata, Toward},
         material::{LobeKind, Scatterer, Transport},
+        parameter::ParameterIndex,
         world::{Arrived, ChosenImage, FlatMirrors, Scene, SurfaceHit},
     },
-    transport::trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
+    transport::{
+        met::{Along, way_back, way_on},
+        trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
+    },
 };
 pub use face::{Face, PathScore};
 pub use joined::Joined;
@@ -81,6 +85,16 @@ struct Leg {
     aimed: Option<usize>,
     /// Whether no pane lies between `at` and the origin of the ray.
     unbroken: bool,
+}
+
+/// Light that comes to a point of a path by itself, without the path going on.
+struct Lit<L> {
+    /// Where it comes from, a unit vector.
+    towards: Vec3,
+    /// Its irradiance across that direction, divided by the density of the choice.
+    irradiance: Spectrum<L>,
+    /// The parameters that it has met: that of its light, and that of a surface on the way.
+    met: [Option<ParameterIndex>; 2],
 }
 
 /// How the next direction of a path is chosen.
@@ -213,7 +227,7 @@ impl Path<'_, '_> {
         &mut self,
         at: &Vertex,
         otherwise: impl Fn(Vec3) -> f32,
-    ) -> Option<(Vec3, Spectrum<L>)> {
+    ) -> Option<Lit<L>> {
         let scene = self.scene;
         effort::spend(effort::VERTEX);
         let (l, chance) = at.choose(scene, None, self.rng)?;
@@ -232,7 +246,11 @@ impl Path<'_, '_> {
             }
             None => chance / (chance + sent),
         };
-        Some((toward, sample.radiance_over_pdf.scaled(weight / chance) * visible))
+        Some(Lit {
+            towards: toward,
+            irradiance: sample.radiance_over_pdf.scaled(weight / chance) * visible,
+            met: [scene.parameters().of_light(l), None],
+        })
     }
 
     /// Returns how many times as likely a photon is [sent](Self::sent) to a point as a path comes
@@ -248,11 +266,7 @@ impl Path<'_, '_> {
     /// across that direction, weighted by the balance heuristic against the paths that come to that
     /// place by themselves. `along` gives the density of their directions at the point, 1/sr.
     #[inline]
-    fn sent<L: Lanes>(
-        &mut self,
-        at: &Vertex,
-        along: impl Fn(Vec3) -> f32,
-    ) -> Option<(Vec3, Spectrum<L>)> {
+    fn sent<L: Lanes>(&mut self, at: &Vertex, along: impl Fn(Vec3) -> f32) -> Option<Lit<L>> {
         let spots = self.pilot.spots.as_ref()?;
         self.sent_to(spots, at, along)
     }
@@ -265,7 +279,7 @@ impl Path<'_, '_> {
         spots: &Spots,
         at: &Vertex,
         along: impl Fn(Vec3) -> f32,
-    ) -> Option<(Vec3, Spectrum<L>)> {
+    ) -> Option<Lit<L>> {
         let scene = self.scene;
         let (light, chance) = spots.choose(scene, at.point, self.rng);
         let ray = scene.lights()[light].emit(self.rng);
@@ -296,7 +310,13 @@ impl Path<'_, '_> {
             free * seen.material.pdf(&seen.interaction, Transport::Importance, d)
         });
         let power = scene.lights()[light].spectrum::<L>();
-        Some((towards, (power * through * f * visible).scaled(cos / d2 * share / chance)))
+        let parameters = scene.parameters();
+        let way = way_on(parameters, &landed, landed.scattered(-towards));
+        Some(Lit {
+            towards,
+            irradiance: (power * through * f * visible).scaled(cos / d2 * share / chance),
+            met: [parameters.of_light(light), way],
+        })
     }
 
     /// Searches one flat pane or mirror for the sun. Returns the direction towards the image of the
@@ -304,7 +324,7 @@ impl Path<'_, '_> {
     /// that is mirrored by chance does not count the sun that it meets, so the sun counts only
     /// once.
     #[inline]
-    fn mirrored_sun<L: Lanes>(&mut self, at: &Vertex) -> Option<(Vec3, Spectrum<L>)> {
+    fn mirrored_sun<L: Lanes>(&mut self, at: &Vertex) -> Option<Lit<L>> {
         let mirrors = self.scene.flat_mirrors()?;
         self.sun_by_way_of(mirrors, at)
     }
@@ -312,11 +332,7 @@ impl Path<'_, '_> {
     /// Does the work of [`mirrored_sun`](Self::mirrored_sun), out of line so that paths in scenes
     /// without flat mirrors under a sun do not pay for it.
     #[inline(never)]
-    fn sun_by_way_of<L: Lanes>(
-        &mut self,
-        mirrors: &FlatMirrors,
-        at: &Vertex,
-    ) -> Option<(Vec3, Spectrum<L>)> {
+    fn sun_by_way_of<L: Lanes>(&mut self, mirrors: &FlatMirrors, at: &Vertex) -> Option<Lit<L>> {
         let scene = self.scene;
         let number = self.rng.uniform() / MIRRORS_TRIED;
         if number >= 1.0 {
@@ -332,12 +348,18 @@ impl Path<'_, '_> {
         let ChosenImage { image, toward, chance } =
             scene.choose_image::<L>(mirrors, at.point, at.one_sided, toward_sun, number)?;
         let ray = Ray { origin: at.off(toward), direction: toward };
-        let (arriving, rays) = by_way_of(scene, mirrors, image, ray, toward_sun, |ray| {
-            scene.sky_visibility::<L>(sun, ray)
+        let mut way = None;
+        let shines = |ray: &Ray| scene.sky_visibility::<L>(sun, ray);
+        let (arriving, rays) = by_way_of(scene, mirrors, image, ray, toward_sun, shines, |at| {
+            way = way_back(scene.parameters(), at, LobeKind::MirrorReflection).or(way);
         });
         self.rays += rays;
         let factor = suns.len() as f32 / (MIRRORS_TRIED * chance);
-        (!arriving.is_zero()).then(|| (toward, arriving * irradiance.scaled(factor)))
+        (!arriving.is_zero()).then(|| Lit {
+            towards: toward,
+            irradiance: arriving * irradiance.scaled(factor),
+            met: [scene.parameters().of_light(sun), way],
+        })
     }
 
     /// Returns the radiance of a light that a leg meets, weighted by the balance heuristic against
@@ -379,9 +401,10 @@ impl Path<'_, '_> {
     /// Follows a path along `leg` and returns an estimate of the radiance that arrives by it,
     /// without the part that next-event estimation at the beginning of the leg counts. For an aimed
     /// leg, it returns the part of the radiance that aiming counts, divided by the density of the
-    /// direction.
-    fn follow<L: Lanes>(&mut self, mut leg: Leg) -> Spectrum<L> {
+    /// direction. It keeps `account` of the parameters that it meets.
+    fn follow<L: Lanes>(&mut self, mut leg: Leg, account: &mut impl Along<L>) -> Spectrum<L> {
         let scene = self.scene;
+        let parameters = scene.parameters();
         let [mut radiance, mut throughput] =
             [0.0, 1.0].map(|value| Spectrum::splat(scene.lanes(), value));
         let mut total_reflections = 0;
@@ -395,7 +418,9 @@ impl Path<'_, '_> {
                 // a light with a material lies in a surface, so lights are met a little beyond it
                 let t_max = scene.beyond(hit.as_ref());
                 scene.lights_met(&leg.ray, t_max, |hit| {
-                    radiance += self.met::<L>(&leg, &hit) * &throughput;
+                    let found = self.met::<L>(&leg, &hit) * &throughput;
+                    account.found(&found, || [parameters.of_light(hit.light), None, None]);
+                    radiance += found;
                 });
             }
             let Some(hit) = hit else {
@@ -428,9 +453,13 @@ impl Path<'_, '_> {
             };
             let mut aim = Aim::Free;
             if material.is_diffuse() {
-                let mut add = |lit: Option<(Vec3, Spectrum<L>)>| {
-                    if let Some((towards, irradiance)) = lit {
-                        radiance += scattered(towards) * &throughput * irradiance;
+                let mut add = |lit: Option<Lit<L>>| {
+                    if let Some(Lit { towards, irradiance, met: [light, way] }) = lit {
+                        let found = scattered(towards) * &throughput * irradiance;
+                        account.found(&found, || {
+                            [light, way, way_back(parameters, &at, at.scattered(towards))]
+                        });
+                        radiance += found;
                     }
                 };
                 add(self.next_event(&here, along));
@@ -445,6 +474,7 @@ impl Path<'_, '_> {
                     let origin = scene.leave(&hit, side, side).origin;
                     let direction = (target - origin).normalize_or_zero();
                     throughput = throughput * scattered(direction);
+                    account.sent_on(parameters, &at, at.scattered(direction));
                     let density = Some(along(direction));
                     let ray = Ray { origin, direction };
                     leg = Leg { at: here, ray, density, aimed: Some(triangle), unbroken: true };
@@ -474,6 +504,7 @@ impl Path<'_, '_> {
                     if total_reflections == MAX_TOTAL_REFLECTIONS {
                         break;
                     }
+                    account.sent_on(parameters, &at, scatter.lobe);
                     let ray = at.leave(scatter.lobe, scatter.direction);
                     leg = match scatter.lobe {
                         // light beyond a pane can still be joined with the vertex before the pane

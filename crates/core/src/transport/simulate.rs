@@ -359,11 +359,16 @@ impl<'a> Run<'a> {
 
     fn tally(&self) -> Tally {
         let tally = Tally::new(self.scene, parts(&self.part_of));
-        if self.guidance.is_some() { tally.weighing() } else { tally }
+        let tally = if self.guidance.is_some() { tally.weighing() } else { tally };
+        if self.purpose == Purpose::Run { tally.with_moments(self.scene) } else { tally }
     }
 
     fn totals(&self) -> Totals {
         let totals = Totals::new(self.scene, parts(&self.part_of));
+        let totals = match self.purpose == Purpose::Run {
+            true => totals.with_moments(self.scene),
+            false => totals,
+        };
         if self.beside.is_some() {
             totals.beside_paths(self.scene, &self.by_photons)
         } else {

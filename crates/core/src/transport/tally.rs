@@ -10,10 +10,12 @@ use crate::{
     scene::{
         captor::{ABSORBED_FRONT, Captor, CaptorKind, Channel},
         material::Scatterer,
+        parameter::{ParameterIndex, Sent},
         stand::Balance,
-        world::Scene,
+        world::{Arrived, Scene},
     },
     transport::{
+        met::Met,
         paths::PathScore,
         trace::{Counted, Event},
     },
@@ -133,6 +135,8 @@ pub struct Tally {
     ledger: Ledger,
     /// A tally for each part of the light, if the light is split.
     parts: Vec<Tally>,
+    /// A tally of the [moments](super::met) of each parameter of the scene, if they are asked for.
+    moments: Vec<Tally>,
 }
 
 impl Tally {
@@ -153,7 +157,19 @@ impl Tally {
             cut_off: 0,
             ledger: Ledger::new(bands, scene.materials().len()),
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
+            moments: Vec::new(),
         }
+    }
+
+    /// Returns the same tally, which now also sums the moments of the scene's parameters.
+    pub fn with_moments(self, scene: &Scene) -> Self {
+        let moments = scene.parameters().all().iter().map(|_| Self::new(scene, 0)).collect();
+        Self { moments, ..self }
+    }
+
+    /// Returns whether moments of parameters are summed.
+    pub fn has_moments(&self) -> bool {
+        !self.moments.is_empty()
     }
 
     /// Returns the same tally, which now also records how many equal histories its counts
@@ -171,7 +187,8 @@ impl Tally {
         let sums = (touched * scene.bands().len() + ledger) * size_of::<f64>();
         let places = all * size_of::<u32>();
         let counts = touched * (size_of::<Counts>() + size_of::<u32>());
-        (parts + 1) * (2 * size_of::<Self>() + sums + places + counts)
+        (parts + 1 + scene.parameters().all().len())
+            * (2 * size_of::<Self>() + sums + places + counts)
     }
 
     /// Adds work that was counted.
@@ -236,7 +253,7 @@ impl Tally {
             }
         }
         match *event {
-            Event::Crossing { .. } => {}
+            Event::Crossing { .. } | Event::Turn(_) => {}
             Event::FlightBeside => self.segments += 1,
             Event::Chance { before, after } => {
                 self.ledger.chance.resize(self.bands, 0.0);
@@ -254,10 +271,7 @@ impl Tally {
                     *absorbed += (f64::from(*came) - f64::from(*left)) * weight;
                 }
                 if let Some(Counted { captor, face, .. }) = counted {
-                    let absorbed = match at.material.absorptance::<L>(&at.interaction) {
-                        Some(absorptance) => absorptance * power,
-                        None => power.clone().zip(scattered, |before, after| before - after),
-                    };
+                    let absorbed = absorbed_of(at, power, scattered);
                     let channel = captor.first_channel + Channel::Absorbed as usize;
                     self.add(channel, weights, &absorbed);
                     if captor.by_face {
@@ -285,6 +299,47 @@ impl Tally {
                 }
             }
             Event::Lost(power) => accumulate(&mut self.ledger.lost, weights, power),
+        }
+    }
+
+    /// Scores an event of light that has met these parameters in their moments, for the captors for
+    /// which `counts` is true.
+    #[inline(never)]
+    pub fn score_moments<L: Lanes>(
+        &mut self,
+        scene: &Scene,
+        weights: &[f64],
+        event: &Event<'_, L>,
+        met: &Met,
+        counts: impl Fn(&Counted<'_, L>) -> bool,
+    ) {
+        let Some(counted) = event.counted(scene).filter(counts) else { return };
+        let mut add = |channel: usize, parameter: ParameterIndex, power: Spectrum<L>| {
+            self.moments[usize::from(parameter)].add(channel, weights, &power);
+        };
+        let factor = match &counted.captor.sensor.response {
+            None => 1.0,
+            Some(response) => response.factor(event.cosine(scene)),
+        };
+        for (parameter, times) in met.each() {
+            add(counted.channel(), parameter, counted.power.clone().scaled(factor * times));
+        }
+        let Event::Arrival { at, power, scattered, lobe } = *event else { return };
+        let first = counted.captor.first_channel;
+        let by_face =
+            counted.captor.by_face.then_some(first + ABSORBED_FRONT + counted.face as usize);
+        let channels = [Some(first + Channel::Absorbed as usize), by_face].into_iter().flatten();
+        let absorbed = absorbed_of(at, power, scattered);
+        let own = lobe.and_then(Sent::by).and_then(|sent| {
+            scene.parameters().of_way(at.surface.material, at.interaction.front, sent)
+        });
+        for channel in channels {
+            for (parameter, times) in met.each() {
+                add(channel, parameter, absorbed.clone().scaled(times));
+            }
+            if let Some(own) = own {
+                add(channel, own, scattered.clone().scaled(-1.0));
+            }
         }
     }
 
@@ -328,6 +383,19 @@ impl Tally {
             }
             for (layer, absorbed) in &score.in_layers {
                 self.add(scene.channels() + layer, ones.clone(), absorbed);
+            }
+        }
+        for (parameter, flux) in &score.moments.0 {
+            let channel = captor.first_channel + face as usize;
+            self.moments[usize::from(*parameter)].add(channel, ones.clone(), flux);
+        }
+        for (parameter, absorbed) in &score.absorbed_moments.0 {
+            let moments = &mut self.moments[usize::from(*parameter)];
+            let channel = captor.first_channel + Channel::Absorbed as usize;
+            moments.add(channel, ones.clone(), absorbed);
+            if captor.by_face {
+                let channel = captor.first_channel + ABSORBED_FRONT + face as usize;
+                moments.add(channel, ones.clone(), absorbed);
             }
         }
     }
@@ -399,6 +467,20 @@ impl Tally {
         self.flux.resize(self.flux.len() + self.bands, 0.0);
         self.places[channel] = place as u32 + 1;
         place
+    }
+}
+
+/// Returns what a surface absorbs of the power that arrives, on average or, where no closed form is
+/// known, of this photon.
+#[inline]
+fn absorbed_of<L: Lanes>(
+    at: &Arrived,
+    power: &Spectrum<L>,
+    scattered: &Spectrum<L>,
+) -> Spectrum<L> {
+    match at.material.absorptance::<L>(&at.interaction) {
+        Some(absorptance) => absorptance * power,
+        None => power.clone().zip(scattered, |before, after| before - after),
     }
 }
 

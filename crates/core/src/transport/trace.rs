@@ -58,6 +58,8 @@ pub enum Event<'a, L> {
         /// The power that goes on.
         after: &'a Spectrum<L>,
     },
+    /// What is told from here on is of other light than before. Only guided photons turn.
+    Turn(Turn),
     /// The photon leaves the scene.
     Escaped {
         /// The power that it carries.
@@ -69,6 +71,35 @@ pub enum Event<'a, L> {
     },
     /// The photon, with this power, is given up because its path is longer than the limits allow.
     Lost(&'a Spectrum<L>),
+}
+
+/// Whose light it is that the next events tell of, for those who keep account of where light has been.
+#[derive(Clone, Copy, Debug)]
+pub enum Turn {
+    /// That of a flight aimed from where the photon is: from a surface, which the flight leaves on the
+    /// side that it came from or, if it `crosses` the surface, on the other.
+    Aimed {
+        /// Whether the flight crosses the surface.
+        crosses: bool,
+    },
+    /// That of the same flight, which a surface without diffuse scattering has sent on.
+    SentOn {
+        /// Index of the material.
+        material: u32,
+        /// Whether the flight has come to the front.
+        front: bool,
+        /// The lobe by which it goes on.
+        lobe: LobeKind,
+    },
+    /// That of the photon as before; but copies of it wait here, to be followed later.
+    Waits,
+    /// That of a copy of those that wait where copies began to wait last.
+    Copy {
+        /// The lobe by which it goes on; `None` if it ends at once.
+        lobe: Option<LobeKind>,
+        /// Whether it is the last that waits there.
+        last: bool,
+    },
 }
 
 /// What an event counts for at a captor.
@@ -98,7 +129,11 @@ impl<L: Lanes> Event<'_, L> {
                 triangle.normal().dot(direction).abs()
             }
             Self::Arrival { at, .. } => at.interaction.cos,
-            Self::FlightBeside | Self::Chance { .. } | Self::Escaped { .. } | Self::Lost(_) => 1.0,
+            Self::FlightBeside
+            | Self::Chance { .. }
+            | Self::Turn(_)
+            | Self::Escaped { .. }
+            | Self::Lost(_) => 1.0,
         }
     }
 
@@ -109,7 +144,11 @@ impl<L: Lanes> Event<'_, L> {
         let (captor, front, power) = match *self {
             Self::Crossing { crossing, power, .. } => (crossing.captor, crossing.front, power),
             Self::Arrival { at, power, .. } => (at.surface.captor()?, at.interaction.front, power),
-            Self::FlightBeside | Self::Chance { .. } | Self::Escaped { .. } | Self::Lost(_) => {
+            Self::FlightBeside
+            | Self::Chance { .. }
+            | Self::Turn(_)
+            | Self::Escaped { .. }
+            | Self::Lost(_) => {
                 return None;
             }
         };

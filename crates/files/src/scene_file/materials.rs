@@ -21,7 +21,7 @@ use phylux_core::{
 };
 
 /// Index of refraction of a leaf's cuticle (Jacquemoud and Baret 1990; Bousquet et al. 2005).
-const LEAF_IOR: f64 = 1.425;
+pub(super) const LEAF_IOR: f64 = 1.425;
 
 impl Loader<'_> {
     pub(super) fn load_materials(&mut self, files: &BTreeMap<String, MaterialSpec>) -> Result<()> {

@@ -52,6 +52,10 @@ pub struct SceneSpec {
     /// Whether captors say which share of their area the sun shines on (default false).
     #[serde(default)]
     pub sunlit: bool,
+    /// The materials and lights of which results say how much they depend on them: true for all, or a
+    /// list of names (default false).
+    #[serde(default)]
+    pub sensitivity: SensitivitySpec,
     /// How spectra are averaged over each band.
     #[serde(default)]
     pub spectra: SpectraSpec,
@@ -89,6 +93,27 @@ pub struct SceneSpec {
     pub weather: Option<WeatherSpec>,
     /// Where the sun stands, in place of `site` and `time`.
     pub sun_at: Option<SunAtSpec>,
+}
+
+/// The materials and lights of which results say how much they depend on them.
+#[derive(Debug, Default, JsonSchema)]
+#[schemars(untagged)]
+pub enum SensitivitySpec {
+    /// None.
+    #[default]
+    #[schemars(skip)]
+    Off,
+    /// All.
+    #[schemars(with = "bool")]
+    All,
+    /// Those of these names.
+    Of(Vec<String>),
+}
+
+one_of! {
+    SensitivitySpec: "true, false or a list of names of materials and lights",
+    flag(on) => if on { SensitivitySpec::All } else { SensitivitySpec::Off },
+    list(names) => SensitivitySpec::Of(names),
 }
 
 /// The cell of a scene that repeats.

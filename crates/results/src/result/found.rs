@@ -6,6 +6,7 @@ use super::{
     Absorbed, AbsorbedByFace, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult,
     Electricity, Energy, FORMAT, FaceResult, GroupResult, MapResult, NearestResult, RatioResult,
     Ratios, RunResult, RunSettings, SumUnit, ToleranceResult, WorstResult,
+    sensitivity::sensitivities,
     spread::Spread,
     stand,
     warnings::{FEW_HISTORIES, rests_on_few},
@@ -104,6 +105,7 @@ impl RunResult {
             groups: group_results(simulation, &captors),
             captors,
             layers: stand::layers(simulation),
+            sensitivity: sensitivities(simulation),
             canopy: stand::canopy(simulation),
         };
         result.add_dli();

@@ -90,6 +90,7 @@ impl RunResult {
             groups,
             // these are not kept by light
             layers: None,
+            sensitivity: None,
             canopy: None,
             // the light on captors is not copied, as it may be most of what memory holds
             phylux: self.phylux.clone(),

@@ -44,6 +44,7 @@ impl RunResult {
             && self.captors.iter().all(of_captors)
             && self.groups.iter().all(of_groups)
             && self.layers.iter().flatten().all(|layer| layer.is_valid(bands))
+            && self.sensitivity.iter().flatten().all(|found| found.is_valid(bands))
             && self.canopy.iter().all(|canopy| canopy.is_valid(bands))
     }
 }

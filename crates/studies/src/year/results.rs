@@ -64,6 +64,7 @@ impl Year {
             groups: groups.collect(),
             captors,
             layers: None,
+            sensitivity: None,
             canopy: None,
         };
         result.add_dli();

@@ -51,6 +51,16 @@ impl Arrived<'_> {
         if self.interaction.front { self.surface.normal } else { -self.surface.normal }
     }
 
+    /// Returns the lobe by which light is scattered between the way on which the ray comes and a
+    /// direction, a unit vector.
+    #[inline(always)]
+    pub fn scattered(&self, direction: Vec3) -> LobeKind {
+        match direction.dot(self.facing()) < 0.0 {
+            true => LobeKind::DiffuseTransmission,
+            false => LobeKind::DiffuseReflection,
+        }
+    }
+
     /// Returns the ray that goes on from here by a lobe of the material, in this direction, a unit
     /// vector. It starts off the surface by the error of the point.
     #[inline(always)]

@@ -26,6 +26,7 @@ use crate::{
         lattice::{Images, Layers, Repeats},
         light::{Entrance, Light, LightTree, MARGIN, Prism},
         material::Scatterer,
+        parameter::Parameters,
         stand::{Heights, LayerBins, Stand},
     },
 };
@@ -293,6 +294,7 @@ impl Scene {
             bands: parts.bands,
             sums: parts.sums,
             ratios: parts.ratios,
+            parameters: Parameters::new(parts.parameters, materials.len(), lights.len()),
             absorbed_by_face: parts.absorbed_by_face,
             sunlit: parts.sunlit,
             watts: parts.watts,

@@ -32,6 +32,9 @@ impl Scene {
         if !self.ratios.is_empty() {
             let _ = write!(hash, "{:?}", self.ratios);
         }
+        if !self.parameters.all().is_empty() {
+            let _ = write!(hash, "{:?}", self.parameters.all());
+        }
         if self.sunlit {
             let _ = write!(hash, "sunlit");
         }

@@ -12,6 +12,7 @@ use crate::{
         lattice::Lattice,
         light::{Lamp, LightSource},
         material::Material,
+        parameter::Parameter,
         stand::{Level, SharedHeights},
     },
 };
@@ -263,6 +264,10 @@ pub struct SceneParts {
     pub sums: Vec<BandSum>,
     /// Ratios of sums over bands.
     pub ratios: Vec<BandRatio>,
+    /// The parameters on which a run is to say how its results depend: at most
+    /// [`Parameters::MOST`](crate::scene::parameter::Parameters::MOST), and at most one for each light
+    /// and each way of a face of a material.
+    pub parameters: Vec<Parameter>,
     /// Whether surface captors count what they absorb by face, too.
     pub absorbed_by_face: bool,
     /// Whether captors say which share of their area the sun shines on; there is then one sun.

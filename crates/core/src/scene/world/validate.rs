@@ -17,6 +17,7 @@ use crate::{
         lattice::Lattice,
         light::{LightSource, check_power},
         material::{Material, Scatterer},
+        parameter::{Factor, Parameter, Parameters},
     },
 };
 
@@ -58,6 +59,7 @@ impl SceneParts {
                 check(sum.check(bands), format_args!("ratio `{}`", ratio.name), place)?;
             }
         }
+        self.check_parameters().map_err(|problem| problem.at(place))?;
         for named in &self.materials {
             let checked = named.material.check_bands(bands);
             check(checked, format_args!("material `{}`", named.name), place)?;
@@ -143,6 +145,37 @@ impl SceneParts {
         unique("light", self.lights.iter().map(|light| &light.name))?;
         unique("captor", self.captors.iter().map(|captor| &captor.id))?;
         unique("group", self.groups.iter())
+    }
+
+    fn check_parameters(&self) -> Checked {
+        let (most, bands) = (Parameters::MOST, self.bands.len());
+        if self.parameters.len() > most {
+            let problem = format!("{} parameters, must be at most {most}", self.parameters.len());
+            return Err(Problem::new(problem, "ask for fewer"));
+        }
+        let mut taken = HashSet::new();
+        for Parameter { name, factor, values } in &self.parameters {
+            let places: Vec<[usize; 2]> = match *factor {
+                Factor::Light(light) if light < self.lights.len() => vec![[light, 6]],
+                Factor::Material { material, faces, ways } if material < self.materials.len() => (0
+                    ..6)
+                    .filter(|way| faces[way / 3] && ways[way % 3])
+                    .map(|way| [material, way])
+                    .collect(),
+                Factor::Light(_) | Factor::Material { .. } => Vec::new(),
+            };
+            let fits = values.is_empty() || values.len() == bands;
+            let possible = values.iter().all(|value| value.is_finite());
+            if places.is_empty() || !fits || !possible {
+                let problem = format!("parameter `{name}` is of nothing in the scene");
+                return Err(Problem::new(problem, "give it a light, or ways of a material"));
+            }
+            if !places.into_iter().all(|place| taken.insert(place)) {
+                let problem = format!("parameter `{name}` is of light that another has, too");
+                return Err(Problem::new(problem, "leave one out"));
+            }
+        }
+        unique("parameter", self.parameters.iter().map(|parameter| &parameter.name))
     }
 
     fn check_watts(&self) -> Checked {

@@ -27,7 +27,7 @@ use crate::{
         material::{Interaction, LobeKind, Material, Scatterer},
         world::{Arrived, Crossing, Scene},
     },
-    transport::trace::{Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, Onward, scatter},
+    transport::trace::{Event, MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, Onward, Turn, scatter},
 };
 
 /// Sends the aimed flights that accompany one photon.
@@ -185,6 +185,10 @@ impl<'a> Aimed<'a> {
         if density == 0.0 {
             return seen;
         }
+        if let Origin::Surface { interaction, .. } = from {
+            let crosses = ray.direction.dot(interaction.normal) < 0.0;
+            on(Event::Turn(Turn::Aimed { crosses }));
+        }
         let ray = from.off(ray);
         self.fly(ray, carried.scaled(1.0 / (density + own)), rng, on);
         seen
@@ -222,6 +226,8 @@ impl<'a> Aimed<'a> {
             let onward = scatter(at.material, &at.interaction, &power, &mut scattered, rng);
             let Some(onward) = onward else { return };
             power = scattered;
+            let (material, front) = (at.surface.material, at.interaction.front);
+            on(Event::Turn(Turn::SentOn { material, front, lobe: onward.lobe }));
             total_reflections =
                 if onward.lobe == LobeKind::TotalReflection { total_reflections + 1 } else { 0 };
             if total_reflections == MAX_TOTAL_REFLECTIONS {

@@ -24,7 +24,7 @@ use crate::{
     },
     transport::{
         settings::Guiding,
-        trace::{Event, Flight, Guide, Onward, scatter},
+        trace::{Event, Flight, Guide, Onward, Turn, scatter},
     },
 };
 
@@ -216,6 +216,7 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
             let power = power.clone().scaled(1.0 / game.mean);
             self.photons += number - 1;
             let (left, carries) = (number - 1, self.carries);
+            on(Event::Turn(Turn::Waits));
             self.copies.push(Copies { at: *at, interactions, seen, power, carries, left });
         }
     }
@@ -230,9 +231,12 @@ impl<'a, L: Lanes> Guide<'a, L> for Guided<'a, '_, L> {
                 (weight * &copies.power, Onward { direction, lobe })
             });
             copies.left -= 1;
-            if copies.left == 0 {
+            let last = copies.left == 0;
+            if last {
                 self.copies.pop();
             }
+            let lobe = onward.as_ref().map(|(_, onward)| onward.lobe);
+            on(Event::Turn(Turn::Copy { lobe, last }));
             let Some((power, onward)) = onward else { continue };
             on(Event::Chance { before: &power.zero(), after: &power });
             if let Some(aimed) = &mut self.aimed {

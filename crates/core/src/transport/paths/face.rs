@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 use super::{
-    Aim, Leg, Path, Pilot,
+    Aim, Leg, Lit, Path, Pilot,
     choice::{LightChoice, Place},
     mirrored::by_way_of,
     spots::{self, Spots},
@@ -21,9 +21,11 @@ use crate::{
     scene::{
         captor::{Captor, CaptorKind, Channel},
         daylight::InfiniteLight,
-        material::{Interaction, Scatterer, Transport},
+        material::{Interaction, Material, Scatterer, Transport},
+        parameter::{ParameterIndex, Sent},
         world::{Outline, Scene, Surface},
     },
+    transport::met::{Along, Moments, PathAccount},
 };
 
 /// What one path has found for a face, per band in W or umol/s.
@@ -42,6 +44,21 @@ pub struct PathScore<L> {
     /// The same in each layer in which the path or a photon that was sent to it arrives. Empty where
     /// the captor counts in no layer.
     pub in_layers: Vec<(usize, Spectrum<L>)>,
+    /// The moments of the scene's parameters in `flux` and in `absorbed`; none if there are no
+    /// parameters.
+    pub moments: Moments<L>,
+    pub absorbed_moments: Moments<L>,
+}
+
+impl<L: Lanes> PathScore<L> {
+    /// Adds what one contribution is to the moments of a parameter: what the sensor reads, and what the
+    /// surface absorbs.
+    fn add_moments(&mut self, parameter: ParameterIndex, [read, absorbed]: [Spectrum<L>; 2]) {
+        self.moments.add(parameter, read);
+        if !absorbed.is_zero() {
+            self.absorbed_moments.add(parameter, absorbed);
+        }
+    }
 }
 
 /// A face of a captor, from which paths start.
@@ -128,8 +145,21 @@ impl<'a> Face<'a> {
         }
     }
 
-    /// Follows one path back from the face. It uses what the `pilot` run learned.
-    pub fn path<L: Lanes>(&self, pilot: &Pilot, rng: &mut Stream) -> PathScore<L> {
+    /// Follows one path back from the face. It uses what the `pilot` run learned. The score has the
+    /// moments of the scene's parameters if they are asked for.
+    pub fn path<L: Lanes>(&self, pilot: &Pilot, moments: bool, rng: &mut Stream) -> PathScore<L> {
+        match moments {
+            false => self.path_along::<L, ()>(pilot, rng),
+            true => self.path_along::<L, PathAccount<L>>(pilot, rng),
+        }
+    }
+
+    /// Follows one path back from the face, and keeps account of what it meets.
+    fn path_along<L: Lanes, A: Along<L> + Default>(
+        &self,
+        pilot: &Pilot,
+        rng: &mut Stream,
+    ) -> PathScore<L> {
         let Start { triangle, point, normal } = self.start(rng);
         let at = self.vertex(point, normal);
         let mut path = Path { scene: self.scene, pilot, rng, rays: 0, cut_off: false };
@@ -141,8 +171,10 @@ impl<'a> Face<'a> {
             path.mirrored_sun::<L>(&at),
             path.sent::<L>(&at, along),
         ];
-        let direct = direct.into_iter().flatten().map(|(towards, irradiance)| {
-            (towards, irradiance.scaled(self.area * towards.dot(normal).max(0.0)))
+        let direct = direct.map(|lit| {
+            let mut lit = lit?;
+            lit.irradiance = lit.irradiance.scaled(self.area * lit.towards.dot(normal).max(0.0));
+            Some(lit)
         });
         let indirect = match path.aim(&at) {
             Aim::Nowhere => None,
@@ -159,21 +191,91 @@ impl<'a> Face<'a> {
         let indirect = indirect.map(|(direction, weight, aimed)| {
             let ray = Ray { origin: point, direction };
             let leg = Leg { at, ray, density: Some(along(direction)), aimed, unbroken: true };
-            (direction, path.follow::<L>(leg).scaled(self.area * weight))
+            let mut account = A::default();
+            let flux = path.follow::<L>(leg, &mut account).scaled(self.area * weight);
+            (direction, flux, account.into_moments(self.area * weight))
         });
         let Path { rays, cut_off, .. } = path;
         let [flux, absorbed] = [0.0; 2].map(|zero| Spectrum::splat(self.scene.lanes(), zero));
-        let mut score = PathScore { flux, absorbed, rays, cut_off, in_layers: Vec::new() };
-        for (direction, flux) in direct.chain(indirect) {
-            score.absorbed += self.absorbed(triangle, direction, &flux, rng);
-            score.flux += self.read(flux, direction.dot(normal));
+        let (in_layers, moments) = (Vec::new(), Moments::default());
+        let absorbed_moments = Moments::default();
+        let mut score =
+            PathScore { flux, absorbed, rays, cut_off, in_layers, moments, absorbed_moments };
+        for Lit { towards, irradiance: flux, met } in direct.into_iter().flatten() {
+            let moments = || met.into_iter().flatten().map(|met| (met, flux.clone())).collect();
+            let moments = A::moments(moments);
+            let cos = towards.dot(normal);
+            self.take(&mut score, Coming { triangle, direction: towards, cos }, flux, moments, rng);
+        }
+        if let Some((direction, flux, moments)) = indirect {
+            let cos = direction.dot(normal);
+            self.take(&mut score, Coming { triangle, direction, cos }, flux, moments, rng);
         }
         let layer = self.layer(triangle, point);
         score.in_layers.extend(layer.map(|layer| (layer, score.absorbed.clone())));
         if let Some(spots) = &pilot.spots {
-            self.sent(spots, free, &mut score, rng);
+            self.sent::<L, A>(spots, free, &mut score, rng);
         }
         score
+    }
+
+    /// Adds to `score` flux that comes to the face, and its moments; these are `None` where no account
+    /// is kept. Returns what the surface absorbs of the flux.
+    #[inline(always)]
+    fn take<L: Lanes>(
+        &self,
+        score: &mut PathScore<L>,
+        coming: Coming,
+        flux: Spectrum<L>,
+        moments: Option<Moments<L>>,
+        rng: &mut Stream,
+    ) -> Spectrum<L> {
+        let absorbed = self.absorbed(coming.triangle, coming.direction, &flux, rng);
+        if let Some(moments) = moments {
+            self.take_moments(score, coming, [&flux, &absorbed], moments, rng);
+        }
+        score.absorbed += absorbed.clone();
+        score.flux += self.read(flux, coming.cos);
+        absorbed
+    }
+
+    /// Adds to `score` the moments of flux that comes to the face, part of which the surface absorbs.
+    #[inline(never)]
+    fn take_moments<L: Lanes>(
+        &self,
+        score: &mut PathScore<L>,
+        Coming { triangle, direction, cos }: Coming,
+        [flux, absorbed]: [&Spectrum<L>; 2],
+        moments: Moments<L>,
+        rng: &Stream,
+    ) {
+        for (parameter, moment) in moments.0 {
+            let share = |own: f32, all: f32| if all > 0.0 { own / all } else { 0.0 };
+            let shares = absorbed.clone().zip(flux, share);
+            let read = self.read(moment.clone(), cos);
+            score.add_moments(parameter, [read, shares * moment]);
+        }
+        // what the surface sends on of the light, it does not absorb; one scattering stands for all
+        let Some((material, at)) = self.interaction(triangle, direction) else { return };
+        let sample = material.sample::<L>(&at, Transport::Light, &mut rng.clone());
+        let Some(sample) = sample else { return };
+        let surface = self.surface(triangle).expect("it has a material");
+        let sent = Sent::by(sample.lobe);
+        let parameter =
+            sent.and_then(|sent| self.scene.parameters().of_way(surface.material, at.front, sent));
+        if let Some(parameter) = parameter {
+            let sent_on = sample.weight * flux;
+            score.absorbed_moments.add(parameter, sent_on.scaled(-1.0));
+        }
+    }
+
+    /// Returns the material of a triangle of a surface captor, and how light from a direction comes to
+    /// it; `None` for a virtual captor.
+    fn interaction(&self, triangle: usize, direction: Vec3) -> Option<(&'a Material, Interaction)> {
+        let surface = self.surface(triangle)?;
+        let first = self.scene.captors()[self.captor].triangles.start;
+        let at = Interaction::new(-direction, surface.normal).on(first + triangle);
+        Some((self.scene.material(&surface), at))
     }
 
     /// Returns the layer in which a point of a triangle of the captor counts.
@@ -201,7 +303,13 @@ impl<'a> Face<'a> {
 
     /// Sends a photon from a lamp, and adds to `score` what it brings to the face, weighted by the
     /// balance heuristic against the paths that start there.
-    fn sent<L: Lanes>(&self, spots: &Spots, free: f32, score: &mut PathScore<L>, rng: &mut Stream) {
+    fn sent<L: Lanes, A: Along<L>>(
+        &self,
+        spots: &Spots,
+        free: f32,
+        score: &mut PathScore<L>,
+        rng: &mut Stream,
+    ) {
         let (scene, captor) = (self.scene, &self.scene.captors()[self.captor]);
         let (light, chance) = spots.choose(scene, self.middle, rng);
         let ray = scene.lights()[light].emit(rng);
@@ -223,11 +331,13 @@ impl<'a> Face<'a> {
                 free * cosine_hemisphere_density(d.dot(normal))
             });
             let flux = (power.clone() * through).scaled(share / chance);
-            let absorbed = self.absorbed(triangle, origin.towards, &flux, rng);
+            let of_light = || scene.parameters().of_light(light).map(|light| (light, flux.clone()));
+            let moments = A::moments(|| of_light().into_iter().collect());
+            let (direction, cos) = (origin.towards, origin.towards.dot(normal));
+            let absorbed =
+                self.take(score, Coming { triangle, direction, cos }, flux, moments, rng);
             let layer = self.layer(triangle, point);
-            score.in_layers.extend(layer.map(|layer| (layer, absorbed.clone())));
-            score.absorbed += absorbed;
-            score.flux += self.read(flux, origin.towards.dot(normal));
+            score.in_layers.extend(layer.map(|layer| (layer, absorbed)));
         });
     }
 
@@ -288,7 +398,7 @@ impl<'a> Face<'a> {
                 }
                 let direction = toward.normalize();
                 let ray = Ray { origin, direction };
-                let (arriving, _) = by_way_of(scene, mirrors, image, ray, sun, shines);
+                let (arriving, _) = by_way_of(scene, mirrors, image, ray, sun, shines, |_| ());
                 if !arriving.is_zero() {
                     add(arriving.scaled(weight), direction, false, rng);
                 }
@@ -351,11 +461,9 @@ impl<'a> Face<'a> {
         flux: &Spectrum<L>,
         rng: &mut Stream,
     ) -> Spectrum<L> {
-        let Some(surface) = self.surface(triangle) else { return flux.zero() };
-        let interaction =
-            Interaction::new(-direction, surface.normal)
-                .on(self.scene.captors()[self.captor].triangles.start + triangle);
-        let material = self.scene.material(&surface);
+        let Some((material, interaction)) = self.interaction(triangle, direction) else {
+            return flux.zero();
+        };
         match material.absorptance(&interaction) {
             Some(absorptance) => absorptance * flux,
             // without a closed form: what is left after one random scattering is absorbed, on
@@ -389,6 +497,17 @@ pub struct Sunlight<L> {
     pub absorbed: Spectrum<L>,
     /// Whether light comes straight from the sun, or through thin panes.
     pub is_straight: bool,
+}
+
+/// How light comes to a face.
+#[derive(Clone, Copy)]
+struct Coming {
+    /// Index among the captor's triangles.
+    triangle: usize,
+    /// Where it comes from, a unit vector.
+    direction: Vec3,
+    /// The cosine of its angle to the normal of the face.
+    cos: f32,
 }
 
 /// The point where a path starts.

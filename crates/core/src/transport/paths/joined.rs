@@ -28,7 +28,7 @@ pub fn radiance<L: Lanes>(scene: &Scene, ray: Ray, rng: &mut Stream) -> Spectrum
     let camera = Vertex::new(scene, ray.origin);
     let leg = super::Leg { at: camera, ray, density: None, aimed: None, unbroken: true };
     let pilot = &super::Pilot::NONE;
-    super::Path { scene, pilot, rng, rays: 0, cut_off: false }.follow(leg)
+    super::Path { scene, pilot, rng, rays: 0, cut_off: false }.follow(leg, &mut ())
 }
 
 /// A point of a scattering surface, to be joined with the lamps, also through thin panes. It serves

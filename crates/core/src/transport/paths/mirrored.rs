@@ -9,7 +9,7 @@ use crate::{
     },
     scene::{
         material::{LobeKind, Scatterer, Transport},
-        world::{FlatMirrors, Scene},
+        world::{Arrived, FlatMirrors, Scene},
     },
     transport::trace::MAX_INTERACTIONS,
 };
@@ -17,7 +17,8 @@ use crate::{
 /// Follows a ray in the direction in which an image of the sun is seen. Returns the fraction of the
 /// sun's light, across that direction, that arrives along the ray by way of the panes or mirrors
 /// that show this image, and the number of rays that this took. `shines` tells which fraction of
-/// the sun's light comes along a ray in the direction `toward_sun`.
+/// the sun's light comes along a ray in the direction `toward_sun`. `shown` is told of each pane or
+/// mirror by way of which some arrives.
 pub(super) fn by_way_of<L: Lanes>(
     scene: &Scene,
     mirrors: &FlatMirrors,
@@ -25,6 +26,7 @@ pub(super) fn by_way_of<L: Lanes>(
     mut ray: Ray,
     toward_sun: Vec3,
     shines: impl Fn(&Ray) -> Option<Spectrum<L>>,
+    mut shown: impl FnMut(&Arrived),
 ) -> (Spectrum<L>, u32) {
     let toward = ray.direction;
     let [mut arriving, mut through] =
@@ -44,6 +46,7 @@ pub(super) fn by_way_of<L: Lanes>(
         {
             rays += 1;
             if let Some(visible) = shines(&at.leave(mirrored.lobe, toward_sun)) {
+                shown(&at);
                 arriving += mirrored.weight * &through * visible;
             }
         }

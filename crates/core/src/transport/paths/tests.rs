@@ -78,7 +78,7 @@ fn aimed_paths_find_the_same_and_with_less_error() {
         let mut mean = Mean::default();
         for path in 0..2_000_000 {
             let mut rng = Stream::new(1, u64::from(pilot.reflectors.is_some()), path);
-            mean.add(face.path::<[f32; 1]>(&pilot, &mut rng).flux.0[0].into());
+            mean.add(face.path::<[f32; 1]>(&pilot, false, &mut rng).flux.0[0].into());
         }
         mean
     });

@@ -16,10 +16,11 @@ use crate::{
     },
     scene::light::Emission,
     transport::{
+        met::Account,
         paths::{Finding, Pilot},
         photon_map::{MapBuilder, TaskArrivals, TaskKey, Way},
         tally::Tally,
-        trace::{Event, trace},
+        trace::{Counted, Event, trace},
     },
 };
 
@@ -61,6 +62,7 @@ impl Run<'_> {
             Purpose::Run => Purpose::Beside,
             other => other,
         };
+        let mut account = tally.has_moments().then(Account::default);
         let streams = Streams::new(self.settings.seed, purpose, round * BATCHES + batch);
         for index in 0..photons {
             if self.stopped() {
@@ -80,11 +82,17 @@ impl Run<'_> {
                 continue;
             }
             let Emission { light, weights, ray, power, .. } = photon;
+            if let Some(account) = &mut account {
+                account.start(scene.parameters().of_light(light));
+            }
             trace(scene, ray, power, (), &mut rng, |event| {
                 let alone = |face: usize| by_photons.get(face).is_some_and(|&alone| alone);
-                tally.score_beside(scene, weights, &event, |counted| {
-                    finding.hidden || alone(counted.channel())
-                });
+                let counts = |counted: &Counted<L>| finding.hidden || alone(counted.channel());
+                tally.score_beside(scene, weights, &event, counts);
+                if let Some(account) = &mut account {
+                    tally.score_moments(scene, weights, &event, account.of(&event), counts);
+                    account.then(scene.parameters(), &event);
+                }
                 if let Some(task) = &mut stored
                     && let Some((mut arrival, power)) =
                         Keep::OnCaptors.arrival(scene, &event, Way::default())

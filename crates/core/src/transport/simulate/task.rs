@@ -16,6 +16,7 @@ use crate::{
     },
     transport::{
         guiding::{Aimed, Guided},
+        met::Account,
         paths::{Face, Finding, Pilot},
         photon_map::{
             Arrival, MapBuilder, PackedDirection, StoredPhoton, TaskArrivals, TaskKey, Way,
@@ -122,7 +123,7 @@ impl Run<'_> {
                 let stream = index * faces.len() as u64 + f as u64;
                 let rng = streams.history(stream);
                 let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
-                let score = face.path::<L>(pilot, &mut rng);
+                let score = face.path::<L>(pilot, tally.has_moments(), &mut rng);
                 let captor = &self.scene.captors()[face.captor];
                 tally.score_path(self.scene, captor, face.channel, &score);
                 brightest = brightest.zip(&score.flux, f32::max);
@@ -143,14 +144,15 @@ impl Run<'_> {
         tally: &mut Tally,
         map: Option<&Mutex<MapBuilder>>,
     ) {
-        match &self.guidance {
-            None => self.photons::<L, false>(schedule, key, strata, tally, map),
-            Some(_) => self.photons::<L, true>(schedule, key, strata, tally, map),
+        match self.guidance.is_some() || tally.has_moments() {
+            false => self.photons::<L, false>(schedule, key, strata, tally, map),
+            true => self.photons::<L, true>(schedule, key, strata, tally, map),
         }
     }
 
-    /// Emits and follows photons, guided or not; the loop is compiled once for each case.
-    fn photons<L: Lanes, const GUIDED: bool>(
+    /// Emits and follows photons. The loop is compiled once for those that nothing guides and that keep
+    /// no account of what they meet, and once for all others.
+    fn photons<L: Lanes, const MORE: bool>(
         &self,
         schedule: &Schedule,
         key: TaskKey,
@@ -167,10 +169,11 @@ impl Run<'_> {
         }
         let bands = self.scene.bands().len();
         let streams = self.streams(round, batch);
-        let guidance = self.guidance.as_ref().filter(|_| GUIDED);
+        let guidance = self.guidance.as_ref().filter(|_| MORE);
+        let mut account = (MORE && tally.has_moments()).then(Account::default);
         let mut copies = Vec::new();
         let mut brightest = vec![0.0f64; bands];
-        let heavy = GUIDED && self.settings.tolerance.is_some();
+        let heavy = MORE && guidance.is_some() && self.settings.tolerance.is_some();
         for index in 0..histories {
             if self.stopped() {
                 return;
@@ -191,6 +194,9 @@ impl Run<'_> {
             } else {
                 tally.emitted(part, weights, &power.clone().scaled(1.0 / density));
             }
+            if let Some(account) = &mut account {
+                account.start(self.scene.parameters().of_light(light));
+            }
             let mut way = Way::default();
             let of_sun = self.without_direct_sun && strata.is_sun(self.scene.lights(), source);
             let mut found = of_sun.then(|| Finding::new(self.scene, light, true));
@@ -205,6 +211,11 @@ impl Run<'_> {
                     return;
                 }
                 tally.score(self.scene, part, weights, &event);
+                if let Some(account) = &mut account {
+                    let met = account.of(&event);
+                    tally.score_moments(self.scene, weights, &event, met, |_| true);
+                    account.then(self.scene.parameters(), &event);
+                }
                 if let Some(counted) = event.counted(self.scene).filter(|_| heavy) {
                     let values = counted.power.values().iter().zip(weights);
                     let brought = values.map(|(power, weight)| f64::from(*power) * weight);
@@ -310,6 +321,7 @@ impl Keep<'_> {
             Event::Crossing { carried: None, .. }
             | Event::FlightBeside
             | Event::Chance { .. }
+            | Event::Turn(_)
             | Event::Escaped { .. }
             | Event::Lost(_) => return None,
         };

@@ -24,6 +24,9 @@ pub struct Sums {
     pub(super) ledger: Ledger,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) parts: Vec<Sums>,
+    /// The moments of each parameter, if they were asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) moments: Vec<Sums>,
 }
 
 /// The largest possible value of a stored count.
@@ -67,6 +70,7 @@ impl Tally {
             cut_off: std::mem::take(&mut self.cut_off),
             ledger: std::mem::replace(&mut self.ledger, Ledger::new(self.bands, materials)),
             parts: self.parts.iter_mut().map(Self::take).collect(),
+            moments: self.moments.iter_mut().map(Self::take).collect(),
         }
     }
 
@@ -88,6 +92,7 @@ impl Tally {
         self.cut_off += sums.cut_off;
         self.ledger.add(&sums.ledger, |_| 1.0);
         self.parts.iter_mut().zip(&sums.parts).for_each(|(part, sums)| part.add_sums(sums));
+        self.moments.iter_mut().zip(&sums.moments).for_each(|(own, sums)| own.add_sums(sums));
     }
 
     /// Returns whether `sums` can be the contents of a tally of the same scene.
@@ -103,6 +108,7 @@ impl Tally {
             cut_off,
             ledger,
             parts,
+            moments,
         } = sums;
         let mut counts = photons.iter().chain(histories).chain([segments, effort, cut_off]);
         let entries = |ledger: &Ledger| {
@@ -123,5 +129,7 @@ impl Tally {
             && [missed, chance].into_iter().all(|list| [0, self.bands].contains(&list.len()))
             && parts.len() == self.parts.len()
             && self.parts.iter().zip(parts).all(|(part, sums)| part.fits(sums))
+            && moments.len() == self.moments.len()
+            && self.moments.iter().zip(moments).all(|(own, sums)| own.fits(sums))
     }
 }

@@ -1,5 +1,7 @@
 //! The sums over all batches.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::{Ledger, Sums, sums::MOST};
@@ -57,6 +59,22 @@ pub struct Totals {
     group_values: Vec<f64>,
     /// Totals of each part of the light, if the light is split.
     parts: Vec<Totals>,
+    /// For each parameter, channel and column the [moment](crate::transport::met) and the value.
+    /// Empty if no moments are asked for; without the channels of captors if these are too many.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    moments: Vec<RunningPair>,
+}
+
+/// The largest number of moments of captors that are kept, some 0.4 GB. Beyond it only groups have any.
+const MOST_MOMENTS: usize = 10_000_000;
+
+/// Returns the channels of captors and groups that have moments.
+fn channels_with_moments(scene: &Scene) -> Range<usize> {
+    let columns = scene.bands().len() + scene.sums().len();
+    let each = columns * scene.parameters().all().len();
+    let groups = scene.groups().len() * scene.group_channels();
+    let kept = scene.channels().saturating_mul(each) <= MOST_MOMENTS;
+    (if kept { 0 } else { scene.channels() })..scene.channels() + groups
 }
 
 impl Totals {
@@ -95,7 +113,69 @@ impl Totals {
             captor_of_channel,
             group_values: vec![0.0; group_channels * columns],
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
+            moments: Vec::new(),
         }
+    }
+
+    /// Returns the same totals, with room for the moments of the scene's parameters.
+    pub fn with_moments(self, scene: &Scene) -> Self {
+        let each = channels_with_moments(scene).len() * self.columns;
+        let moments = vec![RunningPair::default(); scene.parameters().all().len() * each];
+        Self { moments, ..self }
+    }
+
+    /// Adds the moments that a batch has found, and the values that they are moments of.
+    fn add_moments(&mut self, scene: &Scene, batch: &Sums, scale: f64) {
+        let (bands, columns) = (scene.bands().len(), self.columns);
+        let channels = channels_with_moments(scene);
+        let rows = |sums: &Sums| {
+            let mut rows = vec![0.0; channels.end * columns];
+            for (i, &channel) in sums.channels.iter().enumerate() {
+                let channel = channel as usize;
+                // what comes after the captors is of the stand
+                let Some(&captor) = self.captor_of_channel.get(channel) else { continue };
+                let captor = &scene.captors()[captor as usize];
+                let of_groups = captor.groups.iter().map(|group| {
+                    let of = group * scene.group_channels() + channel - captor.first_channel;
+                    scene.channels() + of
+                });
+                let flux = &sums.flux[i * bands..][..bands];
+                for channel in of_groups.chain([channel]) {
+                    let row = &mut rows[channel * columns..][..columns];
+                    row.iter_mut().zip(flux).for_each(|(value, flux)| *value += flux * scale);
+                }
+            }
+            for row in rows.chunks_exact_mut(columns) {
+                for (s, sum) in scene.sums().iter().enumerate() {
+                    row[bands + s] = sum.of(row);
+                }
+            }
+            rows.split_off(channels.start * columns)
+        };
+        let values = rows(batch);
+        let all = self.moments.chunks_exact_mut(values.len().max(1));
+        for (pairs, sums) in all.zip(&batch.moments) {
+            let moments = rows(sums).into_iter().zip(&values);
+            pairs
+                .iter_mut()
+                .zip(moments)
+                .for_each(|(pair, (moment, value))| pair.add(moment, *value));
+        }
+    }
+
+    /// Returns for each band and sum the mean moment of a parameter in a channel of a captor or group,
+    /// and the mean value there, and from two batches on the variance of the first, their covariance
+    /// and the variance of the second. `None` where no moments are kept.
+    pub fn moments(
+        &self,
+        scene: &Scene,
+        parameter: usize,
+        channel: usize,
+    ) -> Option<impl Iterator<Item = ([f64; 2], Option<[f64; 3]>)>> {
+        let channels = channels_with_moments(scene);
+        let at = parameter * channels.len() + channel.checked_sub(channels.start)?;
+        let pairs = self.moments.get(at * self.columns..(at + 1) * self.columns)?;
+        Some(pairs.iter().map(|pair| pair.estimate(self.batches)))
     }
 
     /// Returns the same totals, for paths beside which photons count: alone in the channels
@@ -126,7 +206,9 @@ impl Totals {
         let of_group = columns * size_of::<f64>();
         let ledger = (scene.materials().len() + 3) * scene.bands().len() * size_of::<f64>();
         let channels = scene.channels() + groups + scene.stand().channels();
-        let sums = channels * of_channel + groups * of_group + ledger;
+        let moments = channels_with_moments(scene).len() * columns * size_of::<RunningPair>();
+        let moments = moments * scene.parameters().all().len();
+        let sums = channels * of_channel + groups * of_group + ledger + moments;
         (parts + 1) * (size_of::<Self>() + sums)
     }
 
@@ -177,6 +259,9 @@ impl Totals {
         let group_running = &mut self.running[scene.channels() * self.columns..];
         for (running, value) in group_running.iter_mut().zip(&mut self.group_values) {
             running.add(std::mem::take(value));
+        }
+        if !self.moments.is_empty() {
+            self.add_moments(scene, batch, scale);
         }
         self.ledger.add(&batch.ledger, |_| scale);
         if !self.spent.is_empty() {
@@ -240,6 +325,8 @@ impl Totals {
             && self.running.iter().all(Running::is_possible)
             && self.parts.len() == other.parts.len()
             && self.parts.iter().zip(&other.parts).all(|(mine, theirs)| mine.fits(theirs))
+            && self.moments.len() == other.moments.len()
+            && self.moments.iter().all(RunningPair::is_possible)
     }
 
     /// Returns the totals of each part of the light; empty if the light is not split.
@@ -281,6 +368,7 @@ impl Totals {
             captor_of_channel: self.captor_of_channel.clone(),
             group_values: Vec::new(),
             parts: Vec::new(),
+            moments: Vec::new(),
             ..*self
         }
     }

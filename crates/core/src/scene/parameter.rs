@@ -1,0 +1,132 @@
+//! The parameters of a scene on which a run says how much its results depend.
+//!
+//! A parameter is a factor s on all light that a material sends on in some way, or that a light
+//! emits. What a history brings to a captor, after it has met this factor n times, is in proportion
+//! to s^n. So the elasticity of the light E that arrives there, d ln E / d ln s at s = 1, is the mean
+//! of n over the histories, weighted by what they bring (Hayakawa, Spanier et al., "Perturbation
+//! Monte Carlo methods to solve inverse photon migration problems in heterogeneous tissues", Optics
+//! Letters 26, 2001). The chances with which histories are drawn do not enter, as they stay the same.
+
+use super::material::LobeKind;
+
+/// A factor on light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its name: a pointer into the scene file, and after `#` what of it counts where that is more
+    /// than one value.
+    pub name: String,
+    /// The light that it is a factor on.
+    pub factor: Factor,
+    /// Per band, what one is to the factor in the units of the scene file: d ln s = dx / x for each
+    /// x of this list. Empty where no number of the scene file stands for the factor.
+    pub values: Vec<f64>,
+}
+
+/// The light that a parameter is a factor on.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Factor {
+    /// What a material, given by its index, sends on of the light that comes to its front and to its
+    /// back, if these count, in each of the [ways](Sent) that count.
+    Material {
+        /// Index of the material.
+        material: usize,
+        /// Whether light that comes to the front, and to the back, counts.
+        faces: [bool; 2],
+        /// Whether each way counts, in the order of [`Sent`].
+        ways: [bool; 3],
+    },
+    /// What the light of this index emits.
+    Light(usize),
+}
+
+/// How a surface sends light on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sent {
+    /// Scattered back.
+    Reflected,
+    /// In the mirror direction.
+    Mirrored,
+    /// Scattered to the other side.
+    Transmitted,
+}
+
+impl Sent {
+    /// Returns how a lobe sends light on; `None` for those to which no parameter belongs: light that
+    /// panes and solids let through or reflect wholly.
+    #[inline]
+    pub fn by(lobe: LobeKind) -> Option<Self> {
+        match lobe {
+            LobeKind::DiffuseReflection => Some(Self::Reflected),
+            LobeKind::MirrorReflection => Some(Self::Mirrored),
+            LobeKind::DiffuseTransmission => Some(Self::Transmitted),
+            LobeKind::Straight | LobeKind::TotalReflection | LobeKind::Refraction => None,
+        }
+    }
+
+    /// Returns how a surface scatters light, to its other side if the light `crosses` it.
+    #[inline]
+    pub fn scattered(crosses: bool) -> Self {
+        if crosses { Self::Transmitted } else { Self::Reflected }
+    }
+}
+
+/// Index of a parameter of a scene.
+pub type ParameterIndex = u16;
+
+/// The parameters of a scene, and which of them each light and each way of a material has. Each has
+/// at most one.
+#[derive(Debug, Default)]
+pub struct Parameters {
+    all: Vec<Parameter>,
+    /// For each material, face and way; empty if there are no parameters.
+    of_ways: Vec<Option<ParameterIndex>>,
+    /// For each light; empty if there are no parameters.
+    of_lights: Vec<Option<ParameterIndex>>,
+}
+
+impl Parameters {
+    /// The largest number of parameters.
+    pub const MOST: usize = 4096;
+
+    /// Arranges the parameters of a scene of so many materials and lights.
+    pub(super) fn new(all: Vec<Parameter>, materials: usize, lights: usize) -> Self {
+        if all.is_empty() {
+            return Self::default();
+        }
+        let mut of_ways = vec![None; 6 * materials];
+        let mut of_lights = vec![None; lights];
+        for (index, parameter) in all.iter().enumerate() {
+            let index = Some(index as ParameterIndex);
+            match parameter.factor {
+                Factor::Light(light) => of_lights[light] = index,
+                Factor::Material { material, faces, ways } => {
+                    for way in 0..6 {
+                        if faces[way / 3] && ways[way % 3] {
+                            of_ways[6 * material + way] = index;
+                        }
+                    }
+                }
+            }
+        }
+        Self { all, of_ways, of_lights }
+    }
+
+    /// Returns all parameters.
+    #[inline]
+    pub fn all(&self) -> &[Parameter] {
+        &self.all
+    }
+
+    /// Returns the parameter of light that comes to a face of a material, and that is sent on so.
+    #[inline]
+    pub fn of_way(&self, material: u32, front: bool, sent: Sent) -> Option<ParameterIndex> {
+        let way = if front { 0 } else { 3 } + sent as usize;
+        self.of_ways.get(6 * material as usize + way).copied().flatten()
+    }
+
+    /// Returns the parameter of a light.
+    #[inline]
+    pub fn of_light(&self, light: usize) -> Option<ParameterIndex> {
+        self.of_lights.get(light).copied().flatten()
+    }
+}

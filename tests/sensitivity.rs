@@ -1,0 +1,343 @@
+//! How much results depend on materials and lights: closed forms, differences between runs, and the
+//! same by every estimator.
+
+use phylux::{
+    Estimator, Guiding, RunResult, Settings,
+    results::SensitivityResult,
+    transport::{NearestCount, PhotonCount, ThreadCount},
+};
+use serde_json::{Value, json};
+
+use crate::{
+    bad_input::{bad_scene, phylux},
+    common::run_file,
+    stability::furnace,
+    world::{Mesh, World, front, room},
+};
+
+const UP: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// A way to run a scene: the estimator, the guiding and the number of photons or paths.
+type Method = (Estimator, Guiding, u64);
+
+const PHOTONS: Method = (Estimator::Photons, Guiding::Off, 200_000);
+const METHODS: [Method; 5] = [
+    PHOTONS,
+    (Estimator::Photons, Guiding::Aim, 60_000),
+    (Estimator::Photons, Guiding::Full, 60_000),
+    (Estimator::Paths, Guiding::Off, 60_000),
+    (Estimator::Complete, Guiding::Off, 60_000),
+];
+
+fn run(world: &World, (estimator, guiding, photons): Method, seed: u64) -> RunResult {
+    let scene = world.write();
+    run_file(&scene.path("scene.json"), |settings| {
+        let photons = PhotonCount::new(photons).ok();
+        let k = Some(NearestCount::NONE);
+        *settings = Settings { estimator, guiding, photons, seed, k, ..settings.clone() };
+    })
+}
+
+fn all(run: &RunResult) -> &[SensitivityResult] {
+    run.sensitivity.as_deref().expect("sensitivities")
+}
+
+/// Returns the elasticity of a group in a band, with its error; 0 where its light has never met the
+/// parameter.
+fn elasticity(run: &RunResult, group: &str, face: &str, parameter: &str) -> (f64, f64) {
+    let is = |of: &&SensitivityResult| {
+        of.group.as_deref() == Some(group) && of.face == face && of.parameter == parameter
+    };
+    let found = all(run).iter().find(is);
+    found.map_or((0.0, 0.0), |of| {
+        (of.elasticity[0].expect("light"), of.elasticity_se[0].expect("an error"))
+    })
+}
+
+/// In a furnace of reflectance R, whose walls emit, the light on a captor has met walls R / (1 - R)
+/// times, and what the walls absorb does not depend on R: (1 - R) / (1 - R). On a leaf of reflectance
+/// r and transmittance t, which absorbs 1 - r - t of the same light on both faces, the elasticity by r
+/// is -r / (1 - r - t), besides what the furnace gets back of the leaf's own light.
+///
+/// Seeds 1 to 5; 5 methods, 2 comparisons within 4 standard errors, odds of a false alarm 6e-4.
+#[test]
+fn walls_of_a_furnace() {
+    for rho in [0.5, 0.8] {
+        let world = furnace(1.0, rho)
+            .with("sensitivity", json!(["wall"]))
+            .captor("disc", &Mesh::disc([0.2, 0.1, -0.3], UP, 0.3));
+        let exact = rho / (1.0 - rho);
+        for (seed, method) in METHODS.into_iter().enumerate() {
+            let found = run(&world, method, seed as u64 + 1);
+            let (e, error) = elasticity(&found, "disc", "front", "/materials/wall/reflectance");
+            assert!((e - exact).abs() < 4.0 * error, "{method:?}: {e} ± {error}, not {exact}");
+            assert!(error < 0.05 * exact, "{method:?}: {error}");
+            // dE / dR = e E / R
+            let of = &all(&found)[0];
+            let irradiance = front(&found, "disc").irradiance[0];
+            let derivative = of.derivative[0].expect("a number of the scene");
+            assert!((derivative / (e * irradiance / rho) - 1.0).abs() < 1e-5, "{derivative}");
+            assert!(of.derivative_se[0].is_some_and(|error| error > 0.0));
+        }
+    }
+}
+
+/// A box with a lamp in its middle and walls that are captors, whose power is all absorbed by them:
+/// what they absorb does not depend on their reflectance.
+///
+/// Photons and paths within 4 standard errors, odds of a false alarm 2e-4.
+#[test]
+fn what_walls_absorb_of_all_light_depends_on_nothing() {
+    let world = World::new()
+        .lambert("wall", 0.6)
+        .counted("walls", "wall", &room([-0.5; 3], [0.5; 3]))
+        .light(json!({ "type": "point", "position": [0.1, 0.0, 0.0], "power": 10 }))
+        .with("sensitivity", json!(true));
+    for method in [PHOTONS, METHODS[3], METHODS[4]] {
+        let found = run(&world, method, 7);
+        let (e, error) = elasticity(&found, "walls", "absorbed", "/materials/wall/reflectance");
+        assert!(e.abs() < 4.0 * error && error < 0.02, "{method:?}: {e} ± {error}");
+        // all light is the lamp's
+        let (e, _) = elasticity(&found, "walls", "absorbed", "/lights/0/power");
+        assert!((e - 1.0).abs() < 1e-5, "{method:?}: {e}");
+    }
+}
+
+/// A leaf in the open absorbs (1 - r - t) of what comes: by r, -r / (1 - r - t); by t, -t / (1 - r - t);
+/// with a back of its own, only the parameters of the face that is lit count. What comes to a sensor
+/// behind it has met t once.
+///
+/// Photons and paths, 3 comparisons each within 4 standard errors, odds of a false alarm 6e-4.
+#[test]
+fn a_leaf_in_the_open() {
+    let (r, t) = (0.3, 0.2);
+    let world = World::new()
+        .material(
+            "leaf",
+            json!({ "type": "leaf", "ior": 1.0, "reflectance": r, "transmittance": t,
+                    "back": { "reflectance": 0.4 } }),
+        )
+        .counted("leaf", "leaf", &Mesh::square([0.0, 0.0, 1.0], UP, 1.0))
+        .captor_of_both_sides("below", &Mesh::square([0.9, 0.0, 0.6], UP, 0.5))
+        .lamp("lamp", &Mesh::square([0.0, 0.0, 1.5], [0.0, 0.0, -1.0], 0.1), 10.0)
+        .surface("shade", "black", &Mesh::square([0.6, 0.0, 1.4], UP, 0.7))
+        .lambert("black", 0.0)
+        .with("sensitivity", json!(["leaf"]));
+    let exact = |by: f64| -by / (1.0 - r - t);
+    for method in [PHOTONS, METHODS[3], METHODS[4]] {
+        let found = run(&world, method, 3);
+        let close = |parameter: &str, exact: f64| {
+            let (e, error) = elasticity(&found, "leaf", "absorbed", parameter);
+            assert!(
+                (e - exact).abs() <= 4.0 * error && error < 0.05,
+                "{method:?}, {parameter}: {e} ± {error}, not {exact}"
+            );
+        };
+        close("/materials/leaf/reflectance", exact(r));
+        close("/materials/leaf/transmittance", exact(t));
+        // nothing comes back to its lower face
+        close("/materials/leaf/back/reflectance", 0.0);
+    }
+}
+
+/// Adds a room with a mirror, a glossy board, leaves that share their triangles, and two lamps.
+fn mixed(wall: f64, leaf: [f64; 2], mirror: f64, board: f64) -> World {
+    let plant = Mesh::square([0.0, 0.0, 0.0], [0.4, 0.0, 0.9], 0.4).and(Mesh::square(
+        [0.1, 0.1, 0.15],
+        [-0.5, 0.3, 0.8],
+        0.3,
+    ));
+    World::new()
+        .bands(2)
+        .with("sums", json!({ "both": { "b0": 1, "b1": 2 } }))
+        .material("wall", json!({ "type": "lambert", "reflectance": [wall, 0.5 * wall] }))
+        .material(
+            "leaf",
+            json!({ "type": "leaf", "reflectance": leaf[0], "transmittance": leaf[1] }),
+        )
+        .material("mirror", json!({ "type": "mirror", "reflectance": mirror }))
+        .material(
+            "board",
+            json!({ "type": "phong", "reflectance": board, "specular": 0.0, "transmittance": 0.1 }),
+        )
+        .surface("room", "wall", &room([-1.0; 3], [1.0; 3]))
+        .counted("plants", "leaf", &plant)
+        .surface("glass", "mirror", &Mesh::square([-0.98, 0.0, 0.0], [1.0, 0.0, 0.0], 1.2))
+        .surface("board", "board", &Mesh::square([0.5, 0.5, 0.2], [-0.4, -0.6, 0.3], 0.8))
+        .captor_of_both_sides("shelf", &Mesh::square([0.3, -0.4, -0.7], UP, 0.6))
+        .edited(|scene| {
+            scene["objects"][1]["instances"] = json!([
+                { "translate": [0.2, 0.1, -0.5] },
+                { "translate": [-0.4, -0.3, -0.4], "rotate_deg": [0, 0, 70] }
+            ]);
+        })
+        .lamp("panel", &Mesh::square([0.0, 0.0, 0.9], [0.0, 0.0, -1.0], 0.5), 30.0)
+        .light(json!({ "type": "point", "position": [0.6, -0.6, 0.5], "power": [10, 20] }))
+}
+
+/// In a room of everything, elasticities are those of the difference between two runs in which the
+/// parameter is 5 % larger and smaller, and all methods agree with each other. Light of all lamps
+/// together has the elasticity 1.
+///
+/// 4 parameters, 3 places: 12 differences of paths within 4 standard errors of both, and 4 methods of
+/// 12 values against paths; odds of a false alarm 4e-3.
+#[test]
+fn differences_between_runs_in_a_room_of_everything() {
+    let usual = (0.6, [0.3, 0.25], 0.8, 0.5);
+    let at = |which: usize, factor: f64| {
+        let (mut wall, mut leaf, mut mirror, mut board) = usual;
+        match which {
+            0 => wall *= factor,
+            1 => leaf[1] *= factor,
+            2 => mirror *= factor,
+            _ => board *= factor,
+        }
+        mixed(wall, leaf, mirror, board)
+    };
+    let parameters = [
+        "/materials/wall/reflectance",
+        "/materials/leaf/transmittance",
+        "/materials/mirror/reflectance",
+        "/materials/board/reflectance",
+    ];
+    let places = [("shelf", "front"), ("shelf", "back"), ("plants", "absorbed")];
+    let value = |run: &RunResult, (group, face): (&str, &str)| {
+        let of = run.groups.iter().find(|of| of.id == group).expect("the group");
+        match face {
+            "absorbed" => {
+                let error = of.absorbed_se.as_ref().and_then(|se| se[0]).expect("an error");
+                (of.absorbed.as_ref().expect("a surface")[0], error)
+            }
+            _ => {
+                let of =
+                    if face == "front" { &of.front } else { of.back.as_ref().expect("a back") };
+                (of.flux[0], of.flux_se[0].expect("an error"))
+            }
+        }
+    };
+    let world = at(0, 1.0).with("sensitivity", json!(true));
+    let paths = run(&world, (Estimator::Paths, Guiding::Off, 400_000), 1);
+    for (which, parameter) in parameters.into_iter().enumerate() {
+        let method = (Estimator::Paths, Guiding::Off, 1_000_000);
+        let [more, less] = [1.05, 0.95].map(|factor| run(&at(which, factor), method, 2));
+        for place in places {
+            let ((more, more_se), (less, less_se)) = (value(&more, place), value(&less, place));
+            let span = 1.05f64.ln() - 0.95f64.ln();
+            let difference = (more / less).ln() / span;
+            // of independent runs: those of one seed vary less
+            let error = (more_se / more).hypot(less_se / less) / span;
+            let (e, own) = elasticity(&paths, place.0, place.1, parameter);
+            let off = (e - difference).abs();
+            assert!(
+                off < 4.0 * error.hypot(own) + 2e-3,
+                "{parameter}, {place:?}: {e} ± {own}, not {difference} ± {error}"
+            );
+            assert!(own < 0.1, "{parameter}, {place:?}: {own}");
+        }
+    }
+    for (seed, (estimator, guiding, photons)) in METHODS.into_iter().enumerate() {
+        let photons = if estimator == Estimator::Photons { 2 * photons } else { photons };
+        let found = run(&world, (estimator, guiding, photons), 10 + seed as u64);
+        for parameter in parameters {
+            for place in places {
+                let (e, error) = elasticity(&found, place.0, place.1, parameter);
+                let (exact, own) = elasticity(&paths, place.0, place.1, parameter);
+                let off = (e - exact).abs();
+                assert!(
+                    off < 4.0 * error.hypot(own),
+                    "{estimator}, {guiding:?}, {parameter}, {place:?}: {e} ± {error}, not {exact} ± {own}"
+                );
+            }
+        }
+        for (group, face) in places {
+            let of = |light| elasticity(&found, group, face, light).0;
+            let sum = of("/lights/0/power") + of("/lights/1/power");
+            assert!((sum - 1.0).abs() < 1e-5, "{group}: {sum}");
+        }
+    }
+}
+
+/// Results do not depend on threads or on shards, and the rest of the results does not change by the
+/// key. A mix has none.
+#[test]
+fn the_same_bytes_and_the_same_rest() {
+    let world = mixed(0.6, [0.3, 0.25], 0.8, 0.5);
+    let scene = world.clone().with("sensitivity", json!(true)).write();
+    let results = |threads: u32, estimator: &str, options: &[&str]| -> Value {
+        let threads = threads.to_string();
+        let mut all = vec!["run", "scene.json", "--photons", "20000", "--threads", &threads];
+        all.extend(["--estimator", estimator, "-o", "r.json"]);
+        all.extend(options);
+        let output = phylux(&scene.path(""), &all);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = std::fs::read_to_string(scene.path("r.json")).expect("results");
+        serde_json::from_str(&text).expect("JSON")
+    };
+    for estimator in ["photons", "complete"] {
+        let one = results(1, estimator, &[]);
+        assert!(one["sensitivity"].as_array().is_some_and(|rows| rows.len() > 20));
+        assert_eq!(one, results(3, estimator, &[]), "{estimator}");
+        for part in ["1/2", "2/2"] {
+            let name = format!("{estimator}{}.json", &part[..1]);
+            let shard = [
+                "run",
+                "scene.json",
+                "--photons",
+                "20000",
+                "--estimator",
+                estimator,
+                "--shard",
+                part,
+                "-o",
+                &name,
+            ];
+            let output = phylux(&scene.path(""), &shard);
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        }
+        let joined = ["merge", "part1.json", "part2.json", "-o", "joined.json"];
+        let output = phylux(&scene.path(""), &joined);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = std::fs::read_to_string(scene.path("joined.json")).expect("results");
+        let joined: Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(one["sensitivity"], joined["sensitivity"], "{estimator}");
+    }
+    let settings = |settings: &mut Settings| {
+        settings.estimator = Estimator::Photons;
+        settings.photons = PhotonCount::new(20_000).ok();
+        settings.threads = ThreadCount::new(2).expect("a number");
+    };
+    let with = run_file(&scene.path("scene.json"), settings);
+    let without = run_file(&world.write().path("scene.json"), settings);
+    let captors = |of: &RunResult| serde_json::to_value((&of.captors, &of.groups)).expect("JSON");
+    assert_eq!(captors(&with), captors(&without));
+    assert!(without.sensitivity.is_none());
+}
+
+/// What cannot be is refused with its place; what sends on nothing is said.
+#[test]
+fn names_are_checked() {
+    let scene = |names: Value| {
+        json!({
+            "materials": { "white": { "type": "lambert", "reflectance": 0.5 },
+                           "black": { "type": "lambert", "reflectance": 0 } },
+            "objects": [{ "name": "a", "obj": "a.obj", "material": "white", "captor": true },
+                        { "name": "b", "obj": "a.obj", "material": "black",
+                          "transform": { "translate": [0, 0, 1] } }],
+            "lights": [{ "type": "point", "position": [0.2, 0.2, 0.5], "power": 1 }],
+            "sensitivity": names
+        })
+        .to_string()
+    };
+    let files = [("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")];
+    bad_scene(
+        &scene(json!(["whit"])),
+        &files,
+        &["/sensitivity/0", "no material or light `whit`", "did you mean `white`"],
+    );
+    bad_scene(&scene(json!("white")), &files, &["/sensitivity", "true, false or a list of names"]);
+    let world = crate::common::TestScene::new(&scene(json!(["black", "white"])), &files);
+    let output = phylux(&world.path(""), &["check", "scene.json"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned()
+        + &String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("`black` sends on no light"), "{said}");
+}
