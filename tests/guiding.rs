@@ -753,7 +753,8 @@ fn games_of_chance_where_nothing_can_be_reached() {
 fn planning_ends_with_its_time() {
     let lamp = json!({ "type": "point", "position": [0.3, 0.2, 0.4], "power": 1 });
     let scene = room_with_leaf(2, 0.5).light(lamp).write();
-    for (asked, done) in [(Guiding::Full, Some(Guiding::Aim)), (Guiding::Auto, None)] {
+    for (asked, done) in [(Guiding::Full, Some(Guiding::Aim)), (Guiding::Auto, Some(Guiding::Aim))]
+    {
         let result = run_file(&scene.path("scene.json"), |settings| {
             settings.guiding = asked;
             settings.max_time = TimeLimit::new(1e-9).ok();

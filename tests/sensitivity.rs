@@ -277,26 +277,16 @@ fn the_same_bytes_and_the_same_rest() {
         let one = results(1, estimator, &[]);
         assert!(one["sensitivity"].as_array().is_some_and(|rows| rows.len() > 20));
         assert_eq!(one, results(3, estimator, &[]), "{estimator}");
-        for part in ["1/2", "2/2"] {
-            let name = format!("{estimator}{}.json", &part[..1]);
-            let shard = [
-                "run",
-                "scene.json",
-                "--photons",
-                "20000",
-                "--estimator",
-                estimator,
-                "--shard",
-                part,
-                "-o",
-                &name,
-            ];
-            let output = phylux(&scene.path(""), &shard);
+        let command = |line: &str| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let output = phylux(&scene.path(""), &words);
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        };
+        for part in [1, 2] {
+            let run = "run scene.json --photons 20000 --estimator";
+            command(&format!("{run} {estimator} --shard {part}/2 -o {estimator}{part}.json"));
         }
-        let joined = ["merge", "part1.json", "part2.json", "-o", "joined.json"];
-        let output = phylux(&scene.path(""), &joined);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        command(&format!("merge {estimator}1.json {estimator}2.json -o joined.json"));
         let text = std::fs::read_to_string(scene.path("joined.json")).expect("results");
         let joined: Value = serde_json::from_str(&text).expect("JSON");
         assert_eq!(one["sensitivity"], joined["sensitivity"], "{estimator}");

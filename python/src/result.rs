@@ -246,6 +246,7 @@ impl Found {
     /// Returns the powers of lamps that light these captors evenly, as JSON. `watts` are the electric
     /// powers of lights.
     #[pyo3(signature = (captors, watts, mean=None, minimum=None, band=None, groups=Vec::new()))]
+    #[expect(clippy::too_many_arguments, reason = "they are those of the method in Python")]
     fn even(
         &self,
         py: Python<'_>,

@@ -207,7 +207,7 @@ fn traced(
         threads: threads.get(),
     };
 
-    let bar = terminal_bar("{bar:30} {percent}% {human_pos} photons, {speed}, {eta} left");
+    let bar = terminal_bar("{bar:30} {percent}% {human_pos} photons, {speed}{left}");
     let progress = |progress: Progress| show(&bar, progress);
     let control = Control { stop: interrupt.stop(), progress: &progress };
     let found = study(scene, &plan, truth, &control);

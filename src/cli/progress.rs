@@ -7,7 +7,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, TermLike};
+use indicatif::{
+    HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, TermLike,
+};
 
 use super::terminal;
 use phylux_core::{error::lock, transport::simulate::Progress};
@@ -17,9 +19,11 @@ const FIRST: Duration = Duration::from_secs(2);
 const EVERY: Duration = Duration::from_secs(60);
 /// Time between two drawings of a bar of which nothing else is heard.
 const TICK: Duration = Duration::from_millis(200);
+/// The time that is left is told once this fraction is done.
+const TOLD: f32 = 0.05;
 
-/// Makes a progress bar in the form of `template`, which may begin with `{bar:30}`. With `--quiet`
-/// it shows nothing.
+/// Makes a progress bar in the form of `template`, which may begin with `{bar:30}`. It may contain
+/// `{speed}`, and at its end `{left}` for the time that the rest takes. With `--quiet` it shows nothing.
 pub fn terminal_bar(template: &str) -> ProgressBar {
     let is_terminal = io::stderr().is_terminal();
     let target = match (terminal::is_quiet(), is_terminal) {
@@ -37,9 +41,18 @@ pub fn terminal_bar(template: &str) -> ProgressBar {
     let template = if is_terminal { template } else { template.trim_start_matches("{bar:30} ") };
     if let Ok(style) = ProgressStyle::with_template(template) {
         let speed = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
-            let _ = write!(text, "{:.2e}/s", state.per_sec());
+            let _ = match state.pos() {
+                0 => write!(text, "planning"),
+                _ => write!(text, "{:.2e}/s", state.per_sec()),
+            };
         };
-        bar.set_style(style.with_key("speed", speed));
+        // how long the rest takes is known once some of it is done
+        let left = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+            if state.fraction() >= TOLD {
+                let _ = write!(text, ", {:#} left", HumanDuration(state.eta()));
+            }
+        };
+        bar.set_style(style.with_key("speed", speed).with_key("left", left));
     }
     bar.enable_steady_tick(TICK);
     bar

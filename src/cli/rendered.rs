@@ -96,7 +96,7 @@ pub(super) fn write(
                 RenderStage::Surfaces => "photons for surfaces",
                 RenderStage::Tiles => "places read",
             };
-            let template = format!("{{bar:30}} {{percent}}% {{human_pos}} {what}, {{eta}} left");
+            let template = format!("{{bar:30}} {{percent}}% {{human_pos}} {what}{{left}}");
             *bars = Some((stage, terminal_bar(&template)));
         }
         if let Some((_, bar)) = &*bars {

@@ -448,6 +448,6 @@ fn progress_bar(settings: &Settings) -> ProgressBar {
     let what = settings.estimator;
     terminal_bar(&match settings.tolerance {
         Some(_) => format!("{{elapsed}} {{human_pos}} {what}, {{speed}}, {{msg}}"),
-        None => format!("{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}, {{eta}} left"),
+        None => format!("{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}{{left}}"),
     })
 }

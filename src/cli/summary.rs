@@ -4,7 +4,7 @@ use std::{collections::HashSet, fmt::Write};
 
 use super::{table::Table, terminal};
 use phylux_core::{
-    math::pattern::copied,
+    math::pattern::{copied, without_copies},
     transport::settings::{Estimator, Guiding},
 };
 use phylux_results::result::{
@@ -18,7 +18,8 @@ pub(super) const SHOWN_BANDS: usize = 8;
 const SHOWN_GROUPS: usize = 20;
 /// The most layers that are shown.
 const SHOWN_LAYERS: usize = 20;
-/// The most parameters that are shown of a group.
+/// The most groups of which parameters are shown, and the most parameters of each.
+const SHOWN_DEPENDENT: usize = 6;
 const SHOWN_PARAMETERS: usize = 5;
 /// So many copies of a thing have one row together.
 const MANY: usize = 3;
@@ -499,9 +500,12 @@ fn sensitivity(text: &mut String, result: &RunResult) {
         bands.iter().filter_map(|&b| of.elasticity[b]).map(f64::abs).fold(0.0, f64::max)
     };
     let mut left_out = 0;
-    let groups: Vec<&GroupResult> =
-        result.groups.iter().take(terminal::shown(SHOWN_GROUPS)).collect();
-    for group in &groups {
+    let groups = match terminal::is_full() {
+        true => result.groups.iter().collect(),
+        false => without_copies(result.groups.iter().collect(), |group: &&GroupResult| &*group.id),
+    };
+    let shown_groups = terminal::shown(SHOWN_DEPENDENT);
+    for group in groups.iter().take(shown_groups) {
         let absorbs = group.absorbed.is_some();
         let face = if absorbs { "absorbed" } else { "front" };
         let mut found: Vec<&SensitivityResult> = all
@@ -527,7 +531,7 @@ fn sensitivity(text: &mut String, result: &RunResult) {
     if left_out > 0 {
         let _ = writeln!(text, "  and {left_out} smaller ones (--full)");
     }
-    text.push_str(&terminal::more(result.groups.len(), SHOWN_GROUPS));
+    text.push_str(&terminal::more(groups.len(), SHOWN_DEPENDENT));
 }
 
 /// Adds how large the errors of the k-nearest estimates are, and how much of its captor each covers;

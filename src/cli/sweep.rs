@@ -173,7 +173,7 @@ fn watched<T>(
     work: impl FnOnce(&SweepControl) -> Result<T>,
 ) -> Result<T> {
     interrupt.writing();
-    let bar = terminal_bar("{bar:30} {msg}, {elapsed} so far, {eta} left");
+    let bar = terminal_bar("{bar:30} {msg}, {elapsed} so far{left}");
     bar.set_message("planning the runs");
     let progress = |progress| show(&bar, progress);
     let control = SweepControl { stop: interrupt.stop(), progress: &progress, plots };

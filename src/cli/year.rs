@@ -253,7 +253,7 @@ fn watched<T>(
     interrupt: &Interrupt,
     work: impl FnOnce(&YearOptions, &Control, &ProgressBar) -> Result<T>,
 ) -> Result<T> {
-    let bar = terminal_bar("{bar:30} {percent}% {human_pos} {msg}, {speed}, {eta} left");
+    let bar = terminal_bar("{bar:30} {percent}% {human_pos} {msg}, {speed}{left}");
     let phase = |phase: &str| {
         bar.set_message(phase.to_owned());
         bar.set_position(0);

@@ -47,10 +47,6 @@ const ODD: f64 = 300.0;
 /// Lamps, and captors in daylight, that are farther than this many times the size of everything else,
 /// and than so many metres, are worth a warning.
 const FAR: f32 = 10.0;
-/// Nothing is said of light that rays do not find where fewer arrivals than this would be expected of
-/// rays that cross the scene in all places and directions alike.
-const EXPECTED: f64 = 100.0;
-
 /// The usual range of the size of a scene, m.
 const USUAL_SIZE: [f64; 2] = [0.01, 1000.0];
 

@@ -145,7 +145,7 @@ impl<'a> Task<'a> {
     /// Does `work` with a progress bar.
     pub fn watched<T>(&self, what: &str, work: impl FnOnce(&Control) -> Result<T>) -> Result<T> {
         let bar = terminal_bar(&format!(
-            "{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}, {{eta}} left"
+            "{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}{{left}}"
         ));
         let progress = |progress: Progress| show(&bar, progress);
         let control = Control { stop: self.stop, progress: &progress };

@@ -4,7 +4,6 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
-    EXPECTED,
     inside::is_in,
     remarks::{Remarks, quoted},
 };
@@ -22,6 +21,9 @@ use phylux_core::{
 const PHOTONS: u64 = 256;
 /// The most photons of a lamp.
 const MOST: u64 = 4096;
+/// Nothing is said of light that rays do not find where fewer arrivals than this would be expected of
+/// rays that cross the scene in all places and directions alike.
+pub(super) const EXPECTED: f64 = 100.0;
 /// The most captors that are looked at for each lamp.
 const MOST_POINTS: usize = 1000;
 /// The most lamps that are looked at.

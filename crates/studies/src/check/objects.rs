@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use serde::{Serialize, Serializer};
 
 use super::{
-    EXPECTED, copies,
+    copies,
     inside::is_in,
     lamps,
     remarks::{Remarks, length, quoted},
@@ -316,7 +316,7 @@ fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
     let around = around.join(Extent::of_triangles(scene.captor_triangles()));
     let areas: f64 = scene.captors().iter().map(|captor| captor.area).sum();
     let expected = (TRIAL * FLIGHTS) as f64 * areas / f64::from(2.0 * around.half_area());
-    if !lit || expected.is_nan() || expected < EXPECTED || scene.sources() as u64 > TRIAL {
+    if !lit || expected.is_nan() || expected < lamps::EXPECTED || scene.sources() as u64 > TRIAL {
         return;
     }
     let settings = Settings {
