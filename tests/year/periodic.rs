@@ -128,7 +128,7 @@ fn panels_turn_to_the_sun() {
     let hours: f64 = year.states.iter().flat_map(|(_, shares)| shares).sum();
     assert!((hours - 24.0).abs() < 1e-9 && year.states.len() > 10, "{hours}");
 
-    // rows of 10 minutes, in which the sun hardly moves
+    // rows of 10 minutes, in which the sun moves by 2.5 degrees
     let scene = row().write();
     let mut weather = String::from("time,ghi,dni,dhi\n");
     for row in 0..144 {
@@ -143,8 +143,10 @@ fn panels_turn_to_the_sun() {
     };
     let least = |hours: &[f64]| hours.iter().copied().fold(1.0, f64::min);
     let back = sunlit(json!({ "turn": [turn], "backtrack": 0.4, "limit_deg": 85 }));
-    // the edge of a row touches the half-shade of the one before it
-    assert!(back.len() > 72 && least(&back) > 0.99, "{back:?}");
+    // a row stands as for the middle of that time: before and after it, while the sun is low, its edge
+    // may be in the shade of the one before it
+    let unshaded = back.iter().filter(|share| **share > 0.99).count();
+    assert!(back.len() > 72 && least(&back) > 0.9 && unshaded > 80, "{back:?}");
     let straight = sunlit(json!({ "turn": turn, "limit_deg": 85 }));
     assert!(least(&straight) < 0.8, "{straight:?}");
 }
