@@ -361,38 +361,6 @@ fn nightly_sums_of_june_have_no_bias() {
     assert!(chi2 < 2.0 && error < 2.5, "chi2 / n {chi2}, error {error} %");
 }
 
-/// Of the 95 % intervals of days and of the month in a room with a window, over seeds 1 to 200, 90 to
-/// 99 % hold what a year of 200 times as many photons finds. Sensors and days share photons, so the
-/// fraction of all 2 x 3 x 200 intervals varies by at most 1.5 %, as that of 200 would; odds of a false
-/// alarm 1e-3.
-#[test]
-#[ignore = "takes minutes: .ci/nightly runs it"]
-fn nightly_intervals_of_days_and_months_hold_the_truth() {
-    let scene = written(&south_room(world(first_days()), &[1.0, 2.5]));
-    let found = |photons: u64, seed: u64| -> Vec<phylux::studies::Value> {
-        let loaded =
-            phylux::formats::load_by_hour(&scene.path("scene.json"), SkyDivision::Tregenza);
-        let loaded = loaded.expect("a scene");
-        let photons = PhotonCount::new(photons).ok();
-        let settings = Settings { photons, seed, ..loaded.settings.clone() };
-        let year = find(loaded, &YearOptions::default(), &settings);
-        [year.day(0), year.day(1), year.month(0)].map(|v| fronts(&year, v)).concat()
-    };
-    const PHOTONS: u64 = 20_000;
-    let truth = found(200 * PHOTONS, 1000);
-    let mut held = 0;
-    for seed in 1..=200 {
-        for (found, truth) in found(PHOTONS, seed).iter().zip(&truth) {
-            let error = found.variance.sqrt();
-            assert!(truth.variance.sqrt() < 0.125 * error, "{truth:?} {found:?}");
-            held += u32::from((found.mean - truth.mean).abs() <= 1.98 * error);
-        }
-    }
-    let share = f64::from(held) / (200 * truth.len()) as f64;
-    println!("days and months: {:.1} % of {} x 200 intervals", 100.0 * share, truth.len());
-    assert!((0.90..=0.99).contains(&share), "{share}");
-}
-
 /// Where most hours have few photons, a warning says so, though the whole period has enough: of small
 /// sensors behind a window, and not of a large one. Seed 1.
 #[test]
