@@ -17,8 +17,9 @@ pub struct Parameter {
     pub name: String,
     /// The light that it is a factor on.
     pub factor: Factor,
-    /// Per band, what one is to the factor in the units of the scene file: d ln s = dx / x for each
-    /// x of this list. Empty where no number of the scene file stands for the factor.
+    /// Per band, the x of d ln s = dx / x, where dx is a change of the number in the scene file, in its
+    /// units: that number itself, or for a leaf what its reflectance has above that of the cuticle. 0
+    /// where there is no derivative; empty where no number of the scene file stands for the factor.
     pub values: Vec<f64>,
 }
 

@@ -44,9 +44,9 @@ pub struct PathScore<L> {
     /// The same in each layer in which the path or a photon that was sent to it arrives. Empty where
     /// the captor counts in no layer.
     pub in_layers: Vec<(usize, Spectrum<L>)>,
-    /// The moments of the scene's parameters in `flux` and in `absorbed`; none if there are no
-    /// parameters.
+    /// The moments of the scene's parameters in `flux`, in its unit; none unless they are asked for.
     pub moments: Moments<L>,
+    /// The same in `absorbed`.
     pub absorbed_moments: Moments<L>,
 }
 

@@ -65,8 +65,9 @@ pub struct Totals {
     moments: Vec<RunningPair>,
 }
 
-/// The largest number of moments of captors that are kept, some 0.4 GB. Beyond it only groups have any.
-const MOST_MOMENTS: usize = 10_000_000;
+/// The largest number of moments of captors that are kept: 40 MB, and some hundreds of MB of results.
+/// Beyond it only groups have any.
+const MOST_MOMENTS: usize = 1_000_000;
 
 /// Returns the channels of captors and groups that have moments.
 fn channels_with_moments(scene: &Scene) -> Range<usize> {
