@@ -88,10 +88,11 @@ impl Loader<'_> {
                     return Err(unknown(error, name, known().collect::<Vec<_>>().into_iter()));
                 }
                 if !all.iter().any(|(of, _)| *of == name) {
-                    let problem = format!(
-                        "/sensitivity/{i}: `{name}` sends on no light by a way that counts, so nothing depends on it"
-                    );
-                    self.notes.push(problem);
+                    let place = self.place(format!("/sensitivity/{i}"));
+                    self.notes.push(format!(
+                        "{place}: `{name}` sends on no light by a way that counts, so nothing depends \
+                         on it"
+                    ));
                 }
             }
             all.retain(|(of, _)| names.contains(of));

@@ -257,9 +257,9 @@ impl<'a> Face<'a> {
         }
         // what the surface sends on of the light, it does not absorb; one scattering stands for all
         let Some((material, at)) = self.interaction(triangle, direction) else { return };
+        let Some(surface) = self.surface(triangle) else { return };
         let sample = material.sample::<L>(&at, Transport::Light, &mut rng.clone());
         let Some(sample) = sample else { return };
-        let surface = self.surface(triangle).expect("it has a material");
         let sent = Sent::by(sample.lobe);
         let parameter =
             sent.and_then(|sent| self.scene.parameters().of_way(surface.material, at.front, sent));
