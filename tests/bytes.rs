@@ -42,24 +42,24 @@ fn threads_do_not_matter() {
     let scene = scene();
     type Change = fn(&mut Settings);
     let cases: [(&str, Change); 8] = [
-        ("plain", |s| s.photons = PhotonCount::new(100_003).ok()),
-        ("tolerance", |s| s.tolerance = Tolerance::new(0.04).ok()),
+        ("plain", |s| s.photons = PhotonCount::new(30_003).ok()),
+        ("tolerance", |s| s.tolerance = Tolerance::new(0.08).ok()),
         ("full map", |s| {
             (s.photons, s.map_photons) =
-                (PhotonCount::new(100_003).ok(), MapLimit::nearest_to(20_000))
+                (PhotonCount::new(30_003).ok(), MapLimit::nearest_to(6_000))
         }),
         ("aimed flights", |s| {
-            (s.photons, s.guiding) = (PhotonCount::new(30_003).ok(), Guiding::Aim)
+            (s.photons, s.guiding) = (PhotonCount::new(10_003).ok(), Guiding::Aim)
         }),
-        ("paths", |s| (s.photons, s.estimator) = (PhotonCount::new(50_003).ok(), Estimator::Paths)),
+        ("paths", |s| (s.photons, s.estimator) = (PhotonCount::new(15_003).ok(), Estimator::Paths)),
         ("accurate paths", |s| {
-            (s.tolerance, s.estimator) = (Tolerance::new(0.1).ok(), Estimator::Paths)
+            (s.tolerance, s.estimator) = (Tolerance::new(0.2).ok(), Estimator::Paths)
         }),
         ("complete", |s| {
-            (s.photons, s.estimator) = (PhotonCount::new(50_003).ok(), Estimator::Complete)
+            (s.photons, s.estimator) = (PhotonCount::new(15_003).ok(), Estimator::Complete)
         }),
         ("accurate complete", |s| {
-            (s.tolerance, s.estimator) = (Tolerance::new(0.1).ok(), Estimator::Complete)
+            (s.tolerance, s.estimator) = (Tolerance::new(0.2).ok(), Estimator::Complete)
         }),
     ];
     for (name, change) in cases {

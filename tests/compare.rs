@@ -92,8 +92,8 @@ fn photons_and_paths_agree_on_the_shipped_scenes() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let counts = [
         ("box", "1e6", "1e6", 19),
-        ("growth-chamber", "2e6", "1e6", 400),
-        ("greenhouse", "4e6", "4e6", 800),
+        ("growth-chamber", "1e6", "5e5", 400),
+        ("greenhouse", "2e6", "2e6", 800),
     ];
     for (scene, photons, paths, values) in counts {
         let from = scenes.join(scene).with_extension("json");

@@ -133,7 +133,7 @@ fn root() -> &'static Path {
 fn short(line: &str) -> String {
     let command = line.split(" #").next().unwrap_or_default().trim_end();
     let mut words: Vec<&str> = command.split(' ').collect();
-    for (option, value) in [("--photons", PHOTONS), ("--tolerance", "0.3")] {
+    for (option, value) in [("--photons", PHOTONS), ("--tolerance", "0.9")] {
         if let Some(at) = words.iter().position(|word| *word == option) {
             words[at + 1] = value;
         }

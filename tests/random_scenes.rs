@@ -19,6 +19,7 @@ mod room;
 mod tried;
 
 use std::{
+    ops::Range,
     path::Path,
     sync::{
         Mutex,
@@ -99,13 +100,13 @@ fn load(scene: &TestScene, name: &str) -> Scene {
 
 /// Compares the rooms with these numbers, on all processors. Photons are traced in the room itself,
 /// and paths in the room that `other` makes of it.
-fn try_rooms(numbers: std::ops::Range<u64>, other: impl Fn(World) -> World + Sync) -> Tried {
+fn try_rooms(numbers: Range<u64>, other: impl Fn(World) -> World + Sync) -> Tried {
     try_pairs("room", numbers, |number| [room(number), other(room(number))])
 }
 
 /// Compares cells with copies. Photons are traced in cells whose copies share their triangles, and
 /// paths in cells whose copies have their own, or in every second cell the other way.
-fn try_cells(numbers: std::ops::Range<u64>) -> Tried {
+fn try_cells(numbers: Range<u64>) -> Tried {
     try_pairs("cell", numbers, |number| {
         let shared_by_photons = number % 2 == 0;
         [shared_by_photons, !shared_by_photons].map(|share| cell(number, share))
@@ -113,11 +114,7 @@ fn try_cells(numbers: std::ops::Range<u64>) -> Tried {
 }
 
 /// Compares photons in the first scene of each pair with paths in the second, on all processors.
-fn try_pairs(
-    what: &str,
-    numbers: std::ops::Range<u64>,
-    pair: impl Fn(u64) -> [World; 2] + Sync,
-) -> Tried {
+fn try_pairs(what: &str, numbers: Range<u64>, pair: impl Fn(u64) -> [World; 2] + Sync) -> Tried {
     let (next, all) = (AtomicU64::new(numbers.start), Mutex::new(Tried::default()));
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
@@ -150,39 +147,45 @@ fn judge(mut tried: Tried, most: f64) {
     assert!(share <= most, "{:.1} % of the values are left out", 100.0 * share);
 }
 
-/// 20 rooms, seeds 1 and 2; `nightly` has the others. A value is wrong if photons and paths differ by more than 4 standard
+/// 10 rooms, seeds 1 and 2; `nightly` has the others. A value is wrong if photons and paths differ by more than 4 standard
 /// errors, in the same direction, in two independent runs, the second of four times the length.
 /// With errors from 128 batches each run has odds of 1.1e-4 (Student's t, 127 degrees of freedom),
-/// both together 6e-9, and some 1,300 values 8e-6. A factor of five in each run is allowed for
+/// both together 6e-9, and some 650 values 4e-6. A factor of five in each run is allowed for
 /// distributions that are not normal, so the odds of a false alarm are 1e-3 for all.
 #[test]
 fn photons_and_paths_agree_in_random_rooms() {
-    judge(try_rooms(0..20, |room| room), MOST_LEFT_OUT);
+    judge(try_rooms(0..10, |room| room), MOST_LEFT_OUT);
 }
 
-/// 4 cells with copies that are turned about any axis, mirrored and scaled, level or on a slope. The
+/// 2 cells with copies that are turned about any axis, mirrored and scaled, level or on a slope. The
 /// odds are those of rooms.
 #[test]
 fn photons_and_paths_agree_in_random_cells_of_copies() {
-    judge(try_cells(0..4), MOST_LEFT_OUT_OF_CELLS);
+    judge(try_cells(0..2), MOST_LEFT_OUT_OF_CELLS);
 }
 
-/// The rooms that the environment variable `PHYLUX_RANDOM_ROOMS` names, 20..2020 if it is not set.
+/// The rooms that the environment variable `PHYLUX_RANDOM_ROOMS` names, 10..2010 if it is not set.
 /// The odds of a false alarm grow with their number.
 #[test]
 #[ignore = "takes half an hour: .ci/nightly runs it"]
 fn nightly_photons_and_paths_agree_in_many_random_rooms() {
-    let rooms = std::env::var("PHYLUX_RANDOM_ROOMS").unwrap_or("20..2020".into());
-    let (first, end) = rooms.split_once("..").expect("a range");
-    let number = |text: &str| text.parse().expect("a number of a room");
-    judge(try_rooms(number(first)..number(end), |room| room), MOST_LEFT_OUT);
+    judge(try_rooms(named("PHYLUX_RANDOM_ROOMS", "10..2010"), |room| room), MOST_LEFT_OUT);
 }
 
-/// 200 more cells with copies.
+/// Returns the range of numbers that an environment variable names, or else the usual one.
+fn named(variable: &str, usual: &str) -> Range<u64> {
+    let range = std::env::var(variable).unwrap_or(usual.into());
+    let (first, end) = range.split_once("..").expect("a range");
+    let number = |text: &str| text.parse().expect("a number");
+    number(first)..number(end)
+}
+
+/// The cells with copies that the environment variable `PHYLUX_RANDOM_CELLS` names, 2..202 if it is
+/// not set.
 #[test]
 #[ignore = "takes minutes: .ci/nightly runs it"]
 fn nightly_photons_and_paths_agree_in_many_random_cells_of_copies() {
-    judge(try_cells(4..204), MOST_LEFT_OUT_OF_CELLS);
+    judge(try_cells(named("PHYLUX_RANDOM_CELLS", "2..202")), MOST_LEFT_OUT_OF_CELLS);
 }
 
 /// The comparison finds what it should: equal estimates agree. A bias of 2 % between estimates with
@@ -227,6 +230,6 @@ fn a_repeat_decides_or_is_told() {
 /// with photons.
 #[test]
 fn a_fault_is_found() {
-    let tried = try_rooms(0..3, |room| room.lambert("wall", 0.3));
+    let tried = try_rooms(0..2, |room| room.lambert("wall", 0.3));
     assert!(tried.wrong.len() >= 10, "{:?}", tried.wrong);
 }
