@@ -82,12 +82,13 @@ pub mod transport {
 /// What a run found, with standard errors: values by captor, group and layer, and comparisons.
 pub mod results {
     pub use phylux_results::{
-        Absorbed, AbsorbedByFace, BandResult, ByLight, Calibration, CanopyResult, CaptorResult,
-        Comparison, DarkResult, Difference, Electricity, Energy, EvenPowers, FaceResult, Factor,
-        FactorErrors, FlatResult, GroupElectricity, GroupResult, LampElectricity, LayerResult, Lit,
-        MapResult, Model, ModelErrors, NearestResult, RatioResult, Ratios, ReadingResult,
-        ResultsFile, RunResult, RunSettings, SensitivityResult, Share, Shares, SlopeIntercept,
-        SumUnit, ToleranceResult, Uniformity, Varied, Warning, WorstResult, YearFacts,
+        Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, Calibration, CanopyResult,
+        CaptorResult, Comparison, DarkResult, Difference, Electricity, Energy, EvenPowers,
+        FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity, GroupResult, InputResult,
+        LampElectricity, LayerResult, Lit, MapResult, Model, ModelErrors, NearestResult,
+        RatioResult, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings, SensitivityResult,
+        Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity, Varied, Warning,
+        WorstResult, YearFacts,
     };
 }
 

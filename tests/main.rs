@@ -71,6 +71,7 @@ mod sweep;
 mod tables;
 mod tolerance;
 mod truths;
+mod uncertain;
 mod view;
 mod world;
 mod year;

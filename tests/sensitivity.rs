@@ -139,7 +139,7 @@ fn a_leaf_in_the_open() {
 }
 
 /// Adds a room with a mirror, a glossy board, leaves that share their triangles, and two lamps.
-fn mixed(wall: f64, leaf: [f64; 2], mirror: f64, board: f64) -> World {
+pub fn mixed(wall: f64, leaf: [f64; 2], mirror: f64, board: f64) -> World {
     let plant = Mesh::square([0.0, 0.0, 0.0], [0.4, 0.0, 0.9], 0.4).and(Mesh::square(
         [0.1, 0.1, 0.15],
         [-0.5, 0.3, 0.8],

@@ -51,6 +51,8 @@ class Values:
             in scenes with ``absorbed_by_face``.
         sunlit, sunlit_se: (n,), share of the area on which the sun shines; None except in scenes with ``sunlit``.
         dli, dli_se: (n, 2, bands), daily light integral, mol/m2/d; None except in scenes in umol/s over a period.
+        flux_model_se, irradiance_model_se, absorbed_model_se, ratios_model_se, absorbed_ratios_model_se: standard deviations
+            by uncertain inputs, in the shape of the values; None except in scenes with ``uncertain``.
     """
 
     ids: list[str]
@@ -73,6 +75,11 @@ class Values:
     absorbed_by_face_se: Floats | None = None
     sunlit: Floats | None = None
     sunlit_se: Floats | None = None
+    flux_model_se: Floats | None = None
+    irradiance_model_se: Floats | None = None
+    absorbed_model_se: Floats | None = None
+    ratios_model_se: Floats | None = None
+    absorbed_ratios_model_se: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -332,8 +339,8 @@ class Result:
 
     @property
     def frame(self) -> Any:
-        """A tidy pandas DataFrame: captor, face, band, quantity, value, standard_error. These are the rows of captors
-        in the table of ``--csv``.
+        """A tidy pandas DataFrame: captor, face, band, quantity, value, standard_error; in scenes with ``uncertain`` also
+        model_se, the standard deviation by uncertain inputs. These are the rows of captors in the table of ``--csv``.
 
         ``quantity`` is flux, irradiance, dli, knn_irradiance, knn_radiance or absorbed, in the units of `unit` (of sums
         with units of their own, in those); of ratios, whose names stand as ``band``, it is ratio or absorbed_ratio;
@@ -345,7 +352,7 @@ class Result:
     def _frame(self) -> Any:
         values, nearest = self.values, self.nearest
         cells = _arrived(values)
-        cells += [(name, nearest[name], nearest[f"{name}_se"]) for name in ("knn_irradiance", "knn_radiance") if nearest]
+        cells += [(name, nearest[name], nearest[f"{name}_se"], None) for name in ("knn_irradiance", "knn_radiance") if nearest]
         return self._with_ratios("captor", values, self._tidy("captor", values, cells))
 
     @property
@@ -366,11 +373,11 @@ class Result:
         for name in ("irradiance_min", "irradiance_max"):
             if name in ranges:
                 array = ranges[name].reshape(values.flux.shape)
-                cells.append((name, array, np.full_like(array, np.nan)))
+                cells.append((name, array, np.full_like(array, np.nan), None))
         for name in ("min_over_mean", "cv"):
             if name in ranges:
                 value, error = (ranges[key].reshape(values.flux.shape) for key in (name, f"{name}_se"))
-                cells.append((name, value, error))
+                cells.append((name, value, error, None))
         return self._with_ratios("group", values, self._tidy("group", values, cells))
 
     def _with_ratios(self, key: str, values: Values, table: Any) -> Any:
@@ -381,7 +388,10 @@ class Result:
             found = np.concatenate([values.ratios, values.absorbed_ratios[:, None]], axis=1)
             errors = np.concatenate([values.ratios_se, values.absorbed_ratios_se[:, None]], axis=1)
             kinds: tuple[str, ...] = ("ratio", "ratio", "absorbed_ratio")
-            table = _with_rows(table, key, values.ids, self.ratios, kinds, found, errors)
+            model = None
+            if values.ratios_model_se is not None and values.absorbed_ratios_model_se is not None:
+                model = np.concatenate([values.ratios_model_se, values.absorbed_ratios_model_se[:, None]], axis=1)
+            table = _with_rows(table, key, values.ids, self.ratios, kinds, found, errors, model=model)
         if values.absorbed_by_face is not None:
             assert values.absorbed_by_face_se is not None
             kinds = ("absorbed_by_face",) * 2
@@ -445,6 +455,27 @@ class Result:
         return frame.astype(dict.fromkeys(values, float))
 
     @property
+    def budget(self) -> Any:
+        """A pandas DataFrame of how uncertain groups (captors, where there are no groups) are because inputs are, and which inputs make most of it; None unless the scene has ``uncertain``.
+
+        Columns: captor, group (one of both is None), face, band (or ratio), model_se (standard deviation by all uncertain inputs together), rank (0 for the input that makes most of it), parameter, and se, the standard deviation that it makes.
+        """
+        found = self._head.get("budget")
+        if found is None:
+            return None
+        try:
+            import pandas as pd
+        except ImportError:
+            raise missing("pandas", "a table of uncertainties") from None
+        rows = [
+            (of.get("captor"), of.get("group"), of["face"], of["band"], of["model_se"], rank, by["parameter"], by["se"])
+            for of in found
+            for rank, by in enumerate(of["largest"])
+        ]
+        names = ["captor", "group", "face", "band", "model_se", "rank", "parameter", "se"]
+        return pd.DataFrame(rows, columns=names)
+
+    @property
     def canopy(self) -> dict[str, dict[str, float]] | None:
         """The shares of the light of sun and sky by band: absorbed, reflected, transmitted, ground, each with `_se`.
 
@@ -456,19 +487,24 @@ class Result:
         number = lambda value: float("nan") if value is None else float(value)  # noqa: E731
         return {name: dict(zip(self.bands, map(number, values), strict=True)) for name, values in found.items()}
 
-    def _tidy(self, key: str, values: Values, cells: list[tuple[str, Floats, Floats]]) -> Any:
+    def _tidy(self, key: str, values: Values, cells: list[_Cell]) -> Any:
         try:
             import pandas as pd
         except ImportError:
             raise missing("pandas", "a DataFrame") from None
-        count, bands, quantities = len(values), len(self.bands), [name for name, _, _ in cells]
+        count, bands, quantities = len(values), len(self.bands), [cell[0] for cell in cells]
         width = 2 * bands * len(cells)
+        absorbed = [values.absorbed, values.absorbed_se]
+        if values.absorbed_model_se is not None:
+            absorbed.append(values.absorbed_model_se)
         # columns: face, then band, then quantity; after them the absorbed power per band
-        numbers = np.empty((2, count, width + bands))
-        for which in (0, 1):
-            arrived = np.stack([cell[1 + which] for cell in cells], axis=-1)
+        numbers = np.empty((len(absorbed), count, width + bands))
+        unknown = np.full_like(values.flux, np.nan)
+        for which, of_absorbed in enumerate(absorbed):
+            found = (cell[1 + which] for cell in cells)
+            arrived = np.stack([unknown if array is None else array for array in found], axis=-1)
             numbers[which, :, :width] = arrived.reshape(count, width)
-            numbers[which, :, width:] = (values.absorbed, values.absorbed_se)[which]
+            numbers[which, :, width:] = of_absorbed
         there = ~np.isnan(numbers[0])
         face = np.repeat([0, 1, -1], [width // 2, width // 2, bands])
         band = np.concatenate([np.tile(np.repeat(np.arange(bands), len(cells)), 2), np.arange(bands)])
@@ -478,7 +514,7 @@ class Result:
             # all entries have the same quantities, so one list of columns serves for all
             picked = np.flatnonzero(whole)
             rows, columns = np.repeat(np.arange(count), len(picked)), np.tile(picked, count)
-            found = numbers[:, :, picked].reshape(2, -1)
+            found = numbers[:, :, picked].reshape(len(absorbed), -1)
         else:
             rows, columns = np.nonzero(there)
             found = numbers[:, there]
@@ -494,6 +530,8 @@ class Result:
             "value": found[0],
             "standard_error": found[1],
         }
+        if len(absorbed) > 2:
+            table["model_se"] = found[2]
         return pd.DataFrame(table, copy=False)
 
     def xarray(self, by_light: bool | None = None) -> Any:
@@ -542,6 +580,11 @@ class Result:
             names |= {name: ("captor", "face", "band") for name in ("absorbed_by_face", "absorbed_by_face_se")}
         if self.values.sunlit is not None:
             names |= {"sunlit": ("captor",), "sunlit_se": ("captor",)}
+        names |= {
+            f"{name}_model_se": dims
+            for name, dims in names.items()
+            if not split and getattr(self.values, f"{name}_model_se", None) is not None
+        }
         own = [band.get("unit", unit) for band in self._head["bands"]]
         kinds = ("flux", "irradiance") if any("unit" in band for band in self._head["bands"]) else ()
         of_bands = {f"{kind}_unit": ("band", [of[kind] for of in own]) for kind in kinds}
@@ -550,9 +593,11 @@ class Result:
             attributes = {}
             # sums in units of their own say them band by band
             if name != "photons" and "ratio" not in name and "sunlit" not in name and not of_bands:
-                quantity = name.removesuffix("_se")
+                quantity = name.removesuffix("_se").removesuffix("_model")
                 attributes["units"] = unit[quantity if quantity in unit else "flux"]
-            if name.endswith("_se"):
+            if name.endswith("_model_se"):
+                attributes["long_name"] = f"standard deviation of {name[:-9]} by uncertain inputs"
+            elif name.endswith("_se"):
                 attributes["long_name"] = f"standard error (1 sigma) of {name[:-3]}"
             data[name] = ((*dims, *last), stacked(name), attributes)
         nm = {
@@ -757,9 +802,12 @@ class Result:
             "photons": (-1, 2),
             "absorbed": (-1, bands),
             "absorbed_se": (-1, bands),
+            "absorbed_model_se": (-1, bands),
             "has_back": (-1,),
             "ratios": (-1, 2, len(self.ratios)),
             "ratios_se": (-1, 2, len(self.ratios)),
+            "ratios_model_se": (-1, 2, len(self.ratios)),
+            "absorbed_ratios_model_se": (-1, len(self.ratios)),
             "absorbed_ratios": (-1, len(self.ratios)),
             "absorbed_ratios_se": (-1, len(self.ratios)),
         }
@@ -784,10 +832,17 @@ def same_file(a: str | os.PathLike[str], b: str | os.PathLike[str]) -> bool:
         return False
 
 
-def _arrived(values: Values) -> list[tuple[str, Any, Any]]:
+#: A quantity of faces: its name, values, standard errors, and standard deviations by uncertain inputs.
+_Cell = tuple[str, Any, Any, Any]
+
+
+def _arrived(values: Values) -> list[_Cell]:
     """Returns the quantities of faces with their errors, in the order of the command's table."""
-    cells = [("flux", values.flux, values.flux_se), ("irradiance", values.irradiance, values.irradiance_se)]
-    return cells if values.dli is None else [*cells, ("dli", values.dli, values.dli_se)]
+    cells: list[_Cell] = [
+        ("flux", values.flux, values.flux_se, values.flux_model_se),
+        ("irradiance", values.irradiance, values.irradiance_se, values.irradiance_model_se),
+    ]
+    return cells if values.dli is None else [*cells, ("dli", values.dli, values.dli_se, None)]
 
 
 def _with_rows(
@@ -799,6 +854,7 @@ def _with_rows(
     found: Floats,
     errors: Floats,
     faces: tuple[str | None, ...] = (*FACES, None),
+    model: Floats | None = None,
 ) -> Any:
     """Returns the table with a row for each value of captors, faces and bands; what is None has no name."""
     import pandas as pd
@@ -817,6 +873,9 @@ def _with_rows(
         whole[name] = pd.Categorical(joined, categories=list(dict.fromkeys(known)))
     whole["value"] = np.concatenate([table["value"], found[rows, face, band]])
     whole["standard_error"] = np.concatenate([table["standard_error"], errors[rows, face, band]])
+    if "model_se" in table:
+        more = np.full(len(rows), np.nan) if model is None else model[rows, face, band]
+        whole["model_se"] = np.concatenate([table["model_se"], more])
     return pd.DataFrame(whole, copy=False)
 
 

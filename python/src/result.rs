@@ -86,6 +86,7 @@ struct Row<'a> {
     area: f64,
     faces: [Option<&'a FaceResult>; 2],
     absorbed: Option<(&'a [f64], &'a [Option<f64>])>,
+    absorbed_model: Option<&'a [f64]>,
     absorbed_ratios: Option<&'a Ratios>,
     by_face: Option<&'a AbsorbedByFace>,
     sunlit: Option<[f64; 2]>,
@@ -97,6 +98,7 @@ impl<'a> Row<'a> {
             area: captor.area,
             faces: [Some(&captor.front), captor.back.as_ref()],
             absorbed: captor.absorbed.as_deref().zip(captor.absorbed_se.as_deref()),
+            absorbed_model: captor.absorbed_model_se.as_deref(),
             absorbed_ratios: captor.absorbed_ratios.as_ref(),
             by_face: captor.absorbed_by_face.as_ref(),
             sunlit: captor.sunlit.zip(captor.sunlit_se).map(|(share, error)| [share, error]),
@@ -108,6 +110,7 @@ impl<'a> Row<'a> {
             area: group.area,
             faces: [Some(&group.front), group.back.as_ref()],
             absorbed: group.absorbed.as_deref().zip(group.absorbed_se.as_deref()),
+            absorbed_model: group.absorbed_model_se.as_deref(),
             absorbed_ratios: group.absorbed_ratios.as_ref(),
             by_face: group.absorbed_by_face.as_ref(),
             sunlit: group.sunlit.zip(group.sunlit_se).map(|(share, error)| [share, error]),
@@ -121,6 +124,7 @@ impl<'a> Row<'a> {
         Self {
             faces: self.faces.map(|face| face.and_then(of_face)),
             absorbed: absorbed.map(|(_, a)| (&a.absorbed[..], &a.absorbed_se[..])),
+            absorbed_model: None,
             absorbed_ratios: absorbed.and_then(|(_, a)| a.absorbed_ratios.as_ref()),
             by_face: absorbed.and_then(|(_, a)| a.absorbed_by_face.as_ref()),
             ..self
@@ -150,10 +154,11 @@ impl Numbers {
     }
 }
 
-/// Puts ratios and their standard errors into a row.
-fn put_ratios([values, errors]: &mut [Numbers; 2], row: usize, found: &Ratios) {
+/// Puts ratios, their standard errors and their standard deviations by uncertain inputs into a row.
+fn put_ratios([values, errors, model]: &mut [Numbers; 3], row: usize, found: &Ratios) {
     values.put_known(row, &found.ratio);
     errors.put_known(row, &found.ratio_se);
+    found.ratio_model_se.iter().for_each(|values| model.put(row, values));
 }
 
 /// A dictionary of flat arrays.
@@ -317,9 +322,13 @@ impl Found {
         let even = ["min_over_mean", "min_over_mean_se", "cv", "cv_se"];
         let mut even = even.map(|name| (name, faces()));
         let (mut dli, mut dli_se) = (faces(), faces());
+        // standard deviations by uncertain inputs
+        let (mut flux_model, mut irradiance_model) = (faces(), faces());
+        let mut absorbed_model = Numbers::new(count, bands);
+        let has_model = self.result.budget.is_some() && light.is_none();
         let ratios = self.result.ratios.len();
-        let mut ratio = [(); 2].map(|()| Numbers::new(2 * count, ratios));
-        let mut absorbed_ratio = [(); 2].map(|()| Numbers::new(count, ratios));
+        let mut ratio = [(); 3].map(|()| Numbers::new(2 * count, ratios));
+        let mut absorbed_ratio = [(); 3].map(|()| Numbers::new(count, ratios));
         let (mut by_face, mut by_face_se, mut has_faces) = (faces(), faces(), false);
         let mut sunlit = [(); 2].map(|()| Numbers::new(count, 1));
         let mut has_sunlit = false;
@@ -339,6 +348,8 @@ impl Found {
                 flux_se.put_known(at, &face.flux_se);
                 irradiance.put(at, &face.irradiance);
                 irradiance_se.put_known(at, &face.irradiance_se);
+                face.flux_model_se.iter().for_each(|values| flux_model.put(at, values));
+                face.irradiance_model_se.iter().for_each(|of| irradiance_model.put(at, of));
                 face.dli.iter().for_each(|values| dli.put_known(at, values));
                 face.dli_se.iter().for_each(|values| dli_se.put_known(at, values));
                 face.ratios.iter().for_each(|found| put_ratios(&mut ratio, at, found));
@@ -358,6 +369,7 @@ impl Found {
                 absorbed.put(i, power);
                 absorbed_se.put_known(i, error);
             }
+            row.absorbed_model.iter().for_each(|values| absorbed_model.put(i, values));
             if let Some(AbsorbedByFace { front, front_se, back, back_se }) = row.by_face {
                 has_faces = true;
                 by_face.put(2 * i, front);
@@ -384,13 +396,21 @@ impl Found {
         if !groups {
             arrays.add_counts("histories", histories)?;
         }
-        if ratios > 0 {
-            let [values, errors] = ratio;
-            arrays.add("ratios", values)?;
-            arrays.add("ratios_se", errors)?;
-            let [values, errors] = absorbed_ratio;
-            arrays.add("absorbed_ratios", values)?;
-            arrays.add("absorbed_ratios_se", errors)?;
+        if has_model {
+            arrays.add("flux_model_se", flux_model)?;
+            arrays.add("irradiance_model_se", irradiance_model)?;
+            arrays.add("absorbed_model_se", absorbed_model)?;
+        }
+        for (name, [values, errors, model]) in
+            [("ratios", ratio), ("absorbed_ratios", absorbed_ratio)]
+                .into_iter()
+                .filter(|_| ratios > 0)
+        {
+            arrays.add(name, values)?;
+            arrays.add(&format!("{name}_se"), errors)?;
+            if has_model {
+                arrays.add(&format!("{name}_model_se"), model)?;
+            }
         }
         if has_sunlit {
             let [share, error] = sunlit;

@@ -7,6 +7,7 @@ mod chart;
 mod check;
 mod choices;
 mod compare;
+mod dependence;
 pub mod embedded;
 mod export;
 mod help;

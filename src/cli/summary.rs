@@ -2,14 +2,18 @@
 
 use std::{collections::HashSet, fmt::Write};
 
-use super::{table::Table, terminal};
+use super::{
+    dependence::{Dependence, dependences},
+    table::Table,
+    terminal,
+};
 use phylux_core::{
-    math::pattern::{copied, without_copies},
+    math::pattern::copied,
     transport::settings::{Estimator, Guiding},
 };
 use phylux_results::result::{
     AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult, RunResult,
-    SensitivityResult, Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
+    Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
 };
 
 /// The most bands that are shown.
@@ -18,9 +22,6 @@ pub(super) const SHOWN_BANDS: usize = 8;
 const SHOWN_GROUPS: usize = 20;
 /// The most layers that are shown.
 const SHOWN_LAYERS: usize = 20;
-/// The most groups of which parameters are shown, and the most parameters of each.
-const SHOWN_DEPENDENT: usize = 6;
-const SHOWN_PARAMETERS: usize = 5;
 /// So many copies of a thing have one row together.
 const MANY: usize = 3;
 /// The head of relative errors.
@@ -92,7 +93,10 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
     uniformity(&mut text, result);
     canopy(&mut text, result);
     layers(&mut text, result);
-    sensitivity(&mut text, result);
+    for Dependence { table, below } in dependences(result, &shown_bands(result)) {
+        write(&mut text, &table);
+        text.push_str(&below);
+    }
     let warnings = result.warnings().into_iter().map(|warning| warning.text).collect();
     Summary { text, warnings }
 }
@@ -487,51 +491,6 @@ fn layers(text: &mut String, result: &RunResult) {
     }
     write(text, &table);
     text.push_str(&terminal::more(layers.len(), SHOWN_LAYERS));
-}
-
-/// Writes on which parameters each group depends most: by how many per cent its light changes for one
-/// per cent more of each.
-fn sensitivity(text: &mut String, result: &RunResult) {
-    let Some(all) = &result.sensitivity else { return };
-    let bands = shown_bands(result);
-    let heads = bands.iter().map(|&b| result.bands[b].name.clone());
-    let mut table = Table::new("per cent for 1 % more of each", heads, "standard errors");
-    let largest = |of: &SensitivityResult| {
-        bands.iter().filter_map(|&b| of.elasticity[b]).map(f64::abs).fold(0.0, f64::max)
-    };
-    let mut left_out = 0;
-    let groups = match terminal::is_full() {
-        true => result.groups.iter().collect(),
-        false => without_copies(result.groups.iter().collect(), |group: &&GroupResult| &*group.id),
-    };
-    let shown_groups = terminal::shown(SHOWN_DEPENDENT);
-    for group in groups.iter().take(shown_groups) {
-        let absorbs = group.absorbed.is_some();
-        let face = if absorbs { "absorbed" } else { "front" };
-        let mut found: Vec<&SensitivityResult> = all
-            .iter()
-            .filter(|of| of.group.as_deref() == Some(&group.id) && of.face == face)
-            .collect();
-        found.sort_by(|a, b| largest(b).total_cmp(&largest(a)));
-        let shown = terminal::shown(SHOWN_PARAMETERS);
-        left_out += found.len().saturating_sub(shown);
-        if !found.is_empty() {
-            let what = if absorbs { "absorbed" } else { "on the front" };
-            table.row(format!("  {}, {what}", group.id), bands.iter().map(|_| String::new()), "");
-        }
-        for of in found.into_iter().take(shown) {
-            let cell = |&b: &usize| of.elasticity[b].map_or("-".into(), |e| format!("{e:.3}"));
-            let errors: Vec<f64> = bands.iter().filter_map(|&b| of.elasticity_se[b]).collect();
-            let error = errors.iter().copied().fold(0.0, f64::max);
-            let error = if errors.is_empty() { "-".into() } else { format!("{error:.3}") };
-            table.row(format!("    {}", of.parameter), bands.iter().map(cell), error);
-        }
-    }
-    write(text, &table);
-    if left_out > 0 {
-        let _ = writeln!(text, "  and {left_out} smaller ones (--full)");
-    }
-    text.push_str(&terminal::more(groups.len(), SHOWN_DEPENDENT));
 }
 
 /// Adds how large the errors of the k-nearest estimates are, and how much of its captor each covers;

@@ -276,24 +276,28 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
     let place = ["x", "y", "z", "area", "group"];
     let columns = ["captor", "face", "band", "quantity", "value", "standard_error"];
-    table.write_record(columns.iter().chain(&place))?;
+    // where inputs are uncertain, the table has a column more
+    let model = result.budget.is_some();
+    table.write_record(columns.iter().chain(&place).chain(model.then_some(&"model_se")))?;
+    let mut table = Rows { table, model };
     for captor in &result.captors {
         let place = place_of(captor);
         let back = captor.back.as_ref().map(|back| ("back", back));
         for (face, values) in std::iter::once(("front", &captor.front)).chain(back) {
             for (b, band) in result.bands.iter().enumerate() {
-                for (quantity, value, error) in face_rows(values, b) {
+                for (quantity, value, errors) in face_rows(values, b) {
                     let key = [&captor.id, face, &band.name, quantity];
-                    write_row(&mut table, key, value, error, &place)?;
+                    table.write(key, value, errors, &place)?;
                 }
             }
         }
         let (Some(absorbed), Some(errors)) = (&captor.absorbed, &captor.absorbed_se) else {
             continue;
         };
-        for ((band, value), error) in result.bands.iter().zip(absorbed).zip(errors) {
+        for (b, band) in result.bands.iter().enumerate() {
             let key = [&captor.id, "", &band.name, "absorbed"];
-            write_row(&mut table, key, *value, *error, &place)?;
+            let model = captor.absorbed_model_se.as_ref().map(|of| of[b]);
+            table.write(key, absorbed[b], [errors[b], model], &place)?;
         }
     }
     for captor in result.captors.iter().filter(|_| !result.ratios.is_empty()) {
@@ -308,13 +312,13 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     for captor in &result.captors {
         if let Some(share) = captor.sunlit {
             let key = [&captor.id, "", "", "sunlit"];
-            write_row(&mut table, key, share, captor.sunlit_se, &place_of(captor))?;
+            table.write(key, share, [captor.sunlit_se, None], &place_of(captor))?;
         }
     }
     for group in &result.groups {
         let place = ["", "", "", &group.area.to_string(), ""].map(String::from);
         if let Some(share) = group.sunlit.filter(|_| group.captors > 1) {
-            write_row(&mut table, [&group.id, "", "", "sunlit"], share, group.sunlit_se, &place)?;
+            table.write([&group.id, "", "", "sunlit"], share, [group.sunlit_se, None], &place)?;
         }
         let back = group.back.as_ref().map(|back| ("back", back));
         for (face, values) in std::iter::once(("front", &group.front)).chain(back) {
@@ -326,7 +330,7 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
                 ] {
                     if let Some(value) = values[b] {
                         let key = [&group.id, face, &band.name, quantity];
-                        write_row(&mut table, key, value, errors[b], &place)?;
+                        table.write(key, value, [errors[b], None], &place)?;
                     }
                 }
             }
@@ -343,7 +347,7 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     if let Some(found) = &result.electricity {
         for ElectricityRow { of, quantity, band, value, error } in found.rows() {
             let key = [of, "", &result.bands[band].name, quantity];
-            write_row(&mut table, key, value, error, &Default::default())?;
+            table.write(key, value, [error, None], &Default::default())?;
         }
     }
     for layer in result.layers.iter().flatten() {
@@ -352,25 +356,25 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
         let name = format!("layer {} to {}", layer.from as f32, layer.to as f32);
         for (b, band) in result.bands.iter().enumerate() {
             let key = [&name, "", &band.name, "absorbed"];
-            write_row(&mut table, key, layer.absorbed[b], layer.absorbed_se[b], &place)?;
+            table.write(key, layer.absorbed[b], [layer.absorbed_se[b], None], &place)?;
         }
         if let Some(share) = layer.sunlit {
-            write_row(&mut table, [&name, "", "", "sunlit"], share, layer.sunlit_se, &place)?;
+            table.write([&name, "", "", "sunlit"], share, [layer.sunlit_se, None], &place)?;
         }
     }
     for (share, values, errors) in result.canopy.iter().flat_map(CanopyResult::shares) {
         let quantity = format!("share_{share}");
         for (b, band) in result.bands.iter().enumerate() {
             let key = ["canopy", "", &band.name, &quantity];
-            write_row(&mut table, key, values[b], errors[b], &Default::default())?;
+            table.write(key, values[b], [errors[b], None], &Default::default())?;
         }
     }
-    table.flush()
+    table.table.flush()
 }
 
 /// Writes each ratio of a captor or group that has a value, with its face, name and quantity.
 fn ratio_rows<W: Write>(
-    table: &mut csv::Writer<W>,
+    table: &mut Rows<W>,
     result: &RunResult,
     (id, place): (&str, &[String; 5]),
     [front, back]: [Option<&FaceResult>; 2],
@@ -383,8 +387,10 @@ fn ratio_rows<W: Write>(
         ("", "absorbed_ratio", absorbed.clone()),
     ] {
         for (r, ratio) in result.ratios.iter().enumerate() {
-            if let Some((value, error)) = found.as_ref().and_then(|found| found.get(r)) {
-                write_row(table, [id, face, &ratio.name, quantity], value, error, place)?;
+            let Some(found) = &found else { continue };
+            if let Some((value, error)) = found.get(r) {
+                let model = found.ratio_model_se.as_ref().map(|of| of[r]);
+                table.write([id, face, &ratio.name, quantity], value, [error, model], place)?;
             }
         }
     }
@@ -392,7 +398,7 @@ fn ratio_rows<W: Write>(
 }
 
 fn face_absorbed_rows<W: Write>(
-    table: &mut csv::Writer<W>,
+    table: &mut Rows<W>,
     result: &RunResult,
     (id, place): (&str, &[String; 5]),
     found: &AbsorbedByFace,
@@ -400,44 +406,67 @@ fn face_absorbed_rows<W: Write>(
     let AbsorbedByFace { front, front_se, back, back_se } = found;
     for (face, values, errors) in [("front", front, front_se), ("back", back, back_se)] {
         for ((band, value), error) in result.bands.iter().zip(values).zip(errors) {
-            write_row(table, [id, face, &band.name, "absorbed_by_face"], *value, *error, place)?;
+            table.write(
+                [id, face, &band.name, "absorbed_by_face"],
+                *value,
+                [*error, None],
+                place,
+            )?;
         }
     }
     Ok(())
 }
 
-type Row = (&'static str, f64, Option<f64>);
+/// Name and value of a quantity, and its standard error and its standard deviation by uncertain inputs.
+type Row = (&'static str, f64, [Option<f64>; 2]);
 
 fn face_rows(face: &FaceResult, band: usize) -> Vec<Row> {
+    let model = |of: &Option<Box<[f64]>>| of.as_ref().map(|of| of[band]);
+    let [flux, irradiance] = [&face.flux_model_se, &face.irradiance_model_se].map(model);
     let mut rows = vec![
-        ("flux", face.flux[band], face.flux_se[band]),
-        ("irradiance", face.irradiance[band], face.irradiance_se[band]),
+        ("flux", face.flux[band], [face.flux_se[band], flux]),
+        ("irradiance", face.irradiance[band], [face.irradiance_se[band], irradiance]),
     ];
     if let (Some(Some(dli)), Some(errors)) = (face.dli.as_ref().map(|dli| dli[band]), &face.dli_se)
     {
-        rows.push(("dli", dli, errors[band]));
+        rows.push(("dli", dli, [errors[band], None]));
     }
     if let Some(Some(knn)) = &face.knn {
-        rows.push(("knn_irradiance", knn.irradiance[band], knn.irradiance_se[band]));
+        rows.push(("knn_irradiance", knn.irradiance[band], [knn.irradiance_se[band], None]));
         let radiance = knn.radiance.iter().zip(&knn.radiance_se);
-        rows.extend(radiance.map(|(value, error)| ("knn_radiance", value[band], error[band])));
+        rows.extend(
+            radiance.map(|(value, error)| ("knn_radiance", value[band], [error[band], None])),
+        );
     }
     rows
 }
 
-fn write_row<W: Write>(
-    table: &mut csv::Writer<W>,
-    key: [&str; 4],
-    value: f64,
-    error: Option<f64>,
-    place: &[String; 5],
-) -> io::Result<()> {
-    let [captor, face, band, quantity] = key;
-    let (captor, band) = (csv_text::cell(captor), csv_text::cell(band));
-    let error = error.map_or(String::new(), |error| error.to_string());
-    let value = value.to_string();
-    let row = [&*captor, face, &*band, quantity, &value, &error];
-    Ok(table.write_record(row.into_iter().chain(place.iter().map(String::as_str)))?)
+/// A table that is being written.
+struct Rows<W: Write> {
+    table: csv::Writer<W>,
+    /// Whether it has a column for standard deviations by uncertain inputs.
+    model: bool,
+}
+
+impl<W: Write> Rows<W> {
+    /// Writes a row: captor, face, band and quantity, the value, its standard error and its standard
+    /// deviation by uncertain inputs, and position, area and groups.
+    fn write(
+        &mut self,
+        key: [&str; 4],
+        value: f64,
+        errors: [Option<f64>; 2],
+        place: &[String; 5],
+    ) -> io::Result<()> {
+        let [captor, face, band, quantity] = key;
+        let (captor, band) = (csv_text::cell(captor), csv_text::cell(band));
+        let [error, model] =
+            errors.map(|error| error.map_or(String::new(), |error| error.to_string()));
+        let value = value.to_string();
+        let row = [&*captor, face, &*band, quantity, &value, &error];
+        let row = row.into_iter().chain(place.iter().map(String::as_str));
+        Ok(self.table.write_record(row.chain(self.model.then_some(&*model)))?)
+    }
 }
 
 /// Returns a captor's position, m, its area, m2, and its groups, separated by semicolons.

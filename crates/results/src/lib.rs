@@ -22,11 +22,11 @@ pub use calibration::{
 pub use compare::{Comparison, Difference};
 pub use flat::FlatResult;
 pub use result::{
-    Absorbed, AbsorbedByFace, BandResult, ByLight, CanopyResult, CaptorResult, DarkResult,
-    Electricity, Energy, FaceResult, Factor, FactorErrors, GroupElectricity, GroupResult,
-    LampElectricity, LayerResult, MapResult, NearestResult, RatioResult, Ratios, RunResult,
-    RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult, Uniformity, Warning,
-    WorstResult,
+    Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CanopyResult, CaptorResult,
+    DarkResult, Electricity, Energy, FaceResult, Factor, FactorErrors, GroupElectricity,
+    GroupResult, InputResult, LampElectricity, LayerResult, MapResult, NearestResult, RatioResult,
+    Ratios, RunResult, RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult,
+    Uniformity, Warning, WorstResult,
 };
 pub use saved::ResultsFile;
 pub use year_facts::YearFacts;

@@ -16,6 +16,7 @@ mod sensitivity;
 mod settings;
 mod spread;
 mod stand;
+mod uncertain;
 pub mod validate;
 mod warnings;
 
@@ -42,6 +43,7 @@ pub use sensitivity::SensitivityResult;
 pub use settings::RunSettings;
 pub use spread::{Evenness, Uniformity};
 pub use stand::{CanopyResult, LayerResult};
+pub use uncertain::{BudgetResult, InputResult};
 pub use warnings::{FEW_HISTORIES, Warning};
 
 /// A value for each light by the light's name, in the order of the scene.
@@ -142,6 +144,10 @@ pub struct RunResult {
     /// What light has never met is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensitivity: Option<Vec<SensitivityResult>>,
+    /// How uncertain groups are (captors, where the scene has no groups) because inputs are, and which
+    /// inputs make most of it; absent unless the scene says how uncertain inputs are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Vec<BudgetResult>>,
     /// Where the light of sun and sky went; absent unless the scene repeats along x and y, has no
     /// lamp, and was traced by photons.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -313,6 +319,9 @@ pub struct CaptorResult {
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbed_se: Option<Vec<Option<f64>>>,
+    /// Standard deviation of it by inputs that are uncertain, where the scene has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbed_model_se: Option<Vec<f64>>,
     /// Power absorbed of each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<Absorbed>>,
@@ -353,6 +362,9 @@ pub struct GroupResult {
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbed_se: Option<Vec<Option<f64>>>,
+    /// Standard deviation of it by inputs that are uncertain, where the scene has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbed_model_se: Option<Vec<f64>>,
     /// Power absorbed of each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<Absorbed>>,
@@ -430,10 +442,16 @@ pub struct FaceResult {
     pub flux: Vec<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub flux_se: Vec<Option<f64>>,
+    /// Standard deviation of the flux by inputs that are uncertain, where the scene has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flux_model_se: Option<Box<[f64]>>,
     /// Flux per area.
     pub irradiance: Vec<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub irradiance_se: Vec<Option<f64>>,
+    /// Standard deviation of the irradiance by inputs that are uncertain, where the scene has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub irradiance_model_se: Option<Box<[f64]>>,
     /// For a scene in umol/s over a period: the daily light integral, averaged over its days,
     /// mol/m2/d. Null for bands and sums that are not within 400 to 700 nm.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -21,6 +21,18 @@ pub struct Parameter {
     /// units: that number itself, or for a leaf what its reflectance has above that of the cuticle. 0
     /// where there is no derivative; empty where no number of the scene file stands for the factor.
     pub values: Vec<f64>,
+    /// How uncertain it is, where that is stated.
+    pub uncertainty: Option<Uncertainty>,
+}
+
+/// The stated uncertainty of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Uncertainty {
+    /// Per band, the standard deviation of ln s. A negative one goes the other way than the others
+    /// of its set.
+    pub deviations: Vec<f64>,
+    /// The parameters of a set vary together, those of different sets independently.
+    pub set: usize,
 }
 
 /// The light that a parameter is a factor on.

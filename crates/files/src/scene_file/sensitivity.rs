@@ -1,5 +1,7 @@
 //! The parameters of which results say how much they depend on them.
 
+use std::collections::BTreeMap;
+
 use super::{
     loader::{Loader, unknown},
     materials::LEAF_IOR,
@@ -10,7 +12,7 @@ use phylux_core::{
     error::Result,
     scene::{
         material::{Material, Scatterer, normal_fresnel},
-        parameter::{Factor, Parameter, Parameters},
+        parameter::{Factor, Parameter, Parameters, Uncertainty},
     },
 };
 
@@ -32,14 +34,16 @@ impl Loader<'_> {
     /// Makes the parameters that the scene asks for, once its materials and lights are known.
     pub(super) fn load_parameters(&mut self, file: &SceneSpec) -> Result<()> {
         let names = match &file.sensitivity {
-            SensitivitySpec::Off => return Ok(()),
+            SensitivitySpec::Off if file.uncertain.is_empty() => return Ok(()),
+            SensitivitySpec::Off => Some(&[][..]),
             SensitivitySpec::All => None,
-            SensitivitySpec::Of(names) => Some(names),
+            SensitivitySpec::Of(names) => Some(&names[..]),
         };
         if self.sources.by_hour.is_some() {
             // a year sums its hours of other sums
+            let key = if file.uncertain.is_empty() { "/sensitivity" } else { "/uncertain" };
             let problem = "a year does not say how its results depend on these: it is left out";
-            self.warn(self.place("/sensitivity"), problem);
+            self.warn(self.place(key), problem);
             return Ok(());
         }
         let mut all = Vec::new();
@@ -56,7 +60,7 @@ impl Loader<'_> {
                 let values = values.unwrap_or_default();
                 // what sends on nothing is no factor on light
                 if values.is_empty() || values.iter().any(|value| *value != 0.0) {
-                    all.push((name, Parameter { name: place.clone() + &end, factor, values }));
+                    all.push((name.clone(), parameter(place.clone() + &end, factor, values)));
                 }
             }
         }
@@ -74,7 +78,7 @@ impl Loader<'_> {
                 None => (light.name.clone(), Vec::new()),
             };
             let factor = Factor::Light(index);
-            all.push((&light.name, Parameter { name: place, factor, values }));
+            all.push((light.name.clone(), parameter(place, factor, values)));
         }
         if let Some(names) = names {
             for (i, name) in names.iter().enumerate() {
@@ -87,7 +91,7 @@ impl Loader<'_> {
                     let error = self.error(format!("/sensitivity/{i}"), problem);
                     return Err(unknown(error, name, known().collect::<Vec<_>>().into_iter()));
                 }
-                if !all.iter().any(|(of, _)| *of == name) {
+                if !all.iter().any(|(of, _)| of == name) {
                     let place = self.place(format!("/sensitivity/{i}"));
                     self.notes.push(format!(
                         "{place}: `{name}` sends on no light by a way that counts, so nothing depends \
@@ -95,8 +99,11 @@ impl Loader<'_> {
                     ));
                 }
             }
-            all.retain(|(of, _)| names.contains(of));
         }
+        self.load_uncertainties(file, &mut all)?;
+        all.retain(|(of, parameter)| {
+            names.is_none_or(|names| names.contains(of)) || parameter.uncertainty.is_some()
+        });
         let all: Vec<Parameter> = all.into_iter().map(|(_, parameter)| parameter).collect();
         if all.len() > Parameters::MOST {
             let problem =
@@ -107,6 +114,98 @@ impl Loader<'_> {
         }
         self.parts.parameters = all;
         Ok(())
+    }
+
+    /// Gives the parameters, each beside the name of its material or light, the uncertainties that the
+    /// scene states.
+    fn load_uncertainties(
+        &mut self,
+        file: &SceneSpec,
+        all: &mut [(String, Parameter)],
+    ) -> Result<()> {
+        // for each uncertain parameter, with which it goes, and its pointer
+        let mut sets: BTreeMap<usize, (usize, &str)> = BTreeMap::new();
+        for (pointer, spec) in &file.uncertain {
+            let at = format!("/uncertain/{}", json::escaped(pointer));
+            let index = self.uncertain(all, pointer, at.clone())?;
+            let (deviation, with) = match spec {
+                UncertainSpec::Alone(deviation) => (deviation, index),
+                UncertainSpec::Together(TogetherSpec { deviation, with }) => {
+                    let at = format!("{at}/with");
+                    if !file.uncertain.contains_key(with) {
+                        let problem = format!("`{with}` is not among the uncertain inputs");
+                        let known = file.uncertain.keys().map(String::as_str);
+                        return Err(unknown(self.error(at, problem), with, known));
+                    }
+                    (deviation, self.uncertain(all, with, at)?)
+                }
+            };
+            if let Some((_, other)) = sets.insert(index, (with, pointer)) {
+                let problem = format!("is the same input as `{other}`");
+                return Err(self.error(at, problem).remedy("leave one out"));
+            }
+            let deviations = match deviation {
+                DeviationSpec::All(all) => vec![*all; self.bands],
+                DeviationSpec::Each(each) => each.clone(),
+            };
+            if deviations.len() != self.bands {
+                let problem = format!("{} numbers for {} bands", deviations.len(), self.bands);
+                return Err(self.error(at, problem).remedy("give one number for each band"));
+            }
+            let parameter = &mut all[index].1;
+            let values = &parameter.values;
+            let is_dark = |b: usize| values.get(b) == Some(&0.0) && deviations[b] != 0.0;
+            if let Some(dark) = (0..self.bands).find(|b| is_dark(*b)) {
+                let problem = format!(
+                    "the input is 0 in band `{}`, where there is no light to count: what its \
+                     uncertainty makes of the results there is not known",
+                    self.parts.bands[dark].name
+                );
+                self.warn(self.place(&at), problem);
+            }
+            let share = |(b, deviation): (usize, f64)| match values.get(b) {
+                None => deviation,
+                Some(0.0) => 0.0,
+                Some(value) => deviation / value,
+            };
+            let deviations = deviations.into_iter().enumerate().map(share).collect();
+            parameter.uncertainty = Some(Uncertainty { deviations, set: index });
+        }
+        // an input goes with another that may go with a third
+        for &index in sets.keys() {
+            let mut set = index;
+            for _ in 0..sets.len() {
+                set = sets[&set].0;
+            }
+            if sets[&set].0 != set {
+                let pointer = json::escaped(sets[&index].1);
+                let problem = "inputs go with each other in a circle";
+                return Err(self
+                    .error(format!("/uncertain/{pointer}/with"), problem)
+                    .remedy("let one of them stand by itself"));
+            }
+            all[index].1.uncertainty.iter_mut().for_each(|of| of.set = set);
+        }
+        Ok(())
+    }
+
+    /// Returns the index of the parameter that a pointer into the scene file means; lights may be given
+    /// by their names.
+    fn uncertain(&self, all: &[(String, Parameter)], pointer: &str, at: String) -> Result<usize> {
+        let by_name = |(name, parameter): &(String, Parameter)| {
+            let key = parameter.name.strip_prefix("/lights/").and_then(|of| of.split_once('/'));
+            let of_light = key.map(|(_, key)| format!("/lights/{}/{key}", json::escaped(name)));
+            parameter.name == pointer || of_light.is_some_and(|of| of == pointer)
+        };
+        if let Some(index) = all.iter().position(by_name) {
+            return Ok(index);
+        }
+        let problem = format!(
+            "`{pointer}` is no input of which a run can tell what depends on it (lengths, tints, \
+             indices and gloss are none, nor is what is 0)"
+        );
+        let known = all.iter().map(|(_, parameter)| parameter.name.as_str());
+        Err(unknown(self.error(at, problem), pointer, known))
     }
 
     /// Returns numbers of the scene file per band; `None` where they come from a spectrum.
@@ -181,6 +280,11 @@ impl Loader<'_> {
         }
         kinds
     }
+}
+
+/// Makes a parameter whose uncertainty is not known.
+fn parameter(name: String, factor: Factor, values: Vec<f64>) -> Parameter {
+    Parameter { name, factor, values, uncertainty: None }
 }
 
 /// Returns the parameters of a material for which no number of the scene file stands.

@@ -56,6 +56,10 @@ pub struct SceneSpec {
     /// list of names (default false).
     #[serde(default)]
     pub sensitivity: SensitivitySpec,
+    /// How uncertain inputs are: pointer into the scene file, as `sensitivity` of results names it ->
+    /// standard deviation of the number there. Results say how uncertain that makes them.
+    #[serde(default)]
+    pub uncertain: IndexMap<String, UncertainSpec>,
     /// How spectra are averaged over each band.
     #[serde(default)]
     pub spectra: SpectraSpec,
@@ -114,6 +118,50 @@ one_of! {
     SensitivitySpec: "true, false or a list of names of materials and lights",
     flag(on) => if on { SensitivitySpec::All } else { SensitivitySpec::Off },
     list(names) => SensitivitySpec::Of(names),
+}
+
+/// The standard deviation of an input: in its unit, or as a share of 1 where no number of the scene
+/// file stands for it.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum UncertainSpec {
+    /// Of an input that varies by itself.
+    Alone(DeviationSpec),
+    /// Of an input that varies together with another.
+    Together(TogetherSpec),
+}
+
+/// The standard deviation of an input that varies together with another.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TogetherSpec {
+    /// The standard deviation; a negative one where the input falls as the other rises.
+    pub deviation: DeviationSpec,
+    /// The other input, which is uncertain too.
+    pub with: String,
+}
+
+/// A standard deviation: one number for all bands, or an array with one number per band.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum DeviationSpec {
+    /// The same in all bands.
+    All(f64),
+    /// One for each band.
+    Each(Vec<f64>),
+}
+
+one_of! {
+    DeviationSpec: "a number, or an array with one number per band",
+    number(all) => DeviationSpec::All(all),
+    list(each) => DeviationSpec::Each(each),
+}
+
+one_of! {
+    UncertainSpec: "a standard deviation: a number, or an array with one number per band, or {\"deviation\": ..., \"with\": ...}",
+    number(all) => UncertainSpec::Alone(DeviationSpec::All(all)),
+    list(each) => UncertainSpec::Alone(DeviationSpec::Each(each)),
+    object(together) => UncertainSpec::Together(together),
 }
 
 /// The cell of a scene that repeats.

@@ -106,8 +106,10 @@ impl RunResult {
             captors,
             layers: stand::layers(simulation),
             sensitivity: sensitivities(simulation),
+            budget: None,
             canopy: stand::canopy(simulation),
         };
+        result.add_uncertainty(simulation);
         result.add_dli();
         result.with_warnings_of_scene([])
     }
@@ -297,6 +299,7 @@ fn captor_result(
         back: captor.kind.has_back().then(|| face(Channel::Back, nearest_back)),
         absorbed,
         absorbed_se,
+        absorbed_model_se: None,
         by_light,
         sunlit: sunlit.map(|[share, _]| share),
         sunlit_se: sunlit.map(|[_, error]| error),
@@ -380,6 +383,7 @@ fn group_result(
             .then(|| face(Channel::Back, members.back_area, &members.back)),
         absorbed,
         absorbed_se,
+        absorbed_model_se: None,
         by_light,
         sunlit: members.sunlit.map(|[area, _]| area / members.area),
         sunlit_se: members.sunlit.map(|[_, variance]| variance.sqrt() / members.area),
@@ -443,6 +447,8 @@ fn flux(totals: &Totals, channel: usize, area: f64, split: bool) -> FaceResult {
         histories: totals.histories_in(channel),
         irradiance: flux.mean.iter().map(|f| f / area).collect(),
         irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
+        flux_model_se: None,
+        irradiance_model_se: None,
         dli: None,
         dli_se: None,
         ratios: Ratios::of(totals, channel, split),

@@ -91,6 +91,7 @@ impl RunResult {
             // these are not kept by light
             layers: None,
             sensitivity: None,
+            budget: None,
             canopy: None,
             // the light on captors is not copied, as it may be most of what memory holds
             phylux: self.phylux.clone(),
@@ -325,6 +326,7 @@ impl<'a> Mix<'a> {
             back: captor.back.as_ref().map(|face| self.face(face)),
             absorbed,
             absorbed_se,
+            absorbed_model_se: None,
             by_light,
             absorbed_by_face,
             absorbed_ratios,
@@ -344,6 +346,7 @@ impl<'a> Mix<'a> {
             back: group.back.as_ref().map(|of| face(of, back)),
             absorbed,
             absorbed_se,
+            absorbed_model_se: None,
             by_light,
             absorbed_by_face,
             absorbed_ratios,
@@ -387,6 +390,8 @@ impl<'a> Mix<'a> {
                 values().map(|part| (&part.irradiance[..], &part.irradiance_se[..])),
                 bands,
             ),
+            flux_model_se: None,
+            irradiance_model_se: None,
             dli: None,
             dli_se: None,
             ratios: Ratios::mixed(

@@ -3,7 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{BandResult, validate::are_errors};
+use super::{
+    BandResult,
+    validate::{are_errors, are_model_errors},
+};
 use phylux_core::{
     math::stats::{error_of_ratio, is_possible, ratio},
     scene::world::{BandRatio, BandSum, Scene},
@@ -203,6 +206,9 @@ pub struct Ratios {
     pub ratio: Vec<Option<f64>>,
     /// Standard error of the value above.
     pub ratio_se: Vec<Option<f64>>,
+    /// Standard deviation of the ratio by inputs that are uncertain, where the scene has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ratio_model_se: Option<Vec<f64>>,
     /// Where results are kept by light: the variance of the numerator's flux, the covariance of
     /// numerator and denominator, and the variance of the denominator's flux, from which the errors
     /// at other powers follow; null where they are not known.
@@ -225,7 +231,7 @@ impl Ratios {
         };
         let (ratio, (ratio_se, covariance)): (Vec<_>, (Vec<_>, Vec<_>)) = found.map(of).unzip();
         let covariance = split.then_some(covariance);
-        any.then_some(Self { ratio, ratio_se, covariance })
+        any.then_some(Self { ratio, ratio_se, ratio_model_se: None, covariance })
     }
 
     /// Returns the ratios of the light of these lamps together at their new powers; lamps have
@@ -283,6 +289,7 @@ impl Ratios {
         };
         are_errors(&self.ratio, ratios)
             && are_errors(&self.ratio_se, ratios)
+            && are_model_errors(self.ratio_model_se.as_deref(), ratios)
             && self.covariance.iter().all(is_valid)
     }
 }
@@ -353,6 +360,7 @@ mod tests {
                     denominator: denominator.into(),
                 };
                 let before = Ratios {
+                    ratio_model_se: None,
                     covariance: Some(vec![Some([over, both, under])]),
                     ..Ratios::default()
                 };

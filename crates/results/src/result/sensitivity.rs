@@ -9,7 +9,7 @@ use super::validate::are_errors;
 use phylux_core::{
     math::stats::{error_of_ratio, ratio},
     scene::{
-        captor::{CaptorKind, Channel},
+        captor::{Captor, CaptorKind, Channel},
         parameter::Parameter,
         world::{BandSum, Scene},
     },
@@ -60,16 +60,6 @@ impl SensitivityResult {
     }
 }
 
-/// A captor or a group of a run.
-struct Place<'a> {
-    captor: Option<&'a str>,
-    group: Option<&'a str>,
-    /// Its first channel.
-    first: usize,
-    area: f64,
-    faces: Vec<Channel>,
-}
-
 /// Returns how each captor and group depends on each parameter that its light has met; `None` if the
 /// scene does not ask for it.
 pub(super) fn sensitivities(simulation: &Simulation) -> Option<Vec<SensitivityResult>> {
@@ -78,43 +68,9 @@ pub(super) fn sensitivities(simulation: &Simulation) -> Option<Vec<SensitivityRe
     if parameters.is_empty() {
         return None;
     }
-    let faces = |back: bool, absorbs: bool| {
-        let all = [(Channel::Front, true), (Channel::Back, back), (Channel::Absorbed, absorbs)];
-        all.into_iter().filter_map(|(face, counts)| counts.then_some(face)).collect()
-    };
-    let captors = scene.captors().iter().map(|captor| Place {
-        captor: Some(&captor.id),
-        group: None,
-        first: captor.first_channel,
-        area: captor.area,
-        faces: faces(captor.kind.has_back(), captor.kind == CaptorKind::Surface),
-    });
-    let mut groups: Vec<Place> = scene
-        .groups()
-        .iter()
-        .enumerate()
-        .map(|(g, name)| Place {
-            captor: None,
-            group: Some(name),
-            first: scene.channels() + g * scene.group_channels(),
-            area: 0.0,
-            faces: Vec::new(),
-        })
-        .collect();
-    let mut kinds = vec![[false; 2]; groups.len()];
-    for captor in scene.captors() {
-        for &group in &captor.groups {
-            groups[group].area += captor.area;
-            kinds[group][0] |= captor.kind.has_back();
-            kinds[group][1] |= captor.kind == CaptorKind::Surface;
-        }
-    }
-    for (group, [back, absorbs]) in groups.iter_mut().zip(kinds) {
-        group.faces = faces(back, absorbs);
-    }
     let mut all = Vec::new();
-    for place in captors.chain(groups) {
-        for &face in &place.faces {
+    for place in places(scene) {
+        for face in &place.faces {
             for (index, parameter) in parameters.iter().enumerate() {
                 all.extend(sensitivity(simulation, &place, face, (index, parameter)));
             }
@@ -123,20 +79,82 @@ pub(super) fn sensitivities(simulation: &Simulation) -> Option<Vec<SensitivityRe
     Some(all)
 }
 
+/// A captor or a group of a scene.
+pub(super) struct Place<'a> {
+    pub captor: Option<&'a str>,
+    pub group: Option<&'a str>,
+    pub faces: Vec<Face>,
+}
+
+/// A face of a captor or group, or the power that it absorbs.
+pub(super) struct Face {
+    pub kind: Channel,
+    /// Its channel in the sums of a run.
+    pub channel: usize,
+    /// What a flux is divided by: the area of a face, m2, and 1 for what is absorbed.
+    pub per: f64,
+}
+
+impl Face {
+    /// Returns its name in results.
+    pub fn name(&self) -> Cow<'static, str> {
+        let name = match self.kind {
+            Channel::Front => "front",
+            Channel::Back => "back",
+            Channel::Absorbed => "absorbed",
+        };
+        name.into()
+    }
+}
+
+/// Returns the captors of a scene, then its groups.
+pub(super) fn places(scene: &Scene) -> Vec<Place<'_>> {
+    let has = |captor: &Captor, kind| match kind {
+        Channel::Front => true,
+        Channel::Back => captor.kind.has_back(),
+        Channel::Absorbed => captor.kind == CaptorKind::Surface,
+    };
+    let faces = |first: usize, areas: [Option<f64>; 3]| {
+        let kinds = [Channel::Front, Channel::Back, Channel::Absorbed].into_iter().zip(areas);
+        let face = |(kind, area): (Channel, Option<f64>)| {
+            let per = if kind == Channel::Absorbed { 1.0 } else { area? };
+            area.map(|_| Face { kind, channel: first + kind as usize, per })
+        };
+        kinds.filter_map(face).collect()
+    };
+    let mut areas = vec![[None; 3]; scene.groups().len()];
+    let mut places = Vec::with_capacity(scene.captors().len() + areas.len());
+    for captor in scene.captors() {
+        let own = [Channel::Front, Channel::Back, Channel::Absorbed]
+            .map(|kind| has(captor, kind).then_some(captor.area));
+        for &group in &captor.groups {
+            for (sum, area) in areas[group].iter_mut().zip(own) {
+                *sum = area.map(|area| sum.unwrap_or(0.0) + area).or(*sum);
+            }
+        }
+        let faces = faces(captor.first_channel, own);
+        places.push(Place { captor: Some(&captor.id), group: None, faces });
+    }
+    for (g, (name, areas)) in scene.groups().iter().zip(areas).enumerate() {
+        let faces = faces(scene.channels() + g * scene.group_channels(), areas);
+        places.push(Place { captor: None, group: Some(name), faces });
+    }
+    places
+}
+
 /// Returns how a place depends on a parameter; `None` where its light has never met the parameter.
 fn sensitivity(
     simulation: &Simulation,
     place: &Place,
-    face: Channel,
+    face: &Face,
     (index, parameter): (usize, &Parameter),
 ) -> Option<SensitivityResult> {
     let (scene, totals) = (simulation.scene(), simulation.totals());
-    let channel = place.first + face as usize;
-    let found: Vec<_> = totals.moments(scene, index, channel)?.collect();
+    let found: Vec<_> = totals.moments(scene, index, face.channel)?.collect();
     if found.iter().all(|([moment, _], _)| *moment == 0.0) {
         return None;
     }
-    let histories = totals.misses_of(channel);
+    let histories = totals.misses_of(face.channel);
     let elasticities = found.iter().map(|&(means, covariance)| {
         let of = ratio(means, covariance)?;
         let floor = |error: f64| error.max(error_of_ratio(of.0.abs(), error, histories));
@@ -144,7 +162,7 @@ fn sensitivity(
     });
     let (elasticity, elasticity_se) =
         elasticities.map(|of| (of.map(|of| of.0), of.and_then(|of| of.1))).unzip();
-    let per = if face == Channel::Absorbed { 1.0 } else { place.area };
+    let per = face.per;
     let moments: Vec<(f64, Option<f64>)> = found
         .iter()
         .map(|&([moment, _], covariance)| {
@@ -154,18 +172,11 @@ fn sensitivity(
     let (derivative, derivative_se) =
         derivatives(scene, &parameter.values, &moments).into_iter().unzip();
     let (captor, group) = (place.captor.map(str::to_string), place.group.map(str::to_string));
-    let face = match face {
-        Channel::Front => "front",
-        Channel::Back => "back",
-        Channel::Absorbed => "absorbed",
-    };
-    let parameter = parameter.name.clone();
-    let face = face.into();
     Some(SensitivityResult {
         captor,
         group,
-        face,
-        parameter,
+        face: face.name(),
+        parameter: parameter.name.clone(),
         elasticity,
         elasticity_se,
         derivative,

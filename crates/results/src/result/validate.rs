@@ -1,8 +1,8 @@
 //! Checks that a result which was read from a file is complete.
 
 use super::{
-    Absorbed, AbsorbedByFace, BandResult, ByLight, CaptorResult, Energy, FaceResult, Factor,
-    GroupResult, NearestResult, Ratios, RunResult, ToleranceResult,
+    Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CaptorResult, Energy, FaceResult,
+    Factor, GroupResult, NearestResult, Ratios, RunResult, ToleranceResult,
 };
 use phylux_core::math::stats::is_possible;
 
@@ -17,6 +17,7 @@ impl RunResult {
             numbers.all(|number| is_possible(*number))
                 && captor.faces().all(|face| face.is_valid(bands, ratios))
                 && fits(absorbed, absorbed_se, by_light, bands)
+                && are_model_errors(captor.absorbed_model_se.as_deref(), bands)
                 && are_ratios(&captor.absorbed_ratios, by_light, ratios)
                 && are_faces(&captor.absorbed_by_face, by_light, bands)
         };
@@ -26,6 +27,7 @@ impl RunResult {
                     .chain(&group.back)
                     .all(|f| f.is_valid(bands, ratios))
                 && fits(&group.absorbed, &group.absorbed_se, &group.by_light, bands)
+                && are_model_errors(group.absorbed_model_se.as_deref(), bands)
                 && are_ratios(&group.absorbed_ratios, &group.by_light, ratios)
                 && are_faces(&group.absorbed_by_face, &group.by_light, bands)
         };
@@ -45,6 +47,7 @@ impl RunResult {
             && self.groups.iter().all(of_groups)
             && self.layers.iter().flatten().all(|layer| layer.is_valid(bands))
             && self.sensitivity.iter().flatten().all(|found| found.is_valid(bands))
+            && self.budget.iter().flatten().all(BudgetResult::is_valid)
             && self.canopy.iter().all(|canopy| canopy.is_valid(bands))
     }
 }
@@ -98,6 +101,8 @@ impl FaceResult {
         let mut errors = [&self.flux_se, &self.irradiance_se].into_iter();
         values.all(|values| are_values(values, bands))
             && errors.all(|errors| are_errors(errors, bands))
+            && are_model_errors(self.flux_model_se.as_deref(), bands)
+            && are_model_errors(self.irradiance_model_se.as_deref(), bands)
             && self.dli.iter().chain(&self.dli_se).all(|values| are_errors(values, bands))
             && self.uniformity.iter().all(|even| even.is_valid(bands))
             && self
@@ -155,4 +160,9 @@ pub fn are_values(values: &[f64], bands: usize) -> bool {
 /// Returns whether these are standard errors of so many bands, some of which may be unknown.
 pub fn are_errors(errors: &[Option<f64>], bands: usize) -> bool {
     errors.len() == bands && errors.iter().flatten().all(|error| is_possible(*error))
+}
+
+/// Returns whether these are standard deviations of so many values, where there are any.
+pub fn are_model_errors(errors: Option<&[f64]>, values: usize) -> bool {
+    errors.is_none_or(|errors| are_values(errors, values))
 }

@@ -65,6 +65,7 @@ impl Year {
             captors,
             layers: None,
             sensitivity: None,
+            budget: None,
             canopy: None,
         };
         result.add_dli();
@@ -101,6 +102,8 @@ impl Mean<'_> {
             flux_se,
             irradiance,
             irradiance_se,
+            flux_model_se: None,
+            irradiance_model_se: None,
             dli: None,
             dli_se: None,
             ratios: self.ratios(id, channel),
@@ -128,7 +131,7 @@ impl Mean<'_> {
         let found = (0..places.ratios.len()).map(|r| self.values.ratio(id, channel, r));
         let (ratio, ratio_se) =
             found.map(|found| found.map(|v| (v.mean, v.variance.sqrt())).unzip()).unzip();
-        Some(Ratios { ratio, ratio_se, covariance: None })
+        Some(Ratios { ratio, ratio_se, ..Ratios::default() })
     }
 
     /// Returns the share of the area that the sun shines on, and its error, on average over the time
@@ -153,6 +156,7 @@ impl Mean<'_> {
             back: self.face(id, Channel::Back, back),
             absorbed,
             absorbed_se,
+            absorbed_model_se: None,
             by_light: None,
             sunlit,
             sunlit_se,
@@ -184,6 +188,7 @@ impl Mean<'_> {
             back: self.face(id, Channel::Back, photons[1]).map(|back| backs.on(back)),
             absorbed,
             absorbed_se,
+            absorbed_model_se: None,
             by_light: None,
             sunlit,
             sunlit_se,

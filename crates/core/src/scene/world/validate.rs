@@ -154,7 +154,7 @@ impl SceneParts {
             return Err(Problem::new(problem, "ask for fewer"));
         }
         let mut taken = HashSet::new();
-        for Parameter { name, factor, values } in &self.parameters {
+        for Parameter { name, factor, values, uncertainty } in &self.parameters {
             let places: Vec<[usize; 2]> = match *factor {
                 Factor::Light(light) if light < self.lights.len() => vec![[light, 6]],
                 Factor::Material { material, faces, ways } if material < self.materials.len() => (0
@@ -173,6 +173,12 @@ impl SceneParts {
             if !places.into_iter().all(|place| taken.insert(place)) {
                 let problem = format!("parameter `{name}` is of light that another has, too");
                 return Err(Problem::new(problem, "leave one out"));
+            }
+            let is_deviation = |of: &f64| of.abs() <= 1e30;
+            let fits = |of: &[f64]| of.len() == bands && of.iter().all(is_deviation);
+            if uncertainty.as_ref().is_some_and(|of| !fits(&of.deviations)) {
+                let problem = format!("uncertainty of parameter `{name}`");
+                return Err(Problem::new(problem, "give it a number within 1e30 for each band"));
             }
         }
         unique("parameter", self.parameters.iter().map(|parameter| &parameter.name))
