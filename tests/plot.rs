@@ -180,6 +180,121 @@ fn racks_have_maps_of_their_own() {
     refused(&scene.path(""), &["plot", "r.json", "--captors", "grid,nobody"], &["`nobody`"]);
 }
 
+/// Changes the results of a scene.
+fn changed(scene: &TestScene, change: impl FnOnce(&mut Value)) {
+    let path = scene.path("r.json");
+    let mut all: Value = serde_json::from_slice(&fs::read(&path).expect("results")).expect("JSON");
+    change(&mut all);
+    fs::write(&path, all.to_string()).expect("written");
+}
+
+/// Eight tiers of two racks have a map each, with their names.
+#[test]
+fn tiers_of_racks_have_maps_of_their_own() {
+    let scene = results();
+    changed(&scene, |all| {
+        let captors = all["captors"].as_array_mut().expect("captors");
+        let grid: Vec<Value> = captors.drain(..9).collect();
+        captors.clear();
+        for (rack, tier) in (0..8).map(|i| (i % 2, i / 2)) {
+            for (i, sensor) in grid.iter().enumerate() {
+                let mut own = sensor.clone();
+                own["id"] = json!(format!("tier {rack}{tier}/{i}"));
+                own["center"][1] = json!(20.0 * f64::from(rack) + (i / 3) as f64);
+                own["center"][2] = json!(tier);
+                captors.push(own);
+            }
+        }
+    });
+    let (texts, _) = plotted(&scene, &[]);
+    for (rack, tier) in (0..8).map(|i| (i % 2, i / 2)) {
+        let name = format!("tier {rack}{tier}, z = {tier} m");
+        assert!(texts.iter().any(|text| text.starts_with(&name)), "{name}: {texts:?}");
+    }
+}
+
+/// The map of sensors in a line is a curve over their places, with errors.
+#[test]
+fn sensors_in_a_line_are_a_curve() {
+    let scene = results();
+    changed(&scene, |all| {
+        for i in 0..3 {
+            all["captors"][9 + i]["front"]["irradiance"][0] = json!(50.0 * (1 + i) as f64);
+        }
+    });
+    for more in [&["--captors", "shelf/*"][..], &["--show", "map", "--captors", "shelf/*"]] {
+        let (texts, svg) = plotted(&scene, more);
+        has(&texts, &["PPFD along shelf, y = 0 m, z = 2 m", "x, m", "PPFD, µmol/m²/s", "0"]);
+        let marks = place(&svg, "<circle", &["cx", "cy"]);
+        assert_eq!(marks.len(), 3);
+        let up: Vec<f64> = marks.windows(2).map(|pair| pair[0][1] - pair[1][1]).collect();
+        assert!(up[0] > 10.0 && (up[0] - up[1]).abs() <= 1.0, "{marks:?}");
+    }
+}
+
+/// Where nothing says what to show, and there are no sensors for a map, the plot is the first of
+/// layers, plants and profile that the results have, and the command says which.
+#[test]
+fn results_without_a_map_are_plotted_too() {
+    let scene = results();
+    let said = |words: &str| {
+        let output = phylux(&scene.path(""), &["plot", "r.json", "-o", "p.svg"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(text.contains(words), "{text}");
+        fs::read_to_string(scene.path("p.svg")).expect("a plot")
+    };
+    let captors = |all: &mut Value| all["captors"].as_array_mut().expect("captors").drain(..12);
+    changed(&scene, |all| drop(captors(all)));
+    assert!(said("drawn as with --show layers").contains("absorbed by layers"));
+    changed(&scene, |all| drop(all.as_object_mut().expect("an object").remove("layers")));
+    assert!(said("drawn as with --show plants").contains("absorbed by each plant"));
+    changed(&scene, |all| {
+        for (i, captor) in all["captors"].as_array_mut().expect("captors").iter_mut().enumerate() {
+            captor["id"] = json!(["wall", "roof", "door", "pane", "desk", "lamp"][i]);
+        }
+    });
+    assert!(said("drawn as with --show profile").contains("absorbed over height"));
+    // things that are neither copies nor leaves have their names
+    let (texts, _) = plotted(&scene, &["--show", "plants"]);
+    has(&texts, &["absorbed by each object, PAR", "wall", "roof", "door", "pane", "desk", "lamp"]);
+}
+
+/// Ground is no plant: two kinds of it side by side, one that slopes, and one whose triangles are
+/// captors each. A shelf above, lit on both sides, is drawn, and so is ground that is asked for.
+#[test]
+fn ground_is_no_plant() {
+    let scene = results();
+    let names = |more: &[&str]| -> Vec<String> {
+        let (texts, _) = plotted(&scene, &[&["--show", "plants"], more].concat());
+        let known = ["tomato", "soil", "path", "tiles", "shelf"];
+        known
+            .iter()
+            .filter(|name| texts.iter().any(|t| t == *name))
+            .map(|n| n.to_string())
+            .collect()
+    };
+    changed(&scene, |all| {
+        let captors = all["captors"].as_array_mut().expect("captors");
+        let leaf = captors.last().expect("a leaf").clone();
+        let mut add = |id: &str, center: [f64; 3], normal: [f64; 3], back: f64| {
+            let mut own = leaf.clone();
+            own["id"] = json!(id);
+            (own["center"], own["normal"]) = (json!(center), json!(normal));
+            own["back"] = own["front"].clone();
+            own["back"]["flux"] = json!([back, 0]);
+            captors.push(own);
+        };
+        add("soil/soil", [1.0, 0.0, -0.01], [0.0, 0.6, 0.8], 0.0);
+        add("path/path", [2.0, 0.0, 0.0], [0.0, 0.0, 1.0], 3.0);
+        add("tiles/tile/0", [3.0, 0.0, 0.01], [0.0, 0.0, -1.0], 0.0);
+        add("tiles/tile/1", [3.0, 1.0, 0.02], [0.1, 0.0, -0.99], 0.0);
+        add("shelf/board", [0.0, 0.0, 0.9], [0.0, 0.0, 1.0], 1.0);
+    });
+    assert_eq!(names(&[]), ["tomato", "shelf"]);
+    assert_eq!(names(&["--captors", "soil/*,tiles/*,tomato/*"]), ["tomato", "soil", "tiles"]);
+}
+
 /// The sensors have the mean 200 at 1 m and 50 at 2 m, and the line joins these means.
 #[test]
 fn a_profile_joins_means_of_heights() {
@@ -382,7 +497,8 @@ fn what_cannot_be_plotted_is_refused() {
         (&["-o", "p.pdf"][..], &["p.pdf", ".svg"][..]),
         (&["--band", "PUR"], &["no band or sum `PUR`", "PAR, far red"]),
         (&["--captors", "nobody"], &["no captor or group `nobody`", "grid/0"]),
-        (&["--captors", "shelf/*"], &["r.json", "no three sensors in a plane"]),
+        (&["--show", "map", "--captors", "shelf/0"], &["r.json", "no three sensors in a plane"]),
+        (&["--range", "0:1", "--captors", "tomato/*"], &["r.json", "no three sensors in a plane"]),
         (&["--show", "plants", "--captors", "grid/*"], &["no surface that is a captor"]),
         (&["--show", "profile", "--range", "0:1"], &["--range", "--show map"]),
         (&["--range", "2:1"], &["2 to 1"]),

@@ -211,6 +211,28 @@ fn errors_of_uniformity_are_honest() {
     }
 }
 
+/// The uniformity of many groups in many bands is shown of the sum alone, unless all is asked for.
+#[test]
+fn many_uniformities_are_those_of_the_sum() {
+    let bands: Vec<Value> = (0..6).map(|i| json!({ "name": format!("b{i}") })).collect();
+    let grid = |i: i32| json!({ "name": format!("bed{i}"), "grid": { "x": [0, 1], "y": [i, i], "nx": 2, "ny": 1, "z": 0, "radius": 0.1 } });
+    let scene = json!({ "bands": bands, "sums": { "all": ["b0", "b1", "b2", "b3", "b4", "b5"] },
+        "lights": [{ "type": "point", "position": [0, 0, 1], "power": [1, 1, 1, 1, 1, 1] }],
+        "captors": (0..4).map(grid).collect::<Vec<Value>>() });
+    let scene = self::scene(&scene, &[]);
+    let rows = |line: &str| {
+        let done = command(&scene, line);
+        assert_eq!(done.0, Some(0), "{}", done.2);
+        let (_, table) = done.1.split_once("uniformity of groups").expect("its table");
+        let own = table.lines().skip(1).take_while(|line| line.starts_with("  bed"));
+        (own.map(String::from).collect::<Vec<_>>(), table.contains("(--full has all)"))
+    };
+    let (short, said) = rows("run scene.json --photons 1e4");
+    assert!(said && short.len() == 4 && short.iter().all(|row| row.contains(" all ")), "{short:?}");
+    let (full, said) = rows("run scene.json --photons 1e4 --full");
+    assert!(!said && full.len() == 28, "{full:?}");
+}
+
 /// The summary, the table of a run and the tables of a sweep contain the uniformity of groups.
 #[test]
 fn tables_say_how_even_groups_are() {

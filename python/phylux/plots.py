@@ -81,7 +81,7 @@ def captor_map(
     **options: Any,
 ) -> Any:
     """Draws the irradiance of captors over the plane in which they lie: colours with contours. Between the captors of a grid
-    they are smooth and never beyond the captors' values; between others they are linear over Delaunay triangles. Gaps wider
+    they are smooth; between others they are linear over Delaunay triangles. Gaps wider
     than three times the usual distance of the captors stay blank, and nothing is drawn beyond them. No step of colours or
     contours is finer than twice the median standard error, which the title says; where the captors differ by no more than
     their errors explain, the map has one colour. Where such a map is not possible, the captors are drawn as dots at their
@@ -308,7 +308,7 @@ def _smooth(x: Any, y: Any, values: Any) -> tuple[Any, Any, Any, Any] | None:
     for lines in grid:
         finer.append(np.interp(np.arange((len(lines) - 1) * steps + 1) / steps, np.arange(len(lines)), lines))
         # the other axis comes next
-        table = _monotone(lines, table, finer[-1]).T
+        table = _smoothly(lines, table, finer[-1]).T
     across, up = np.meshgrid(*finer, indexing="ij")
     corner = np.arange(table.size).reshape(table.shape)
     a, b, c, d = (corner[i : i - 1 or None, j : j - 1 or None].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
@@ -325,9 +325,10 @@ def _lines(at: Any) -> tuple[Any, Any]:
     return at[order][first], line
 
 
-def _monotone(x: Any, values: Any, at: Any) -> Any:
+def _smoothly(x: Any, values: Any, at: Any) -> Any:
     """Interpolates the columns of ``values``, given at two places ``x`` or more, by cubics that rise and fall only where
-    the values do (Fritsch and Butland 1984)."""
+    the values do (Fritsch and Butland 1984); but where the values of neighbours curve the same way they follow the parabola
+    through three places, so that hills and hollows are round. Amounts stay above 0."""
     width = np.diff(x)[:, None]
     slope = np.diff(values, axis=0) / width
     if len(x) == 2:
@@ -338,6 +339,13 @@ def _monotone(x: Any, values: Any, at: Any) -> Any:
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = (weight[0] + weight[1]) / (weight[0] / before + weight[1] / after)
     middle = np.where(before * after > 0, mean, 0.0)
+    if len(x) > 3:
+        # the curves at a place and at its neighbours
+        curve = np.sign(after - before)
+        same = np.vstack([curve[:1], curve]) * np.vstack([curve, curve[-1:]])
+        round_ = (same[:-1] > 0) & (same[1:] > 0)
+        parabola = (width[1:] * before + width[:-1] * after) / (width[:-1] + width[1:])
+        middle = np.where(round_, parabola, middle)
     # at the ends: as the parabola through three places, but not against the slope there, nor steeper than three times it
     ends = []
     for near, next_, h, g in ((slope[0], slope[1], *width[:2, 0]), (slope[-1], slope[-2], *width[:-3:-1, 0])):
@@ -347,9 +355,10 @@ def _monotone(x: Any, values: Any, at: Any) -> Any:
     tangent = np.vstack([ends[0], middle, ends[1]])
     i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
     h, t = width[i], ((at - x[i]) / width[i, 0])[:, None]
-    return ((1 + 2 * t) * values[i] + h * t * tangent[i]) * (1 - t) ** 2 + (
+    smooth = ((1 + 2 * t) * values[i] + h * t * tangent[i]) * (1 - t) ** 2 + (
         (3 - 2 * t) * values[i + 1] - h * (1 - t) * tangent[i + 1]
     ) * t**2
+    return np.maximum(smooth, 0.0) if (values >= 0).all() else smooth
 
 
 def _plane(result: Result) -> list[int]:
@@ -510,11 +519,10 @@ def plants(
     for row in rows:
         if row in ground:
             continue
-        parts = _ORGAN.fullmatch(result.ids[row])
-        if parts is None or not np.isfinite(values[row]):
+        if not np.isfinite(values[row]):
             continue
-        rank = int(parts["rank"]) if parts["rank"] else None
-        plant = objects.setdefault(parts["object"], {}).setdefault(parts["instance"] or "", {})
+        name, instance, rank = _organ(result.ids[row])
+        plant = objects.setdefault(name, {}).setdefault(instance, {})
         power = plant.setdefault(rank, [0.0, 0.0])
         power[0] += float(values[row])
         power[1] += float(errors[row]) ** 2
@@ -549,24 +557,43 @@ def plants(
 
 
 def _ground(result: Result) -> set[int]:
-    """Returns the surfaces of objects that lie flat below all other surfaces, without instances and without ranks."""
+    """Returns the surfaces of objects that are ground: the lowest, without instances and without ranks, that are flat, or
+    that face up or down and have light on one side alone. One object at least is left."""
     objects: dict[str, list[int]] = {}
     for row in np.flatnonzero(result.is_surface):
         objects.setdefault(result.ids[row].partition("/")[0], []).append(int(row))
-    found: set[int] = set()
-    for name, rows in objects.items():
-        height = result.center[rows, 2]
-        others = [row for other, own in objects.items() if other != name for row in own]
-        parts = [_ORGAN.fullmatch(result.ids[row]) for row in rows]
-        bare = all(part is not None and not part["rank"] and part["instance"] is None for part in parts)
-        flat = (np.abs(result.normal[rows, 2]) > 0.999).all() and np.ptp(height) <= 1e-3 * max(np.ptp(result.center, axis=0))
-        if bare and flat and others and height.max() < result.center[others, 2].min():
-            found.update(rows)
-    return found
+    extent = max(np.ptp(result.center, axis=0))
+    of_object: list[tuple[float, bool, list[int]]] = []
+    for rows in objects.values():
+        weights = result.area[rows]
+        height, steepness = (float(np.average(column[rows, 2], weights=weights)) for column in (result.center, result.normal))
+        bare = all(_organ(result.ids[row])[1:] == ("", None) for row in rows)
+        flat = abs(steepness) > 1 - 1e-4 and (np.abs(result.center[rows, 2] - height) <= 1e-4 * extent).all()
+        lit = (np.nan_to_num(result.flux[rows]) > 0).any(axis=2)
+        one_sided = abs(steepness) > 0.7 and not lit.all(axis=1).any()
+        of_object.append((height, bare and bool(flat or one_sided), rows))
+    of_object.sort(key=lambda own: own[0])
+    found: list[list[int]] = []
+    for height, is_ground, rows in of_object:
+        if not is_ground or height - of_object[0][0] > 0.05 * extent:
+            break
+        found.append(rows)
+    return {row for rows in found for row in rows} if len(found) < len(of_object) else set()
 
 
-# OBJECT/PART#INSTANCE, followed by a number for a single triangle; the rank is the number at the end of PART
-_ORGAN = re.compile(r"(?P<object>[^/]*)(/.*?(?P<rank>\d*)(#(?P<instance>\d+)(/\d+)?)?)?", re.DOTALL)
+def _organ(id: str) -> tuple[str, str, int | None]:
+    """Returns the object, the instance (empty without instances) and the rank of a captor, by its id: OBJECT/PART#INSTANCE,
+    or OBJECT#INSTANCE, followed by / and a number for a single triangle; the rank is the number at the end of PART."""
+    name, _, part = id.partition("/")
+    before, _, number = part.rpartition("/")
+    if before and re.fullmatch("[0-9]+", number):
+        part = before
+    copy = re.fullmatch("(.*)#([0-9]+)", part or name, re.DOTALL)
+    instance = copy[2] if copy else ""
+    if not part:
+        return copy[1] if copy else name, instance, None
+    rank = re.search("[0-9]*\\Z", copy[1] if copy else part)
+    return name, instance, int(rank[0]) if rank and rank[0] else None
 
 
 @_styled
@@ -775,21 +802,29 @@ def _pyplot() -> Any:
 
 
 def _rows(result: Result, captors: str | Sequence[str] | None) -> list[int]:
-    """Returns the indices of captors, given the beginning of their ids, a pattern with ``*``, or a list of ids."""
+    """Returns the indices of captors, given ids, patterns with ``*``, the beginning of ids (one that is no id), or names of
+    groups, which stand for their captors."""
     if captors is None:
-        rows = list(range(len(result.ids)))
-    elif isinstance(captors, str):
-        pattern = ".*".join(re.escape(part) for part in captors.removesuffix("*").split("*"))
-        rows = [row for row, id in enumerate(result.ids) if re.match(pattern, id)]
-    else:
-        index = {id: row for row, id in enumerate(result.ids)}
-        lacking = [id for id in captors if id not in index]
-        if lacking:
-            raise wrong("captors", f"there is no captor `{lacking[0]}`", "the ids are in result.ids")
-        rows = [index[id] for id in captors]
-    if not rows:
-        raise wrong("captors", f"no captor begins with {captors!r}", "the ids are in result.ids")
-    return rows
+        return list(range(len(result.ids)))
+    wanted = [captors] if isinstance(captors, str) else list(captors)
+    rows: dict[int, None] = {}
+    for name in wanted:
+        pattern = ".*".join(re.escape(part) for part in name.removesuffix("*").split("*"))
+        begins = isinstance(captors, str) or "*" in name
+        end = "" if begins and (name.endswith("*") or "*" not in name) else r"\Z"
+        own = [row for row, id in enumerate(result.ids) if re.match(pattern + end, id, re.DOTALL)]
+        if name in result.group_values.ids:
+            own += _members(result, name)
+        if not own:
+            problem = f"no captor begins with {name!r}" if begins else f"there is no captor or group `{name}`"
+            raise wrong("captors", problem, "the ids are in result.ids")
+        rows.update(dict.fromkeys(own))
+    return sorted(rows) if isinstance(captors, str) else list(rows)
+
+
+def _members(result: Result, group: str) -> list[int]:
+    captors = json.loads(result.to_json())["captors"]
+    return [row for row, captor in enumerate(captors) if group in captor.get("groups", [])]
 
 
 def _band(result: Result, band: str | None) -> int:

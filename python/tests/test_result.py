@@ -256,6 +256,32 @@ def test_plants_absorb_what_their_leaves_do():
         found.plot("plants", by="leaf")
 
 
+def test_grounds_are_no_plants():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    flat = np.array([[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]], float)
+    leaf = np.array([[[0, 0, 0.5], [0.1, 0, 0.5], [0, 0.1, 0.5]]])
+    scene = px.Scene("two grounds")
+    scene.material("grey", type="lambert", reflectance=0.5)
+    scene.add("plant", {"leaf1": leaf, "leaf2": leaf + [0, 0.2, 0.1]}, material="grey", captor=True)
+    # a path beside a bank that rises by a half
+    scene.add("path", flat, material="grey", captor=True)
+    scene.add("bank", flat @ [[1, 0, 0.02], [0, 1, 0], [0, 0, 1]] + [2, 0, 0.01], material="grey", captor="triangle")
+    scene.light("lamp", type="point", position=[0.5, 0, 2], power=100)
+    found = scene.run(photons=20_000, seed=1)
+    assert [line.get_label() for line in found.plot("plants").containers] == ["plant"]
+
+
+def test_a_map_of_lamps_is_round():
+    plots = pytest.importorskip("phylux.plots")
+    x = np.arange(6.0)
+    hill = plots._smoothly(x, (10 - (x - 2.5) ** 2)[:, None], np.array([1.5, 2.5, 3.5]))[:, 0]
+    np.testing.assert_allclose(hill, [9, 10, 9])
+    # the edge of a shadow has no seam
+    edge = plots._smoothly(x, np.array([0.0, 0, 7, 7, 0, 0])[:, None], np.linspace(0, 5, 101))
+    assert edge.min() == 0 and edge.max() < 7 + 1e-9
+
+
 def test_plots_leave_out_what_would_mislead():
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
@@ -276,6 +302,11 @@ def test_plots_leave_out_what_would_mislead():
     # the ground is no plant, unless it is asked for
     assert [line.get_label() for line in found.plot("plants").containers] == ["plant"]
     assert [line.get_label() for line in found.plot("plants", captors="soil").containers] == ["soil"]
+    # groups stand for their captors, beside patterns and ids
+    assert [len(found.plot("rank", captors=names).containers[0].lines[0].get_ydata())
+            for names in ("some leaves", ["some leaves", "plant/leaf3*"], ["plant/leaf1*"])] == [2, 3, 1]
+    with pytest.raises(px.InputError, match="no captor or group `leaves`"):
+        found.plot("rank", captors=["some leaves", "leaves"])
     # three sensors in a line are dots with their values
     dots = found.plot("map", captors="line")
     assert len(dots.collections) == 1 and len(dots.texts) == 3
@@ -322,13 +353,13 @@ def test_a_map_of_a_grid_is_smooth():
     # five columns, in disorder; the cubic between 0 and 7 has slopes of 10.5, of the parabola through 0, 7, 7, and 0
     x, y = (at.ravel() for at in np.meshgrid(np.arange(5.0), np.arange(4.0)))
     order = np.random.default_rng(1).permutation(20)
-    values = np.array([0.0, 7.0, 7.0, 3.0, 4.0])[x.astype(int)]
+    values = np.array([0.0, 7.0, 7.0, 9.0, 4.0])[x.astype(int)]
     fine = _smooth(x[order], y[order], values[order])
     for place in zip(x, y, values, strict=True):
         own = np.hypot(fine[0] - place[0], fine[1] - place[1]).argmin()
         np.testing.assert_allclose([at[own] for at in fine[:3]], place, atol=1e-12)
     np.testing.assert_allclose(fine[2][np.isclose(fine[0], 0.5)], 10.5 / 8 + 3.5)
-    assert fine[2].min() > -1e-12 and fine[2].max() < 7 + 1e-12
+    assert fine[2].min() > -1e-12 and fine[2].max() < 9 + 1e-12
     # a plane stays one, and points that are no grid have no finer one
     fine = _smooth(x, y, 3 * x - 2 * y)
     np.testing.assert_allclose(fine[2], 3 * fine[0] - 2 * fine[1], atol=1e-12)

@@ -269,20 +269,24 @@ fn describe_even(found: &EvenPowers, result: &RunResult) -> String {
         "{}: {} captors of `{}`, {}\n",
         found.scene, found.count, found.captors, found.band
     );
-    let _ = writeln!(text, "\n{:<34}{:>14}", "factors on the power of lights", "");
-    for (name, factors) in found.factors.iter().take(LISTED) {
-        let _ = writeln!(text, "  {name:<32}{:>14.4}", factors.first().copied().unwrap_or(1.0));
+    let write = |text: &mut String, table: &Table| {
+        text.push('\n');
+        table.write(text, terminal::width(), terminal::is_full());
+    };
+    let mut table = Table::new("factors on the power of lights", [""], "");
+    for (name, factors) in found.factors.iter().take(terminal::shown(LISTED)) {
+        let factor = factors.first().copied().unwrap_or(1.0);
+        table.row(format!("  {name}"), [format!("{factor:.4}")], "");
     }
-    if found.factors.len() > LISTED {
-        let _ = writeln!(text, "  and {} more", found.factors.len() - LISTED);
-    }
+    write(&mut text, &table);
+    text.push_str(&terminal::more(found.factors.len(), LISTED));
     let with = |value: f64, error: Option<f64>| match error {
         Some(error) => format!("{} ± {}", short(value), short(error)),
         None => short(value),
     };
     let share = |value: Option<f64>, error| value.map_or("-".into(), |value| with(value, error));
     let both = |of: &dyn Fn(&Lit) -> String| [of(&found.before), of(&found.after)];
-    let _ = writeln!(text, "\n{:<34}{:>23}{:>23}", "", "before", "after");
+    let mut table = Table::new("", ["before", "after"], "");
     for (title, [before, after]) in [
         (format!("mean, {irradiance}"), both(&|lit| with(lit.mean, lit.mean_se))),
         (format!("least, {irradiance}"), both(&|lit| with(lit.min, lit.min_se))),
@@ -291,9 +295,10 @@ fn describe_even(found: &EvenPowers, result: &RunResult) -> String {
         ("electricity, W".into(), both(&|lit| lit.watts.map_or("-".into(), short))),
     ] {
         if before != "-" || after != "-" {
-            let _ = writeln!(text, "{title:<34}{before:>23}{after:>23}");
+            table.row(title, [before, after], "");
         }
     }
+    write(&mut text, &table);
     text
 }
 

@@ -26,7 +26,8 @@ pub(super) struct Arguments {
     /// Picture: .svg (also `-`, the standard output), or .png with 300 pixels to the inch
     #[arg(short, long, value_name = "FILE", default_value = "plot.svg")]
     output: PathBuf,
-    /// What to plot [default: map, or months of a year]
+    /// What to plot [default: the first of map, layers, plants and profile that the results have; of a
+    /// year months, or day if there is but one]
     #[arg(long, value_enum)]
     show: Option<What>,
     /// Band or sum to plot [default: the first sum, or the first band; of a year the last sum or
@@ -160,7 +161,7 @@ impl Arguments {
         }
     }
 
-    fn of_year(&self, kind: YearPlotKind) -> YearPlotRequest<'_> {
+    fn of_year(&self, kind: Option<YearPlotKind>) -> YearPlotRequest<'_> {
         YearPlotRequest {
             kind,
             face: match self.quantity.unwrap_or(Quantity::Front) {
@@ -207,20 +208,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let interrupt = Interrupt::install()?;
     let file = interrupt.file(output)?;
     let place = file.place().map(Path::to_path_buf);
-    let (kind, of_year) = show.kinds();
-    let (plot, files) = match (kind, of_year) {
-        (_, Some(kind)) => {
-            let plot = Plot::of_year(results, &arguments.of_year(kind))?;
+    let (kind, of_year) = arguments.show.map_or((None, None), What::kinds);
+    let (plot, files) = match show.kinds().1 {
+        Some(_) => {
+            let plot = Plot::of_year(results, &arguments.of_year(of_year))?;
             (plot, YearTable::files(results))
         }
-        (kind, None) => {
+        None => {
             let file = match is_year {
                 true => arguments.of_month()?,
                 false => results.clone(),
             };
             let result = read_json(&file)?;
             let request = PlotRequest {
-                kind: kind.unwrap_or(PlotKind::Map),
+                // a quantity is one of maps
+                kind: kind.or(arguments.quantity.map(|_| PlotKind::Map)),
                 band: arguments.band.as_deref(),
                 captors: &arguments.captors,
                 range: arguments.range,

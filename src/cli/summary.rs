@@ -20,6 +20,9 @@ use phylux_results::result::{
 pub(super) const SHOWN_BANDS: usize = 8;
 /// The most groups that are shown.
 const SHOWN_GROUPS: usize = 20;
+/// The most rows of uniformities that are shown of all bands; if there are more, they are those of the
+/// first sum, or of the first band.
+const SHOWN_EVEN: usize = 24;
 /// The most layers that are shown.
 const SHOWN_LAYERS: usize = 20;
 /// So many copies of a thing have one row together.
@@ -437,14 +440,24 @@ fn uniformity(text: &mut String, result: &RunResult) {
         (None, _) => "-".into(),
     };
     let mut table = Table::new("uniformity of groups", ["min / mean", "CV"], "");
-    for (name, even) in even.iter().take(terminal::shown(SHOWN_GROUPS)) {
-        for b in shown_bands(result) {
+    let mut bands = shown_bands(result);
+    let shown = even.len().min(terminal::shown(SHOWN_GROUPS));
+    let is_long = bands.len() > 1 && shown * bands.len() > terminal::shown(SHOWN_EVEN);
+    if is_long {
+        let sum = bands.iter().copied().find(|&b| result.bands[b].sum_of.is_some());
+        bands = sum.or(bands.first().copied()).into_iter().collect();
+    }
+    for (name, even) in even.iter().take(shown) {
+        for &b in &bands {
             let least = cell(even.min_over_mean[b], even.min_over_mean_se[b]);
             let cv = cell(even.cv[b], even.cv_se[b]);
             table.row(format!("  {name} {}", result.bands[b].name), [least, cv], "");
         }
     }
     write(text, &table);
+    if is_long {
+        text.push_str("  and the other bands (--full has all)\n");
+    }
     text.push_str(&terminal::more(even.len(), SHOWN_GROUPS));
 }
 

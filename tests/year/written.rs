@@ -68,6 +68,14 @@ fn folders_of_years_are_plotted() {
         assert!(texts.iter().all(|text| svg.contains(text)), "{show}: {svg}");
         assert!(svg == fs::read_to_string(scene.path("c.svg")).expect("a plot"), "{show}");
     }
+    // a single day is drawn by its hours, if nothing else is asked for
+    let days = fs::read_to_string(scene.path("c/days.csv")).expect("days");
+    let one: Vec<&str> = days.lines().filter(|line| !line.contains("2025-06-21")).collect();
+    assert!(one.len() > 1 && one.len() < days.lines().count());
+    fs::write(scene.path("c/days.csv"), one.join("\n") + "\n").expect("written");
+    done(&folder, &["plot", "c", "-o", "one.svg"]);
+    let svg = fs::read_to_string(scene.path("one.svg")).expect("a plot");
+    assert!(svg.contains("hour of the day") && svg.contains(" on 2025-06-2"), "{svg}");
     // beside the 64 colours of the bar each day has hours in the dark, in the light and in the dark
     let rectangles = |svg: &str| svg.matches("<rect").count();
     let carpets = ["plot", "y", "--show", "carpet", "--quantity", "absorbed", "--captors", "*"];

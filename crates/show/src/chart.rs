@@ -400,11 +400,16 @@ fn rows_above((left, right): (i32, i32), named: &[&Series]) -> Vec<Place> {
     named.iter().map(place).collect()
 }
 
-/// Returns the range from the least to the greatest value; `None` without values.
+/// Returns the range from the least to the greatest value; `None` without values. Values that differ
+/// by rounding are one.
 fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
-    values.fold(None, |span, v| {
+    let all = values.fold(None, |span, v| {
         let (low, high) = span.map_or((v, v), |Range { start, end }| (v.min(start), v.max(end)));
         Some(low..high)
+    });
+    all.map(|Range { start, end }| match end - start <= 1e-9 * start.abs().max(end.abs()) {
+        true => end..end,
+        false => start..end,
     })
 }
 
@@ -431,6 +436,7 @@ fn from_zero(range: Range<f64>, share: f64) -> Range<f64> {
     match (start >= 0.0 && start < share * end, end > start) {
         (true, _) => 0.0..end,
         (false, true) => start..end,
+        (false, false) if end > 0.0 => 0.0..1.2 * end,
         (false, false) => spacious(range, share),
     }
 }
@@ -683,6 +689,36 @@ mod tests {
         let ends = lines.flat_map(|line| line.split('"').next().unwrap_or_default().split(' '));
         let ys: Vec<f64> = ends.filter_map(|at| at.split(',').nth(1)?.parse().ok()).collect();
         assert!(!ys.is_empty() && ys.iter().all(|y| (0.0..=height).contains(y)), "{ys:?}");
+    }
+
+    /// Heights that are one, but for rounding, are no range: the axis begins at 0 and its numbers differ.
+    /// The name of a mark is clear of the pale dots in line with it.
+    #[test]
+    fn one_height_is_no_range_and_names_are_clear_of_dots() {
+        let dots: Vec<(f64, f64)> =
+            (0..40).map(|i| (f64::from(i), 0.05 + 1e-17 * f64::from(i % 2))).collect();
+        let mut all = chart(vec![
+            Series { name: None, ..series("", 0, Stroke::Dots, &dots) },
+            series("sensors", 0, Stroke::Line, &[(20.0, 0.05)]),
+        ]);
+        (all.linear_x, all.linear_y, all.amounts_across) = (true, true, true);
+        let [_, y] = all.axes().expect("axes");
+        assert!(*y.ends().start() == 0.0 && *y.ends().end() > 0.05, "{:?}", y.ends());
+        let svg = all.svg(Width::Page).expect("a picture");
+        let found = texts(&svg);
+        assert!(found.iter().filter(|(text, _)| text == "0.05").count() <= 1, "{found:?}");
+        let at = found.iter().find(|(text, _)| text == "sensors").expect("its name").1;
+        let half = f64::from(length("sensors")) / 2.0;
+        let marks = svg.split("<circle").skip(1).map(|tag| {
+            ["cx", "cy"].map(|name| -> f64 {
+                let (_, rest) = tag.split_once(&format!(" {name}=\"")).expect(name);
+                rest.split('"').next().and_then(|n| n.parse().ok()).expect(name)
+            })
+        });
+        let on = |mark: &[f64; 2]| {
+            (mark[0] - at[0]).abs() < half && (mark[1] - at[1]).abs() < f64::from(px(5))
+        };
+        assert_eq!(marks.filter(on).count(), 0, "{at:?}");
     }
 
     /// A legend that needs more rows than there is room for makes a chart higher, so that its axes

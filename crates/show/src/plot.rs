@@ -2,8 +2,9 @@
 //! spectra.
 //! They read a results file, or the folder of a year, and no scene.
 //!
-//! `chosen` picks the band and the captors, `map`, `profile`, `plants`, `layers` and `spectrum` each make one
-//! kind of plot, `year`, `months` and `carpet` those of a year, `drawing` makes it SVG or pixels, and `style` a file.
+//! `chosen` picks the band and the captors, `map`, `line`, `profile`, `plants`, `layers` and `spectrum`
+//! each make one kind of plot, `year`, `months` and `carpet` those of a year, `drawing` makes it SVG or
+//! pixels, and `style` a file.
 
 mod carpet;
 mod chosen;
@@ -11,6 +12,7 @@ mod drawing;
 mod field;
 mod heat_map;
 mod layers;
+mod line;
 mod map;
 mod months;
 mod plants;
@@ -35,11 +37,29 @@ impl Plot {
     pub fn new(result: &RunResult, request: PlotRequest) -> Result<Self> {
         let chosen = Chosen::new(result, request)?;
         match request.kind {
-            PlotKind::Map => map::map(&chosen, request.range),
-            PlotKind::Profile => profile::profile(&chosen),
-            PlotKind::Plants => plants::plants(&chosen),
-            PlotKind::Layers => layers::layers(&chosen),
-            PlotKind::Spectrum => spectrum::spectrum(&chosen),
+            Some(PlotKind::Map) => map::map(&chosen, request.range),
+            Some(PlotKind::Profile) => profile::profile(&chosen),
+            Some(PlotKind::Plants) => plants::plants(&chosen),
+            Some(PlotKind::Layers) => layers::layers(&chosen),
+            Some(PlotKind::Spectrum) => spectrum::spectrum(&chosen),
+            None => Self::first(&chosen, request.range),
         }
+    }
+
+    /// Makes the first plot that the results have values for, and says which it is if it is no map.
+    fn first(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Self> {
+        let no_map = match map::map(chosen, range) {
+            Err(error) if error.place() == "results" && range.is_none() => error,
+            found => return found,
+        };
+        let others = [
+            ("layers", layers::layers(chosen)),
+            ("plants", plants::plants_of_many(chosen)),
+            ("profile", profile::profile(chosen)),
+        ];
+        let found = others.into_iter().find_map(|(name, plot)| Some((name, plot.ok()?)));
+        let (name, mut plot) = found.ok_or(no_map)?;
+        plot.notes.push(format!("no sensors that a map could show: drawn as with --show {name}"));
+        Ok(plot)
     }
 }

@@ -61,11 +61,6 @@ pub(super) fn labels(
     shown: impl Fn(&(f64, f64)) -> bool + Copy,
 ) -> Option<Vec<Option<Label>>> {
     let drawn: Vec<Vec<Place>> = all.iter().map(|series| series.covered(frame, shown)).collect();
-    // letters are legible on pale dots
-    let solid = || {
-        let all = all.iter().zip(&drawn);
-        all.filter(|(series, _)| series.stroke != Stroke::Dots).flat_map(|(_, places)| places)
-    };
     let mut placed: Vec<Option<Label>> = Vec::new();
     for series in all {
         if !is_labelled(series) {
@@ -84,7 +79,9 @@ pub(super) fn labels(
             let apart = |&((x, y), other): &Label| {
                 (x - at.0).abs() >= half + other + px(6) || (y - at.1).abs() >= 2 * HALF
             };
-            inside && placed.iter().flatten().all(apart) && !solid().any(|p| within(at, p, 0))
+            inside
+                && placed.iter().flatten().all(apart)
+                && !drawn.iter().flatten().any(|p| within(at, p, 0))
         };
         let near_other = |at: Place| {
             let others = all.iter().zip(&drawn).filter(|(other, _)| other.colour != series.colour);

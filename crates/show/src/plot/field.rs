@@ -1,9 +1,8 @@
 //! A field of values between points of a plane: triangles between near points, and the outlines of
 //! what lies above a level.
 //!
-//! Between the points of a grid values are smooth, and never beyond the values of the points; between
-//! others they are linear over the triangles of a Delaunay triangulation. Wide gaps stay empty, and
-//! nothing lies outside the points.
+//! Between the points of a grid values are smooth; between others they are linear over the triangles of
+//! a Delaunay triangulation. Wide gaps stay empty, and nothing lies outside the points.
 
 use std::collections::BTreeMap;
 
@@ -134,8 +133,8 @@ impl Field {
         all
     }
 
-    /// Returns the field on a finer grid, along both axes of which values follow monotone cubics;
-    /// `None` if the points are no grid.
+    /// Returns the field on a finer grid, along both axes of which values follow [`smoothly`] drawn
+    /// cubics; `None` if the points are no grid.
     fn smooth(points: &[Corner]) -> Option<Self> {
         let [across, up] =
             [|p: &Corner| p.0, |p: &Corner| p.1].map(|axis| lines(points.iter().map(axis)));
@@ -162,10 +161,10 @@ impl Field {
         };
         let (x, y) = (finer(&across), finer(&up));
         let along: Vec<Vec<f64>> =
-            values.chunks(columns).map(|row| monotone(&across, row, &x)).collect();
+            values.chunks(columns).map(|row| smoothly(&across, row, &x)).collect();
         let column = |i: usize| {
             let values: Vec<f64> = along.iter().map(|row| row[i]).collect();
-            monotone(&up, &values, &y)
+            smoothly(&up, &values, &y)
         };
         let (wide, high) = (x.len(), y.len());
         let corners = (0..wide)
@@ -305,9 +304,12 @@ fn nearest(places: &[f64], at: f64) -> usize {
     if at - places[before] < places[next] - at { before } else { next }
 }
 
-/// Interpolates `values` at the rising places `x`, two at least, by cubics that rise and fall only
-/// where the values do (Fritsch and Butland 1984); `at` are rising places between the ends of `x`.
-fn monotone(x: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
+/// Interpolates `values` at the rising places `x`, two at least, by cubics; `at` are rising places
+/// between the ends of `x`. The cubics rise and fall only where the values do (Fritsch and Butland
+/// 1984), but for hills and hollows that are smooth, where the values of neighbours curve the same
+/// way: there they follow the parabola through three places, so that the top between two equal values
+/// is round, and above these by at most an eighth of what the slope changes. Amounts stay above 0.
+fn smoothly(x: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
     let width: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let slope: Vec<f64> =
         values.windows(2).zip(&width).map(|(pair, width)| (pair[1] - pair[0]) / width).collect();
@@ -326,23 +328,34 @@ fn monotone(x: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
             end
         }
     };
+    // whether the values at a place and at its neighbours, one of these at least, curve the same way
+    let is_smooth = |i: usize| {
+        let inner = i.max(2) - 1..=(i + 1).min(last);
+        let curves: Vec<f64> = inner.map(|i| slope[i] - slope[i - 1]).collect();
+        let same = |sign: f64| curves.iter().all(|curve| sign * curve > 0.0);
+        curves.len() > 1 && (same(1.0) || same(-1.0))
+    };
     // a weighted harmonic mean of the slopes beside a place; 0 at a hill or in a hollow
     let tangent = |i: usize| match i {
         _ if last == 0 => slope[0],
         0 => end(0, 1),
         _ if i > last => end(last, last - 1),
+        _ if is_smooth(i) => {
+            (width[i] * slope[i - 1] + width[i - 1] * slope[i]) / (width[i - 1] + width[i])
+        }
         _ if slope[i - 1] * slope[i] <= 0.0 => 0.0,
         _ => {
             let [before, after] = [2.0 * width[i] + width[i - 1], width[i] + 2.0 * width[i - 1]];
             (before + after) / (before / slope[i - 1] + after / slope[i])
         }
     };
+    let least = if values.iter().all(|value| *value >= 0.0) { 0.0 } else { f64::NEG_INFINITY };
     let value = |&at: &f64| {
         let i = x.partition_point(|x| *x <= at).clamp(1, last + 1) - 1;
         let (h, t) = (width[i], (at - x[i]) / width[i]);
         let from = (1.0 + 2.0 * t) * values[i] + h * t * tangent(i);
         let to = (3.0 - 2.0 * t) * values[i + 1] - h * (1.0 - t) * tangent(i + 1);
-        from * (1.0 - t).powi(2) + to * t.powi(2)
+        (from * (1.0 - t).powi(2) + to * t.powi(2)).max(least)
     };
     at.iter().map(value).collect()
 }
@@ -440,32 +453,38 @@ mod tests {
         assert_eq!(line.first(), line.last());
     }
 
-    /// Between the points of a grid values are smooth: they go through those of the points, follow
-    /// a plane, and the hill between two equal points is no higher than these; two rows will do.
+    /// Between the points of a grid values are smooth: they go through those of the points and follow
+    /// a plane; two rows will do. Where the values turn at once they go no further than these, and on a
+    /// hill of lamps, where neighbours curve the same way, the top is round: it is that of the parabola.
     #[test]
     fn a_grid_is_smooth() {
         for rows in [2, 4] {
-            let of = |value: fn(f64, f64) -> f64| {
-                let mut points = grid(5, rows, (1.0, 0.5), (0.0, 0.0));
-                points.iter_mut().for_each(|p| p.2 = value(p.0, p.1));
+            let of = |value: fn(f64) -> f64, slope: f64| {
+                let mut points = grid(6, rows, (1.0, 0.5), (0.0, 0.0));
+                points.iter_mut().for_each(|p| p.2 = value(p.0) + slope * p.1);
                 (Field::smooth(&points).expect("a grid"), points)
             };
-            let (plane, _) = of(|x, y| 3.0 * x - 2.0 * y);
+            let (plane, _) = of(|x| 3.0 * x, -2.0);
             assert!(plane.corners.len() > 500);
             assert!(plane.corners.iter().all(|c| (c.2 - 3.0 * c.0 + 2.0 * c.1).abs() < 1e-12));
-            let (bumps, points) = of(|x, _| if x == 1.0 || x == 2.0 { 7.0 } else { x });
-            let at = |x: f64, y: f64| {
+            let at = |field: &Field, x: f64, y: f64| {
                 let near = |c: &&Corner| (c.0 - x).abs() < 1e-9 && (c.1 - y).abs() < 1e-9;
-                bumps.corners.iter().find(near).expect("its corner").2
+                field.corners.iter().find(near).expect("its corner").2
             };
+            // a spot of light: its edges are those of the sensors, and nothing is below 0
+            let (spot, points) = of(|x| if x == 2.0 || x == 3.0 { 7.0 } else { 0.0 }, 0.0);
             for &(x, y, value) in &points {
-                assert!((at(x, y) - value).abs() < 1e-12);
+                assert!((at(&spot, x, y) - value).abs() < 1e-12);
             }
-            // to rounding
-            assert!(bumps.corners.iter().all(|c| (-1e-12..=7.0 + 1e-12).contains(&c.2)));
-            // between 0 and 7 with slopes of 10.5 (of the parabola through 0, 7, 7) and 0:
-            // 10.5 t (1 - t)^2 + 7 (3 t^2 - 2 t^3)
-            assert!((at(0.5, 0.0) - (10.5 / 8.0 + 3.5)).abs() < 1e-12, "{}", at(0.5, 0.0));
+            assert!(spot.corners.iter().all(|c| (0.0..=7.0 + 1e-12).contains(&c.2)));
+            assert!((at(&spot, 1.5, 0.0) - 3.5).abs() < 1e-12, "{}", at(&spot, 1.5, 0.0));
+            let (hill, _) = of(|x| 10.0 - (x - 2.5).powi(2), 0.0);
+            for c in hill.corners.iter().filter(|c| (1.0..=4.0).contains(&c.0)) {
+                assert!((c.2 - 10.0 + (c.0 - 2.5).powi(2)).abs() < 1e-12, "{c:?}");
+            }
+            // a corner between slopes is no hollow that could reach below 0
+            let (dark, _) = of(|x| (x - 2.5).powi(2).max(1.0) - 1.0, 0.0);
+            assert!(dark.corners.iter().all(|c| c.2 >= 0.0));
         }
         let star = [(0.0, 1.0), (1.0, 0.0), (2.0, 1.0), (1.0, 2.0), (1.0, 1.0)];
         assert!(Field::smooth(&star.map(|(x, y)| (x, y, 0.0))).is_none());

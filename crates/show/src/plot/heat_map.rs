@@ -26,8 +26,13 @@ const HIGHEST: i32 = px(420);
 /// a second line of the title.
 const ROOM: (i32, i32, i32, i32) = (px(52), px(12), px(30), BELOW);
 const LINE: i32 = px(15);
-/// A map whose height is less than this part of its width needs the whole width of a page.
+/// A map whose height is less than this part of its width needs the whole width of a page, and so
+/// many of these stand one below the other.
 const LONG: f64 = 0.3;
+const LONG_IN_A_COLUMN: usize = 4;
+/// The least height of a map's colours and of the colour bar, and the greatest of the bar.
+const LEAST: i32 = px(26);
+const BARS: [i32; 2] = [px(100), px(420)];
 /// Space between the outermost points and the axes, as a part of the longer side.
 const MARGIN: f64 = 0.03;
 /// Width of the colour bar with its numbers, layout units.
@@ -37,6 +42,14 @@ pub(super) const COLOURS: usize = 32;
 /// The most contours of a map, and the most colours whose ends all have a number.
 const CONTOURS: usize = 6;
 const NUMBERED: usize = 10;
+/// The most parts of a contour, the longest, on which its number may stand, and about the most places
+/// on each.
+const PARTS: usize = 20;
+const PLACES: usize = 60;
+/// The longest rest of a line beside a number that is left out, layout units.
+const REST: i32 = px(5);
+/// Sensors have dots where these are apart by this length at least, on average, layout units.
+const DOTTED: i32 = px(5);
 
 /// Values at points of one plane.
 #[derive(Clone, Debug)]
@@ -95,7 +108,10 @@ impl HeatMaps {
         };
         let most = match width {
             Width::Column => 1,
-            Width::Page if self.maps.iter().all(is_long) => 1,
+            Width::Page if self.maps.iter().all(is_long) => match self.maps.len() {
+                0..=LONG_IN_A_COLUMN => 1,
+                _ => 2,
+            },
             Width::Page if self.maps.len() == 4 => 2,
             Width::Page => 3,
         };
@@ -116,8 +132,9 @@ impl HeatMaps {
         };
         let ratio = self.maps.iter().fold(0.0, steepest);
         let room = f64::from(across - left - right);
-        let colours = (room * ratio).clamp(room / 4.0, f64::from(HIGHEST)) as i32;
-        let down = colours.max(px(100)) + above + below;
+        let colours = (room * ratio).clamp(f64::from(LEAST), f64::from(HIGHEST)) as i32;
+        let rows = self.maps.len().div_ceil(columns).max(1) as i32;
+        let down = (colours + above + below).max((BARS[0] + above + below) / rows);
         // the colour bar stands beside a map that is narrower than its place
         let wide = (f64::from(colours) / ratio.max(f64::MIN_POSITIVE)).min(room) as i32;
         let titles = self.maps.iter().map(|map| {
@@ -128,14 +145,15 @@ impl HeatMaps {
             1 => (left + wide + right).max(titles.max().unwrap_or(0)).min(across),
             _ => across,
         };
-        let rows = self.maps.len().div_ceil(columns).max(1);
-        drawn((width.units(), down * rows as i32), |area| {
+        drawn((width.units(), down * rows), |area| {
             let (maps, bar) = area.split_horizontally(across * columns as i32);
-            let parts = maps.split_evenly((rows, columns));
+            let parts = maps.split_evenly((rows as usize, columns));
             for (map, part) in self.maps.iter().zip(&parts) {
                 self.draw(map, part, above)?;
             }
-            let high = above + colours.max(px(100));
+            // the bar goes on below the first row where this is low
+            let lowest = (down * rows - below).min(above + BARS[1]);
+            let high = above + colours.max(BARS[0].min(lowest - above));
             let values = self.maps.iter().flat_map(HeatMap::values);
             draw_bar(&bar, (&self.scale, self.colours), &self.label, [above, high], values)
         })
@@ -183,7 +201,10 @@ impl HeatMaps {
             })
             .collect();
         let dots: Vec<Place> = map.points.iter().map(|point| place(&(point.0, point.1))).collect();
-        let numbers = self.numbers(&levels, &lines, &frame, &dots);
+        let outlines = map.field.outlines(&[f64::NEG_INFINITY]).into_iter().flatten();
+        let colours: Vec<Vec<Place>> =
+            outlines.map(|(_, path)| path.iter().map(place).collect()).collect();
+        let numbers = self.numbers(&levels, &lines, &colours, &dots);
         for (&level, paths) in levels.iter().zip(&lines) {
             let style = ShapeStyle::from(&self.ink(level).mix(0.7)).stroke_width(px(1) as u32);
             for path in paths.iter().flat_map(|path| broken(path, &numbers)) {
@@ -193,6 +214,10 @@ impl HeatMaps {
         for Number { at, text, ink, .. } in numbers {
             let style = small(HPos::Center, VPos::Center).color(&ink);
             area.draw(&Text::new(text, at, style))?;
+        }
+        let each = f64::from(sides[0]) * f64::from(sides[1]) / dots.len().max(1) as f64;
+        if each < f64::from(DOTTED * DOTTED) {
+            return Ok(());
         }
         let dot = |at: Place| Circle::new(at, px(3) / 2, BLACK.mix(0.7).filled());
         Ok(dots.into_iter().map(dot).try_for_each(|dot| area.draw(&dot))?)
@@ -222,7 +247,11 @@ impl HeatMaps {
         let painted = all.into_iter().map(|(area, band, path)| {
             let colour = match (map.even, area < 0.0, band) {
                 (_, true, 0) => WHITE,
-                (Some(mean), ..) => colour(&self.scale, mean),
+                // a colour of the bar
+                (Some(mean), ..) => {
+                    let band = (self.scale.place(mean) * self.colours as f64) as usize;
+                    paint(band.min(self.colours - 1))
+                }
                 (None, true, band) => paint(band - 1),
                 (None, false, band) => paint(band),
             };
@@ -255,44 +284,51 @@ impl HeatMaps {
         levels.into_iter().filter(|level| *level > low && *level < high).collect()
     }
 
-    /// Returns the numbers of contours: in the middles of lines, apart from each other, and rather
-    /// beside points.
+    /// Returns the numbers of contours, each on the colours with all its letters: where no other line
+    /// runs, rather beside points, and rather in the middle of its line. A line that has no such place
+    /// has no number.
     fn numbers(
         &self,
         levels: &[f64],
         lines: &[Vec<Vec<Place>>],
-        frame: &Frame,
+        colours: &[Vec<Place>],
         dots: &[Place],
     ) -> Vec<Number> {
         let mut numbers: Vec<Number> = Vec::new();
-        for (&level, paths) in levels.iter().zip(lines) {
+        for (i, &level) in levels.iter().enumerate() {
             let text = label(level);
             let half = (length(&text) / 2 + px(2), px(6));
             let near = |a: &Place, b: &Place, aside: Place| {
                 (a.0 - b.0).abs() < aside.0 && (a.1 - b.1).abs() < aside.1
             };
             let fits = |at: &Place| {
-                let inside = at.0 - half.0 > frame.left
-                    && at.0 + half.0 < frame.right
-                    && at.1 - half.1 > frame.top
-                    && at.1 + half.1 < frame.bottom;
                 let apart = |other: &Number| {
-                    !near(
-                        at,
-                        &other.at,
-                        (half.0 + other.half.0 + px(4), half.1 + other.half.1 + px(2)),
-                    )
+                    let aside = (half.0 + other.half.0 + px(4), half.1 + other.half.1 + px(2));
+                    !near(at, &other.at, aside)
                 };
-                inside && numbers.iter().all(apart)
+                numbers.iter().all(apart) && is_within(*at, (half.0 + px(1), half.1), colours)
             };
-            let bare = |at: &&Place| !dots.iter().any(|dot| near(at, dot, half));
+            let alone = |at: &Place| {
+                let others = lines.iter().enumerate().filter(|(other, _)| *other != i);
+                let mut parts = others.flat_map(|(_, paths)| paths).flat_map(|p| p.windows(2));
+                !parts.any(|ends| meets([ends[0], ends[1]], *at, half))
+            };
+            let on_dot = |at: &Place| dots.iter().any(|dot| near(at, dot, half));
             // from the middle of a line to its ends
             let order = |path: &Vec<Place>| {
-                let middle = path.len() / 2;
-                (middle..path.len()).chain(0..middle).map(|i| path[i]).collect::<Vec<_>>()
+                let (middle, every) = (path.len() / 2, path.len().div_ceil(PLACES));
+                let mut places: Vec<(usize, Place)> = path
+                    .iter()
+                    .enumerate()
+                    .map(|(i, at)| (i.abs_diff(middle), *at))
+                    .filter(|(far, _)| far % every == 0)
+                    .collect();
+                places.sort_by_key(|(far, _)| *far);
+                places.into_iter().map(|(_, at)| at).collect::<Vec<_>>()
             };
-            let places: Vec<Place> = paths.iter().flat_map(order).filter(fits).collect();
-            if let Some(&at) = places.iter().find(bare).or(places.first()) {
+            let places = lines[i].iter().take(PARTS).flat_map(order);
+            let places = places.filter(|at| fits(at) && alone(at));
+            if let Some(at) = places.min_by_key(on_dot) {
                 numbers.push(Number { at, half, text, ink: self.ink(level) });
             }
         }
@@ -328,6 +364,14 @@ fn broken(path: &[Place], numbers: &[Number]) -> Vec<Vec<Place>> {
                 None => parts.push(vec![from, to]),
             }
         }
+    }
+    // a rest between a number and the end of a line is no line
+    let is_seen = |part: &Vec<Place>| {
+        part.windows(2).map(|p| (p[0].0 - p[1].0).abs() + (p[0].1 - p[1].1).abs()).sum::<i32>()
+            > REST
+    };
+    if parts.len() != 1 || parts[0].len() != path.len() {
+        parts.retain(is_seen);
     }
     parts
 }
@@ -435,6 +479,26 @@ pub(super) fn colour(scale: &Scale, value: f64) -> RGBColor {
     RGBColor(r, g, b)
 }
 
+/// Returns whether a rectangle about a place lies within outlines, of which those of holes are some.
+fn is_within(at: Place, half: Place, outlines: &[Vec<Place>]) -> bool {
+    let sides = || outlines.iter().flat_map(|outline| outline.windows(2));
+    // the place is within if a line from it to the right crosses an odd number of sides
+    let crosses = |ends: &&[Place]| {
+        let [(x, y), (to_x, to_y)] = [ends[0], ends[1]].map(|(x, y)| (f64::from(x), f64::from(y)));
+        let (left, up) = (f64::from(at.0), f64::from(at.1));
+        (y > up) != (to_y > up) && x + (up - y) / (to_y - y) * (to_x - x) > left
+    };
+    let meets = |ends: &[Place]| meets([ends[0], ends[1]], at, half);
+    sides().filter(crosses).count() % 2 == 1 && !sides().any(meets)
+}
+
+/// Returns whether a part of a line is within a rectangle about a place.
+fn meets([from, to]: [Place; 2], at: Place, half: Place) -> bool {
+    let aside = |a: i32, b: i32, at: i32, half: i32| a.max(b) <= at - half || a.min(b) >= at + half;
+    let far = aside(from.0, to.0, at.0, half.0) || aside(from.1, to.1, at.1, half.1);
+    !far && outside([from, to], at, half) != [[from, to]]
+}
+
 /// Returns the parts of a line outside of a rectangle about a place.
 fn outside([from, to]: [Place; 2], at: Place, half: Place) -> Vec<[Place; 2]> {
     // where the line enters and leaves the rectangle, as shares of its length
@@ -473,6 +537,10 @@ mod tests {
         assert_eq!(of((-30, 6), (30, 6)), [[(-30, 6), (30, 6)]]);
         assert_eq!(of((-30, 20), (-9, -40)), [[(-30, 20), (-9, -40)]]);
         assert_eq!(of((-4, 1), (4, 1)), Vec::<[Place; 2]>::new());
+        // a rest that is too short to be a line is left out
+        let number = || vec![Number { at, half, text: String::new(), ink: BLACK }];
+        assert_eq!(broken(&[(-60, 0), (13, 0)], &number()), [[(-60, 0), (-10, 0)]]);
+        assert_eq!(broken(&[(20, 0), (23, 0)], &number()), [[(20, 0), (23, 0)]]);
     }
 
     /// Returns a map of a grid of 6 x 4 points whose values have such an error.
@@ -508,7 +576,88 @@ mod tests {
         }
     }
 
-    /// An even map is one colour, has no contour, and says so in its title.
+    /// Numbers of contours stand on the colours with all their letters: that of a line in a corner that
+    /// has no room for it is left out, and each that is there lies within the outermost sensors.
+    #[test]
+    fn numbers_of_contours_are_whole() {
+        for steep in [3.0, 30.0, 90.0, 180.0] {
+            let own = map(|_, _| 50.0, 0.1);
+            let mut points = own.points.clone();
+            for point in &mut points {
+                let far = |x: f64, y: f64| (point.0 - x).hypot(point.1 - y);
+                point.2 += steep * ((-2.0 * far(0.0, 0.0)).exp() + (-2.0 * far(5.0, 3.0)).exp());
+            }
+            let field = Field::between(&points, &[0; 24], &[(0..24).collect()]);
+            let maps = vec![HeatMap { points, field, ..own }];
+            let maps = HeatMaps::new(maps, None, "light".into()).unwrap();
+            let levels = maps.levels(&maps.maps[0]);
+            assert!(!levels.is_empty());
+            for width in [Width::Column, Width::Page] {
+                let svg = maps.svg(width).unwrap();
+                let number = |tag: &str, name: &str| -> i32 {
+                    let (_, rest) = tag.split_once(&format!(" {name}=\"")).expect(name);
+                    rest.split('"').next().and_then(|n| n.parse().ok()).expect(name)
+                };
+                let dots: Vec<Place> = svg
+                    .split("<circle")
+                    .skip(1)
+                    .map(|tag| (number(tag, "cx"), number(tag, "cy")))
+                    .collect();
+                let ends = |of: fn(&Place) -> i32| {
+                    (dots.iter().map(of).min().unwrap(), dots.iter().map(of).max().unwrap())
+                };
+                let (across, down) = (ends(|dot| dot.0), ends(|dot| dot.1));
+                let inside = |(x, y): &Place| {
+                    (across.0..=across.1).contains(x) && (down.0..=down.1).contains(y)
+                };
+                for text in svg.split("<text").skip(1) {
+                    let (tag, rest) = text.split_once('>').expect("its start");
+                    let words = rest.split('<').next().expect("its end").trim();
+                    let at = (number(tag, "x"), number(tag, "y"));
+                    if inside(&at) {
+                        assert!(levels.iter().any(|level| label(*level) == words), "{words}");
+                        let half = length(words) / 2;
+                        let corners =
+                            [(-half, -px(5)), (half, -px(5)), (-half, px(5)), (half, px(5))];
+                        let whole = corners.iter().all(|c| inside(&(at.0 + c.0, at.1 + c.1)));
+                        assert!(
+                            whole,
+                            "{steep} {width:?}: {words} at {at:?} in {across:?} {down:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// Long beds stand in one column, or in two if they are many, and take no more height than they
+    /// need; a map of very many sensors has no dots.
+    #[test]
+    fn long_beds_and_dense_grids() {
+        let bed = |nx: u32, ny: u32| {
+            let places = (0..nx * ny).map(|i| (f64::from(i % nx), f64::from(i / nx)));
+            let points: Vec<Corner> = places.map(|(x, y)| (x, y, x)).collect();
+            let all = vec![0; points.len()];
+            let field = Field::between(&points, &all, &[(0..points.len()).collect()]);
+            HeatMap { points, field, ..map(|x, _| x, 0.0) }
+        };
+        let height = |count: usize| {
+            let beds = HeatMaps::new(vec![bed(20, 2); count], None, "light".into()).unwrap();
+            let svg = beds.svg(Width::Page).unwrap();
+            let (_, rest) = svg.split_once(" height=\"").unwrap();
+            rest.split_once("in\"").unwrap().0.parse::<f64>().unwrap()
+        };
+        assert!(height(2) < 3.0 && height(4) < 6.0, "{} {}", height(2), height(4));
+        assert!(height(8) < 1.1 * height(4), "{} {}", height(8), height(4));
+        let dots = |map: HeatMap| {
+            let maps = HeatMaps::new(vec![map], None, "light".into()).unwrap();
+            maps.svg(Width::Column).unwrap().matches("<circle").count()
+        };
+        assert_eq!((dots(bed(20, 20)), dots(bed(120, 120))), (400, 0));
+    }
+
+    /// An even map is one colour, has no contour, and says so in its title. Beside one whose colours are
+    /// few, its colour is one of these.
     #[test]
     fn even_maps_have_one_colour() {
         let own = HeatMap { even: Some(429.08), ..map(|x, _| 425.0 + x, 7.2) };
@@ -517,6 +666,14 @@ mod tests {
         assert!(maps.levels(&maps.maps[0]).is_empty());
         let svg = maps.svg(Width::Page).unwrap();
         assert!(svg.contains("a map: 429 ± 7, even within its error"), "{svg}");
+        let own = HeatMap { even: Some(429.08), ..map(|x, _| 425.0 + x, 7.2) };
+        let rough = map(|x, _| 400.0 + 100.0 * x, 40.0);
+        let maps = HeatMaps::new(vec![own, rough], None, "light".into()).unwrap();
+        assert!(maps.colours < COLOURS);
+        let step = (maps.scale.high - maps.scale.low) / maps.colours as f64;
+        let band = ((429.08 - maps.scale.low) / step).floor();
+        let known = colour(&maps.scale, maps.scale.low + step * (band + 0.5));
+        assert_eq!(maps.regions(&maps.maps[0])[0].0, known);
     }
 
     #[test]

@@ -3,17 +3,18 @@
 use std::collections::HashMap;
 
 use super::{
-    chosen::{Chosen, nothing},
+    chosen::{Chosen, nothing, set_of},
     drawing::{Drawn, Plot},
     field::{Corner, Field, median, parts},
     heat_map::{HeatMap, HeatMaps},
+    line::lines,
 };
 use crate::picture::label;
 use phylux_core::error::Result;
 use phylux_results::result::CaptorResult;
 
 /// Limit on the number of maps in one picture.
-const MOST: usize = 6;
+const MOST: usize = 12;
 /// Tolerance for sensors of one plane: the cosine between their normals is above 1 less this, and
 /// their distances from the plane are at most this fraction of the extent of all sensors.
 const FLAT: f64 = 1e-3;
@@ -41,9 +42,12 @@ pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
         maps = whole().collect();
     }
     if maps.is_empty() {
+        if let Some(plot) = lines(chosen) {
+            return Ok(plot);
+        }
         return Err(nothing(
-            "have no three sensors in a plane that are not in a line and no more than three times their \
-             usual distance apart, so there is no map to draw",
+            "have no three sensors in a plane, or of a list in a lying line, that are no more than three \
+             times their usual distance apart, so there is no map to draw",
             "add a grid of sensors to the scene, or plot something else (--show)",
         ));
     }
@@ -98,12 +102,6 @@ fn planes<'a>(sensors: &[&'a CaptorResult]) -> Vec<Plane<'a>> {
         }
     }
     planes
-}
-
-/// Returns the name that sensors of a grid or list share, such as `bench` of `bench/3-0`; nothing for
-/// a sensor by itself.
-fn set_of(id: &str) -> &str {
-    id.rsplit_once('/').map_or("", |(set, _)| set)
 }
 
 impl Plane<'_> {

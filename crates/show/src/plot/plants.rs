@@ -8,10 +8,18 @@ use super::{
 };
 use crate::chart::{Chart, Series, Stroke};
 use phylux_core::error::Result;
-use phylux_results::result::CaptorResult;
+use phylux_results::result::{CaptorResult, FaceResult};
 
 /// Limit on the number of objects with a colour of their own.
 const MOST: usize = 12;
+/// The most letters of names that stand side by side below an axis.
+const NAMED: usize = 60;
+/// Ground faces up or down: the least cosine between its mean normal and the vertical. Flat ground has
+/// it within the second number of 1.
+const LEVEL: f64 = 0.7;
+const FLAT: f64 = 1e-4;
+/// Ground lies no higher above the lowest object than this part of the extent of all captors.
+const LAYER: f64 = 0.05;
 
 /// The parts of a captor's id: object, part and instance, as in `OBJECT/PART#INSTANCE`.
 #[derive(Debug, PartialEq)]
@@ -25,20 +33,22 @@ struct Organ<'a> {
 
 impl<'a> Organ<'a> {
     fn of(id: &'a str) -> Self {
-        let (object, part) = id.split_once('/').unwrap_or((id, ""));
-        // ids of single triangles end with `/` and the number of the triangle
-        let numbered = part.rsplit_once('#').map(|(part, rest)| {
-            (
-                part,
-                rest.split('/')
-                    .next()
-                    .filter(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit())),
-            )
-        });
-        let (part, instance) = match numbered {
-            Some((part, Some(instance))) => (part, Some(instance)),
-            _ => (part, None),
+        let is_number = |n: &str| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
+        let numbered = |text: &'a str| {
+            let (name, number) = text.rsplit_once('#')?;
+            is_number(number).then_some((name, number))
         };
+        let Some((object, part)) = id.split_once('/') else {
+            // a whole instance
+            let (object, instance) = numbered(id).map_or((id, None), |(name, n)| (name, Some(n)));
+            return Self { object, instance, rank: None };
+        };
+        // ids of single triangles end with `/` and the number of the triangle
+        let part = match part.rsplit_once('/') {
+            Some((part, number)) if is_number(number) => part,
+            _ => part,
+        };
+        let (part, instance) = numbered(part).map_or((part, None), |(name, n)| (name, Some(n)));
         let digits = part.len() - part.trim_end_matches(|c: char| c.is_ascii_digit()).len();
         Self { object, instance, rank: part[part.len() - digits..].parse().ok() }
     }
@@ -90,6 +100,9 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
             "give objects `\"captor\": true` in the scene, or plot something else (--show)",
         ));
     }
+    // surfaces that are neither instances nor ranks have names in place of numbers
+    let names: Vec<&str> = objects.keys().copied().collect();
+    let single = !has_many(&objects) && names.concat().chars().count() <= NAMED;
     // leaves share photons, so their errors are correlated; the errors of groups take that into
     // account
     for (object, plants) in &mut objects {
@@ -118,12 +131,16 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
         ..Chart::default()
     };
     let band = chosen.of_band();
-    let mut charts = vec![chart(
-        format!("absorbed by each plant{band}"),
-        "plant",
-        format!("absorbed, {unit}"),
-        by_plant(&objects),
-    )];
+    let amount = format!("absorbed, {unit}");
+    let mut charts = vec![match single {
+        true => Chart {
+            x_names: (1..).zip(names).map(|(i, name)| (f64::from(i), name.into())).collect(),
+            ..chart(format!("absorbed by each object{band}"), "object", amount, by_object(&objects))
+        },
+        false => {
+            chart(format!("absorbed by each plant{band}"), "plant", amount, by_plant(&objects))
+        }
+    }];
     let ranks = by_rank(&objects);
     if !ranks.is_empty() {
         charts.push(chart(
@@ -136,36 +153,70 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
     Ok(Plot { drawn: Drawn::Charts(charts), notes: Vec::new() })
 }
 
-/// Returns the objects that are ground and no plants: they lie flat below all other surfaces, and have
-/// neither instances nor ranks.
+/// Makes the plot of plants, if there are instances or ranks of leaves. Error: there are none.
+pub(super) fn plants_of_many(chosen: &Chosen) -> Result<Plot> {
+    let is_part = |captor: &CaptorResult| {
+        let Organ { instance, rank, .. } = Organ::of(&captor.id);
+        captor.absorbed.is_some() && (instance.is_some() || rank.is_some())
+    };
+    match chosen.captors().any(is_part) {
+        true => plants(chosen),
+        false => Err(nothing("have no plants", "plot something else (--show)")),
+    }
+}
+
+/// Returns whether there are instances or ranks of leaves.
+fn has_many(objects: &Objects) -> bool {
+    let mut plants = objects.values().flatten();
+    plants.any(|(instance, plant)| instance.is_some() || !plant.ranks.is_empty())
+}
+
+/// Returns the objects that are ground and no plants: they are the lowest, and have neither instances
+/// nor ranks of leaves. Their surfaces are flat, or face up or down and have light on one side alone;
+/// ground may also rise and fall. What is left is one object at least.
 fn ground<'a>(chosen: &Chosen<'a>) -> Vec<&'a str> {
     let mut objects: IndexMap<&str, Vec<&CaptorResult>> = IndexMap::new();
     for captor in chosen.captors().filter(|captor| captor.absorbed.is_some()) {
         objects.entry(Organ::of(&captor.id).object).or_default().push(captor);
     }
-    let lowest = |of: &dyn Fn(&str) -> bool| {
-        let own = objects.iter().filter(|(name, _)| of(name));
-        own.flat_map(|(_, captors)| captors).map(|captor| captor.center[2]).reduce(f64::min)
-    };
     let extent = (0..3).map(|axis| {
         let places = || chosen.result.captors.iter().map(move |captor| captor.center[axis]);
         let ends = places().reduce(f64::min).zip(places().reduce(f64::max));
         ends.map_or(0.0, |(low, high)| high - low)
     });
     let extent = extent.fold(0.0, f64::max);
-    let is_ground = |name: &&str, captors: &Vec<&CaptorResult>| {
-        let heights = || captors.iter().map(|captor| captor.center[2]);
-        let highest = heights().fold(f64::NEG_INFINITY, f64::max);
-        let others = lowest(&|other| other != *name);
-        let bare = |captor: &&CaptorResult| {
-            let organ = Organ::of(&captor.id);
-            organ.instance.is_none() && organ.rank.is_none() && captor.normal[2].abs() > 0.999
-        };
-        let flat = highest - heights().fold(f64::INFINITY, f64::min) <= 1e-3 * extent;
-        captors.iter().all(bare) && flat && others.is_some_and(|others| highest < others)
+    // the mean over the area
+    let height = |captors: &[&CaptorResult], of: fn(&CaptorResult) -> f64| {
+        let area: f64 = captors.iter().map(|captor| captor.area).sum();
+        captors.iter().map(|captor| captor.area * of(captor)).sum::<f64>() / area
     };
-    let found = objects.iter().filter(|(name, captors)| is_ground(name, captors));
-    found.map(|(name, _)| *name).collect()
+    let mut heights: Vec<(&str, f64, bool)> = objects
+        .iter()
+        .map(|(name, captors)| {
+            let steepness = height(captors, |captor| captor.normal[2]).abs();
+            let middle = height(captors, |captor| captor.center[2]);
+            let bare = captors.iter().all(|captor| {
+                let Organ { instance, rank, .. } = Organ::of(&captor.id);
+                instance.is_none() && rank.is_none()
+            });
+            let level = |captor: &&CaptorResult| (captor.center[2] - middle).abs() <= FLAT * extent;
+            let flat = steepness > 1.0 - FLAT && captors.iter().all(level);
+            let lit = |face: &FaceResult| face.flux.iter().any(|flux| *flux > 0.0);
+            let one_sided = |captor: &&CaptorResult| {
+                !lit(&captor.front) || !captor.back.as_ref().is_some_and(lit)
+            };
+            let below = flat || steepness > LEVEL && captors.iter().all(one_sided);
+            (*name, middle, bare && below)
+        })
+        .collect();
+    heights.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let Some(&(_, lowest, _)) = heights.first() else { return Vec::new() };
+    let found: Vec<&str> = heights
+        .iter()
+        .take_while(|(_, height, is_ground)| *is_ground && height - lowest <= LAYER * extent)
+        .map(|(name, ..)| *name)
+        .collect();
+    if found.len() < objects.len() { found } else { Vec::new() }
 }
 
 fn absorbed(captor: &CaptorResult, band: usize) -> Option<(f64, Option<f64>)> {
@@ -188,6 +239,17 @@ fn ends_across(series: &[Series]) -> Option<[f64; 2]> {
         Some([low.min(x), high.max(x)])
     });
     ends.map(|[low, high]| [low - 0.5, high + 0.5])
+}
+
+/// Makes the series of objects side by side, in the order of the file.
+fn by_object(objects: &Objects) -> Vec<Series> {
+    let all = || (1..).zip(objects.values().flat_map(IndexMap::values).map(|plant| plant.all));
+    let points = all().map(|(i, power)| (f64::from(i), power.value)).collect();
+    let bar = |(i, power): (i32, Power)| {
+        error_bar(f64::from(i), power.value, Some(power.variance.sqrt()), false)
+    };
+    let add = |stroke, points| Series { name: None, colour: 0, stroke, points };
+    vec![add(Stroke::Bars, all().flat_map(bar).collect()), add(Stroke::Marks, points)]
 }
 
 /// Makes the series of plants side by side, in the order of the file.
@@ -270,6 +332,10 @@ mod tests {
             ("a/b#c", organ("a", None, None)),
             ("a/99999999999", organ("a", None, None)),
             ("é/é1#", organ("é", None, None)),
+            ("lettuce#7", organ("lettuce", Some("7"), None)),
+            ("lettuce#", organ("lettuce#", None, None)),
+            ("soil/field/77", organ("soil", None, None)),
+            ("plant/leaf2/77", organ("plant", None, Some(2))),
         ] {
             assert_eq!(Organ::of(id), known, "{id}");
         }

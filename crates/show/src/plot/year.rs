@@ -38,8 +38,8 @@ pub enum YearPlotKind {
 /// A request for a plot of a year.
 #[derive(Clone, Copy, Debug)]
 pub struct YearPlotRequest<'a> {
-    /// The kind of plot.
-    pub kind: YearPlotKind,
+    /// The kind of plot; `None` stands for the months or, if there is but one day, for this.
+    pub kind: Option<YearPlotKind>,
     /// The light that is plotted.
     pub face: Face,
     /// Name of a band or sum; `None` stands for the last one.
@@ -59,7 +59,12 @@ impl Plot {
     pub fn of_year(folder: &Path, request: &YearPlotRequest) -> Result<Self> {
         let year = YearFolder::open(folder)?;
         let read = |name| YearTable::read(folder, name, request.face);
-        match request.kind {
+        let kind = match request.kind {
+            Some(kind) => kind,
+            None if read("days")?.times.len() == 1 => YearPlotKind::Day,
+            None => YearPlotKind::Months,
+        };
+        match kind {
             YearPlotKind::Months => {
                 let (months, days) = (read("months")?, read("days")?);
                 let chosen = Chosen::new(&year, &months, request, CHARTED)?;
