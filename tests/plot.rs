@@ -244,14 +244,14 @@ fn results_without_a_map_are_plotted_too() {
         assert!(text.contains(words), "{text}");
         fs::read_to_string(scene.path("p.svg")).expect("a plot")
     };
-    let captors = |all: &mut Value| all["captors"].as_array_mut().expect("captors").drain(..12);
-    changed(&scene, |all| drop(captors(all)));
+    changed(&scene, |all| drop(all["captors"].as_array_mut().expect("captors").drain(..12)));
     assert!(said("drawn as with --show layers").contains("absorbed by layers"));
     changed(&scene, |all| drop(all.as_object_mut().expect("an object").remove("layers")));
     assert!(said("drawn as with --show plants").contains("absorbed by each plant"));
     changed(&scene, |all| {
         for (i, captor) in all["captors"].as_array_mut().expect("captors").iter_mut().enumerate() {
             captor["id"] = json!(["wall", "roof", "door", "pane", "desk", "lamp"][i]);
+            captor["normal"] = json!([1, 0, 0]);
         }
     });
     assert!(said("drawn as with --show profile").contains("absorbed over height"));

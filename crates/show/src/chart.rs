@@ -602,6 +602,55 @@ mod tests {
         assert!(together[1][0] < f64::from(px(500)), "{together:?}");
     }
 
+    /// A name is nearer to its own series than to another: that of a line that ends below another with
+    /// its end in the way of the name does not move beside the other.
+    #[test]
+    fn names_are_nearest_to_their_own() {
+        let line = |name, colour, end: f64| {
+            let points: Vec<(f64, f64)> =
+                (0..6).map(|x| (f64::from(x), 10.0 + (end - 10.0) * f64::from(x) / 5.0)).collect();
+            series(name, colour, Stroke::Line, &points)
+        };
+        let mut long = line("long", 1, 4.0);
+        long.points.push((6.0, 1.0));
+        let lines = vec![line("first", 0, 0.4), long, line("third", 2, 0.0)];
+        let (linear_x, linear_y) = (true, true);
+        let all = Chart { linear_x, linear_y, ..chart(lines) };
+        let svg = all.svg(Width::Column).expect("a picture");
+        let found = texts(&svg);
+        let marks: Vec<(Vec<Place>, &Series)> = all
+            .series
+            .iter()
+            .map(|series| {
+                let [x, y] = all.axes().expect("axes");
+                let (width, height) = all.size(Width::Column);
+                let Layout { frame, .. } = all.layout([x, y], width, height);
+                (series.covered(&frame, |p| all.shows(p)), series)
+            })
+            .collect();
+        let mut named = 0;
+        for (own, series) in &marks {
+            let name = series.name.as_deref().expect("a name");
+            let at = found.iter().find(|(text, _)| text == name).expect("its name").1;
+            let half = f64::from(length(name)) / 2.0;
+            let far = |places: &[Place]| {
+                let of = |p: &Place| {
+                    let x = ((f64::from(p.0) - at[0]).abs() - half).max(0.0);
+                    x.hypot(((f64::from(p.1) - at[1]).abs() - f64::from(px(5))).max(0.0))
+                };
+                places.iter().map(of).fold(f64::INFINITY, f64::min)
+            };
+            // in a legend it is far from all
+            if far(own) < f64::from(px(60)) {
+                named += 1;
+                for (other, _) in marks.iter().filter(|(_, other)| other.colour != series.colour) {
+                    assert!(far(own) <= far(other) + f64::from(px(2)), "{name} {found:?}");
+                }
+            }
+        }
+        assert!(named > 0);
+    }
+
     /// A legend never lies on an area or a column, and where it is inside the axes no line of the
     /// grid runs through its words.
     #[test]

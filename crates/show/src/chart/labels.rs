@@ -14,12 +14,13 @@ const ASIDE: i32 = px(7);
 const ABOVE: i32 = px(11);
 const FAR_ABOVE: i32 = px(18);
 /// What it costs a name to stand above or below a point and not at an end, level with it, or farther
-/// away, and to be as near to another series; one that is moved up or down from an end costs twice as
-/// far as it is moved.
+/// away, and to be as near to another series, or nearer to it than to its own; one that is moved up or
+/// down from an end costs twice as far as it is moved.
 const ON_LINE: i32 = px(20);
 const LEVEL: i32 = px(25);
 const FAR: i32 = px(35);
 const NEAR_OTHER: i32 = px(40);
+const NEARER_OTHER: i32 = px(150);
 /// The most points of a series at which its name may stand.
 const POINTS: usize = 40;
 
@@ -62,7 +63,7 @@ pub(super) fn labels(
 ) -> Option<Vec<Option<Label>>> {
     let drawn: Vec<Vec<Place>> = all.iter().map(|series| series.covered(frame, shown)).collect();
     let mut placed: Vec<Option<Label>> = Vec::new();
-    for series in all {
+    for (series, own) in all.iter().zip(&drawn) {
         if !is_labelled(series) {
             placed.push(None);
             continue;
@@ -87,9 +88,27 @@ pub(super) fn labels(
             let others = all.iter().zip(&drawn).filter(|(other, _)| other.colour != series.colour);
             others.flat_map(|(_, places)| places).any(|p| within(at, p, px(5)))
         };
+        // how far a name is from what is drawn, in squares
+        let far = |at: Place, places: &[Place]| {
+            let beyond = |a: i32, b: i32, half: i32| i64::from(((a - b).abs() - half).max(0));
+            let of = |p: &Place| beyond(p.0, at.0, half).pow(2) + beyond(p.1, at.1, HALF).pow(2);
+            places.iter().map(of).min().unwrap_or(i64::MAX)
+        };
+        let nearer_other = |at: Place| {
+            let is_other = |other: &Series| {
+                other.colour != series.colour
+                    && !matches!(other.stroke, Stroke::Dots | Stroke::Level)
+            };
+            let mut others = all.iter().zip(&drawn).filter(|(other, _)| is_other(other));
+            let own = far(at, own);
+            series.stroke != Stroke::Level && others.any(|(_, places)| far(at, places) < own)
+        };
         let free = places(series, frame, half, shown).into_iter().filter(|(at, _)| is_free(*at));
-        let best =
-            free.min_by_key(|&(at, cost)| cost + if near_other(at) { NEAR_OTHER } else { 0 });
+        let best = free.min_by_key(|&(at, cost)| match (nearer_other(at), near_other(at)) {
+            (true, _) => cost + NEARER_OTHER,
+            (false, true) => cost + NEAR_OTHER,
+            (false, false) => cost,
+        });
         placed.push(Some((best?.0, half)));
     }
     Some(placed)
