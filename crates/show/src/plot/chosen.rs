@@ -24,8 +24,8 @@ pub enum PlotKind {
 /// A request for a plot.
 #[derive(Clone, Copy, Debug)]
 pub struct PlotRequest<'a> {
-    /// The kind of plot; `None` stands for the first of a map, layers, plants with instances or ranks,
-    /// and a profile that the results have.
+    /// The kind of plot; `None` stands for the first of a map, layers, plants with instances or
+    /// ranks, and a profile that the results have.
     pub kind: Option<PlotKind>,
     /// Name of a band or sum; `None` stands for the first sum, or the first band.
     pub band: Option<&'a str>,
@@ -159,8 +159,8 @@ pub(super) fn parted(patterns: &[String], is_known: impl Fn(&str) -> bool) -> Ve
     all
 }
 
-/// Returns the name that sensors of a grid or list share, such as `bench` of `bench/3-0`; nothing for
-/// a sensor by itself.
+/// Returns the name that sensors of a grid or list share, such as `bench` of `bench/3-0`; nothing
+/// for a sensor by itself.
 pub(super) fn set_of(id: &str) -> &str {
     id.rsplit_once('/').map_or("", |(set, _)| set)
 }

@@ -1,8 +1,8 @@
 //! A field of values between points of a plane: triangles between near points, and the outlines of
 //! what lies above a level.
 //!
-//! Between the points of a grid values are smooth; between others they are linear over the triangles of
-//! a Delaunay triangulation. Wide gaps stay empty, and nothing lies outside the points.
+//! Between the points of a grid values are smooth; between others they are linear over the triangles
+//! of a Delaunay triangulation. Wide gaps stay empty, and nothing lies outside the points.
 
 use std::collections::BTreeMap;
 
