@@ -57,7 +57,10 @@ fn every_kind_is_drawn() {
         ("error", vec!["--band", "both", "--k", "50"], true),
         ("captors", vec![], true),
         ("photons", vec!["--paths", "5"], true),
-        ("photons", vec!["--colour", "bounce"], true),
+        ("photons", vec!["--colour", "power"], true),
+        ("photons", vec!["--colour", "band", "--ground", "light"], false),
+        ("photons", vec!["--colour", "lamp"], true),
+        ("photons", vec!["--colour", "surface", "--ground", "light", "--paths", "3"], true),
     ] {
         let mut bytes = Vec::new();
         for threads in ["1", "3"] {
@@ -69,7 +72,7 @@ fn every_kind_is_drawn() {
         assert!(bytes[0] == bytes[1], "{show} {more:?}");
         let (width, height, pixels) = read_png(&scene.path("1.png"));
         if bar {
-            assert!(width > 100 && height == 200, "{show}: {width} x {height}");
+            assert!(width > 100 && height > 80, "{show}: {width} x {height}");
         } else {
             assert_eq!((width, height), (40, 30));
         }
@@ -152,7 +155,7 @@ fn a_picture_ends_in_time() {
 fn refusals_are_sentences() {
     let scene = small_room().write();
     fs::write(scene.path("none.json"), "{}").expect("a file");
-    let cases: [(&[&str], &[&str]); 23] = [
+    let cases: [(&[&str], &[&str]); 25] = [
         (
             &["--band", "b2"],
             &["--band: the scene has no band or sum `b2`; there are b0, b1, both, sum"],
@@ -178,6 +181,8 @@ fn refusals_are_sentences() {
         (&["--max-time", "0"], &["--max-time", "must be above 0"]),
         (&["--show", "captors", "--max-time", "1"], &["--max-time: has no meaning here", "error"]),
         (&["--show", "photons", "--denoise", "on"], &["--denoise: has no meaning here"]),
+        (&["--ground", "light"], &["--ground: has no meaning here", "photons"]),
+        (&["--show", "absorbed", "--white-balance", "none"], &["--white-balance", "radiance"]),
         (&["--show", "captors", "--results", "none.json"], &["none.json: is no results file"]),
         (
             &["--position", "0,0,1", "--look-at", "0,0,1"],
@@ -268,4 +273,75 @@ fn pictures_are_denoised_and_numbers_are_not() {
     let output = misplaced.output().expect("phylux starts");
     let words = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(2) && words.contains("--denoise"), "{words}");
+}
+
+/// Returns a leaf, soil and white paper on the ground, side by side, under a lamp with this power in
+/// these bands. A camera looks down at them, beyond whose edges there is nothing.
+fn things(bands: serde_json::Value, power: serde_json::Value, leaf: serde_json::Value) -> World {
+    let tile = |x: f64| Mesh::square([x, 0.0, 0.0], [0.0, 0.0, 1.0], 1.0);
+    World::new()
+        .with("bands", bands)
+        .with(
+            "camera",
+            json!({ "position": [0, 0, 5], "look_at": [0, 0, 0], "up": [0, 1, 0], "fov_deg": 45 }),
+        )
+        .material("leaf", json!({ "type": "lambert", "reflectance": leaf }))
+        .lambert("soil", 0.15)
+        .lambert("paper", 0.9)
+        .surface("crop", "leaf", &tile(-1.1))
+        .surface("bed", "soil", &tile(0.0))
+        .surface("sheet", "paper", &tile(1.1))
+        .light(json!({ "type": "point", "position": [0, 0, 40], "power": power }))
+}
+
+/// Returns the colours of the leaf, the soil, the paper and what is beyond them in such a picture,
+/// and what the program says.
+fn seen(world: &World, more: &[&str]) -> ([[f64; 3]; 4], String) {
+    let scene = world.write();
+    let assert = phylux(&scene, &["-o", "a.png", "--width", "80", "--height", "60"])
+        .args(["--map-photons", "30000"])
+        .args(more)
+        .assert()
+        .success();
+    let said = String::from_utf8_lossy(&assert.get_output().stdout).into_owned();
+    let (width, _, pixels) = read_png(&scene.path("a.png"));
+    let colour = |x: usize, y: usize| [0, 1, 2].map(|c| f64::from(pixels[3 * (y * width + x) + c]));
+    ([colour(19, 30), colour(40, 30), colour(61, 30), colour(40, 3)], said)
+}
+
+/// One broad band has plausible colours: leaves are green, soil is brown, paper is white, and what is
+/// beyond is a plain backdrop, not black.
+#[test]
+fn a_broad_band_has_plausible_colours() {
+    for band in
+        [json!([{ "name": "PAR", "from_nm": 400, "to_nm": 700 }]), json!([{ "name": "light" }])]
+    {
+        let ([leaf, soil, paper, beyond], _) = seen(&things(band, json!(100), json!(0.12)), &[]);
+        assert!(leaf[1] > 1.15 * leaf[0] && leaf[1] > 1.3 * leaf[2], "leaf {leaf:?}");
+        assert!(soil[0] > 1.1 * soil[1] && soil[1] > 1.1 * soil[2], "soil {soil:?}");
+        assert!(leaf[1] < 190.0 && leaf[1] > 70.0, "leaf {leaf:?}");
+        let [least, most] = [f64::min, f64::max].map(|f| paper.into_iter().reduce(f));
+        assert!(least > Some(215.0) && most < least.map(|least| least + 6.0), "paper {paper:?}");
+        assert!(beyond.iter().all(|c| (50.0..150.0).contains(c)), "beyond {beyond:?}");
+    }
+}
+
+/// The light of red and blue lamps is white by default, and says so; with `--white-balance none` it
+/// is pink.
+#[test]
+fn pink_light_is_balanced() {
+    let bands = json!([
+        { "name": "blue", "from_nm": 400, "to_nm": 500 },
+        { "name": "green", "from_nm": 500, "to_nm": 600 },
+        { "name": "red", "from_nm": 600, "to_nm": 700 }
+    ]);
+    let pink = things(bands, json!([30, 15, 80]), json!([0.05, 0.15, 0.06]));
+    let ([leaf, _, paper, _], said) = seen(&pink, &[]);
+    assert!(said.contains("white balance: red x 0."), "{said}");
+    assert!(paper.iter().all(|c| *c > 200.0), "{paper:?}");
+    assert!(leaf[1] > 1.2 * leaf[0] && leaf[1] > 1.2 * leaf[2], "{leaf:?}");
+    let ([leaf, _, paper, _], said) = seen(&pink, &["--white-balance", "none"]);
+    assert!(!said.contains("white balance"), "{said}");
+    assert!(paper[0] > paper[1] + 30.0, "{paper:?}");
+    assert!(leaf[1] < 1.2 * leaf[0], "{leaf:?}");
 }

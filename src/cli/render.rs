@@ -87,6 +87,9 @@ pub(super) fn check(arguments: &Arguments) -> Result<()> {
     if show != What::Radiance && arguments.exposure.is_some() {
         return misplaced("--exposure", "radiance");
     }
+    if show != What::Radiance && arguments.white_balance.is_some() {
+        return misplaced("--white-balance", "radiance");
+    }
     if show == What::Radiance && arguments.range.is_some() {
         return misplaced(
             "--range",
@@ -99,8 +102,11 @@ pub(super) fn check(arguments: &Arguments) -> Result<()> {
     if show != What::Captors && arguments.results.is_some() {
         return misplaced("--results", "captors");
     }
-    if show != What::Photons && arguments.paths > 0 {
-        return misplaced("--paths", "photons");
+    let of_photons = [("--paths", arguments.paths > 0), ("--ground", arguments.ground.is_some())];
+    if let (true, Some((option, _))) =
+        (show != What::Photons, of_photons.into_iter().find(|(_, given)| *given))
+    {
+        return misplaced(option, "photons");
     }
     let numbers = !matches!(show, What::Captors | What::Photons);
     for path in &arguments.output {

@@ -12,6 +12,7 @@
 pub mod chart;
 pub mod export;
 pub mod glb;
+pub mod kinds;
 pub mod picture;
 pub mod plot;
 pub mod ply;

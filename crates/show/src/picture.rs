@@ -1,15 +1,18 @@
 //! Pictures: coloured pixels, text on them, and files (PNG; EXR for numbers).
 //!
 //! `spectral` and `scale` turn values into colours, `glow` spreads bright light, `raster` makes
-//! pixels of drawings, and `bar` adds a colour bar.
+//! pixels of drawings, `bar` adds a colour bar and `key` a key of colours, and `splats` draws soft
+//! discs of light or ink.
 
 mod bar;
 #[cfg(feature = "exr")]
 mod exr_file;
 mod glow;
+mod key;
 mod raster;
 mod scale;
 mod spectral;
+mod splats;
 
 use std::io::{self, Write};
 
@@ -19,9 +22,11 @@ pub use bar::Legend;
 #[cfg(feature = "exr")]
 pub use exr_file::write_exr;
 pub use glow::with_glow;
+pub use key::Key;
 pub use scale::Scale;
 pub(super) use scale::label;
-pub use spectral::{BandColours, Exposure, encoded, linear};
+pub use spectral::{BandColours, Exposure, WhiteBalance, encoded, linear};
+pub use splats::{Crowd, Ground, Splats};
 
 /// Pixels in 8-bit sRGB, row by row from the upper left.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -56,10 +61,10 @@ impl Picture {
         }
     }
 
-    /// Returns the picture with another to its right; what is below the lower of both is background.
-    fn beside(&self, other: &Self) -> Self {
+    /// Returns the picture with another to its right; what is below the lower of both is `paper`, sRGB.
+    fn beside(&self, other: &Self, paper: Vec3) -> Self {
         let (width, height) = (self.width + other.width, self.height.max(other.height));
-        let mut both = Self::new(width, std::iter::repeat_n(PAPER, width * height));
+        let mut both = Self::new(width, std::iter::repeat_n(paper, width * height));
         for (picture, left) in [(self, 0), (other, self.width)] {
             for (y, row) in picture.rgb.chunks(3 * picture.width).enumerate() {
                 both.rgb[3 * (y * width + left)..][..row.len()].copy_from_slice(row);

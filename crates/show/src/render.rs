@@ -4,7 +4,8 @@
 //! [`Viewpoint`] says what the camera sees; `radiance` follows camera rays through glass and
 //! mirrors; `gather` finds the light that diffuse surfaces send back; `normals` makes curved meshes
 //! round, and `gloss` leaves glossy; `fragments` keeps the sums of each pixel apart by surface;
-//! `denoise` filters them; `dots` projects stored photons instead.
+//! `denoise` filters them; `dots` projects stored photons and paths instead, and `ghosts` is what
+//! stands behind them.
 //!
 //! Random numbers belong to pixels and rays, so a picture does not depend on the number of threads.
 
@@ -12,6 +13,7 @@ mod denoise;
 mod dots;
 mod fragments;
 mod gather;
+mod ghosts;
 mod gloss;
 mod normals;
 mod radiance;
@@ -43,10 +45,11 @@ use phylux_core::{
     },
 };
 
-pub use dots::{path_dots, photon_dots};
-pub use fragments::{Fragments, Pixels};
+pub use dots::{Dot, Leg, Paths, last_materials, path_dots, photon_dots};
+pub use fragments::{Fragments, Pixels, Seen};
 use fragments::{Guide, Sums};
 pub use gather::Gather;
+pub use ghosts::Ghosts;
 use radiance::Whitted;
 use shared::Shared;
 pub use viewpoint::{FirstVisible, Viewpoint};

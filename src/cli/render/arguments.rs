@@ -45,6 +45,10 @@ pub struct Arguments {
     /// [default: chosen for the picture]
     #[arg(long, value_name = "STOPS", value_parser = stops, allow_hyphen_values = true)]
     pub exposure: Option<f64>,
+    /// With --show radiance: take the cast of pink or green lamps from the picture, as cameras do, or
+    /// leave it [default: auto]
+    #[arg(long, value_enum, value_name = "HOW")]
+    pub white_balance: Option<Balance>,
     /// Band or sum of the scene to show, or `sum` for all bands together [default: all; sum in
     /// false colour]
     #[arg(long, value_name = "NAME")]
@@ -58,13 +62,17 @@ pub struct Arguments {
     /// With --show captors: take the results from this file of `phylux run`, and trace nothing
     #[arg(long, value_name = "FILE")]
     pub results: Option<PathBuf>,
-    /// With --show photons: colour them by their power, or by how often they were scattered before
-    #[arg(long, value_enum, default_value = "power")]
+    /// With --show photons: colour them by what they carry in each band, by how often they were
+    /// scattered before, by the lamp or by the kind of surface that they come from, or by their power
+    #[arg(long, value_enum, default_value = "bounce")]
     pub colour: By,
-    /// With --show photons: also draw the paths of this many photons
+    /// With --show photons: let them shine on a dark ground, or be ink on a light one [default: dark]
+    #[arg(long, value_enum)]
+    pub ground: Option<Shade>,
+    /// With --show photons: also draw the paths of this many photons, which fade with their power
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=10_000))]
     pub paths: u64,
-    /// Arrivals of photons to trace and store [default: 2e6, and 1e5 to show photons]
+    /// Arrivals of photons to trace and store [default: 2e6, and 3e5 to show photons]
     #[arg(long, value_name = "N", value_parser = run::map_photons, allow_hyphen_values = true)]
     pub map_photons: Option<MapLimit>,
     /// Photons of each estimate: more are smoother and blur more
@@ -100,11 +108,28 @@ pub enum Denoise {
     Off,
 }
 
+/// Whether the cast of light is taken from a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Balance {
+    Auto,
+    None,
+}
+
 /// What the colours of photons show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum By {
-    Power,
+    Band,
     Bounce,
+    Lamp,
+    Surface,
+    Power,
+}
+
+/// The ground of a picture of photons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Shade {
+    Dark,
+    Light,
 }
 
 fn stops(text: &str) -> Checked<f64> {

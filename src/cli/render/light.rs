@@ -2,44 +2,152 @@
 
 use glam::Vec3;
 
-use super::task::{Made, Task, photons_and_rays};
-use phylux_core::error::Result;
+use super::{
+    arguments::Balance,
+    task::{Made, Task, photons_and_rays},
+};
+use phylux_core::{
+    error::Result,
+    math::spectrum::with_lanes,
+    scene::material::{Interaction, Material, Scatterer},
+    transport::surface_light::SurfaceLight,
+};
 use phylux_show::{
-    picture::{BandColours, Exposure, Legend, PAPER, Picture, encoded, linear, with_glow},
-    render::{Pixels, Show},
+    kinds::Kind,
+    picture::{
+        BandColours, Exposure, Legend, PAPER, Picture, WhiteBalance, encoded, linear as linear_of,
+        with_glow,
+    },
+    render::{Fragments, Pixels, Seen, Show},
 };
 
 /// The largest light of a pixel that takes part in the glow, relative to white. The sun in a pane is
 /// far brighter, and its glow would be a white disc.
 const BRIGHTEST: f32 = 1000.0;
 
+/// The backdrop behind a scene without sky, at the top of a picture and at its bottom, sRGB.
+const BACKDROP: [Vec3; 2] = [Vec3::new(0.25, 0.27, 0.30), Vec3::new(0.50, 0.52, 0.55)];
+/// The share of light that surfaces scatter where it is not known, and the least that is assumed.
+const SCATTERED: [f32; 2] = [0.7, 0.05];
+
 impl Task<'_> {
     pub fn radiance(&self) -> Result<Made> {
         let light = self.light()?;
         let fragments = self.fragments(&light, Show::Radiance)?;
         let colours = self.colours();
-        let shown = self.shown(&fragments, &colours.visible())?.pixels();
-        let pixels = fragments.pixels();
-        let count = pixels.covered.len();
-        let linear: Vec<Vec3> = (0..count).map(|i| colours.linear(shown.pixel(i))).collect();
+        let shown = self.shown(&fragments, &colours[0].visible())?;
+        let balance = self.balance(&light, &colours[0]);
+        // what no known material sends has the colours of the first
+        let of = |seen: &Seen| {
+            let colours = &colours[seen.material.map_or(0, |material| 1 + material)];
+            balance.balanced(colours.linear(&seen.values))
+        };
+        let (pixels, width) = (fragments.pixels(), self.viewpoint.camera.width);
+        let count = shown.pixel_count();
+        let linear: Vec<Vec3> = (0..count)
+            .map(|pixel| shown.seen(pixel).map(|seen| seen.share * of(&seen)).sum())
+            .collect();
+        let scattered = self.scattered(&light);
+        let white = |seen: Seen| {
+            let scattered = scattered[seen.material?]?;
+            Some((of(&seen).max_element() / scattered, seen.share))
+        };
+        let whites = || (0..count).flat_map(|pixel| shown.seen(pixel).filter_map(white)).collect();
         let chosen = self.arguments.exposure.map(|stops| Exposure { stops });
-        let exposure = chosen.unwrap_or_else(|| Exposure::of(&linear));
+        let exposure = chosen.unwrap_or_else(|| Exposure::metered(whites()));
         // nothing is so bright that its glow hides what is around it
         let brightest = BRIGHTEST * (-exposure.stops).exp2() as f32;
         let capped: Vec<Vec3> = linear.iter().map(|c| capped(*c, brightest)).collect();
-        let glowing = with_glow(&capped, pixels.width);
-        let picture = Picture::new(pixels.width, glowing.into_iter().map(|c| exposure.srgb(c)));
-        let what = if colours.coloured { "bands by their wavelengths" } else { "grey" };
+        let glowing = with_glow(&capped, width).into_iter().map(|c| exposure.srgb(c));
+        let open = self.open(&shown);
+        let behind = |(pixel, colour): (usize, Vec3)| match open.get(pixel) {
+            Some(share) if *share > 0.0 => {
+                let down = (pixel / width) as f32 / (count / width) as f32;
+                let backdrop = linear_of(BACKDROP[0].lerp(BACKDROP[1], down));
+                encoded(linear_of(colour) + share * backdrop)
+            }
+            _ => colour,
+        };
+        let picture = Picture::new(width, glowing.enumerate().map(behind));
         let photons = photons_and_rays(&light, &fragments);
-        let words = format!("{photons}, exposure {} stops, {what}\n", exposure.stops);
+        let colours = self.told_of_colours(&colours[0], balance);
+        let words = format!("{photons}, exposure {} stops, {colours}\n", exposure.stops);
         Ok(Made { picture, pixels: Some(pixels), words })
     }
 
-    fn colours(&self) -> BandColours {
+    /// Returns the colours of bands, first for light of no material, then for that of each.
+    fn colours(&self) -> Vec<BandColours> {
+        let (bands, quantity) = (self.scene.bands(), self.scene.quantity());
+        let materials = self.scene.materials();
         if self.band.named {
-            return BandColours::grey(self.scene.bands().len(), &self.band.bands);
+            return vec![BandColours::grey(bands.len(), &self.band.bands); 1 + materials.len()];
         }
-        BandColours::new(self.scene.bands(), self.scene.quantity())
+        let kinds = std::iter::once(Kind::Other).chain(materials.iter().map(Kind::of));
+        kinds.map(|kind| BandColours::of_kind(bands, quantity, kind)).collect()
+    }
+
+    /// Returns the balance for the light that comes straight from lamps and sky.
+    fn balance(&self, light: &SurfaceLight, colours: &BandColours) -> WhiteBalance {
+        if self.arguments.white_balance == Some(Balance::None) || !colours.coloured {
+            return WhiteBalance::NONE;
+        }
+        WhiteBalance::of(colours.linear(&self.straight(light)))
+    }
+
+    /// Returns the share of the light that each material scatters, on average over the visible bands;
+    /// `None` for those that do not scatter diffusely.
+    fn scattered(&self, light: &SurfaceLight) -> Vec<Option<f32>> {
+        let visible = BandColours::new(self.scene.bands(), self.scene.quantity()).visible();
+        let straight = Interaction::new(-Vec3::Z, Vec3::Z);
+        let of = |material: &Material| {
+            let absorbed = with_lanes!(light.scene.lanes(), L => {
+                material.absorptance::<L>(&straight).map(|absorbed| {
+                    visible.iter().map(|&band| absorbed.values()[band]).sum::<f32>()
+                })
+            });
+            let absorbed = absorbed.map(|sum| sum / visible.len().max(1) as f32);
+            absorbed.map_or(SCATTERED[0], |absorbed| (1.0 - absorbed).max(SCATTERED[1]))
+        };
+        let materials = self.scene.materials().iter();
+        materials.map(|m| m.material.is_diffuse().then(|| of(&m.material))).collect()
+    }
+
+    /// Returns the share of each pixel beyond which there is nothing, not even a sky; empty where
+    /// there is a sky. One looks through panes and glass.
+    fn open(&self, shown: &Fragments) -> Vec<f32> {
+        let is_open = |seen: &Seen| {
+            seen.material
+                .is_none_or(|material| self.scene.materials()[material].material.is_clear())
+        };
+        let all = || (0..shown.pixel_count()).flat_map(|pixel| shown.seen(pixel));
+        let beyond = all().filter(|seen| seen.material.is_none()).map(|seen| {
+            let is_lit = seen.values.iter().any(|value| *value > 0.0);
+            [seen.share, if is_lit { seen.share } else { 0.0 }]
+        });
+        let [whole, lit] = beyond.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+        if lit > 0.5 * whole || (whole == 0.0 && self.scene.has_daylight()) {
+            return Vec::new();
+        }
+        let of = |pixel: usize| shown.seen(pixel).filter(is_open).map(|seen| seen.share).sum();
+        (0..shown.pixel_count()).map(of).collect()
+    }
+
+    /// Says how bands became colours.
+    fn told_of_colours(&self, colours: &BandColours, balance: WhiteBalance) -> String {
+        let told = match colours.coloured {
+            _ if self.band.named => "grey",
+            true => "bands by their wavelengths",
+            false => "bands as one of white light",
+        };
+        let WhiteBalance(factors) = balance;
+        let [red, green, blue] = (factors / factors.max_element()).to_array();
+        match factors.max_element() / factors.min_element() > 1.1 {
+            true => format!(
+                "{told}\nwhite balance: red x {red:.2}, green x {green:.2}, blue x {blue:.2}; \
+                 --white-balance none leaves the light its colour"
+            ),
+            false => told.into(),
+        }
     }
 
     pub fn false_colour(&self, show: Show) -> Result<Made> {
@@ -54,7 +162,8 @@ impl Task<'_> {
         };
         let unit = self.scene.quantity().unit_names().irradiance;
         let legend = self.legend_of(&shown.pixels(), value, what, &unit);
-        let colours = shown.in_colours(PAPER, |values| linear(legend.scale.colour(value(values))));
+        let colours =
+            shown.in_colours(PAPER, |values| linear_of(legend.scale.colour(value(values))));
         let pixels = fragments.pixels();
         let picture = Self::with_bar(pixels.width, colours, &legend)?;
         Ok(Made {
@@ -72,7 +181,7 @@ impl Task<'_> {
         let value = |values: &[f32]| 100.0 * f64::from(values[0]);
         let legend = self.legend_of(&pixels, value, "error", "%");
         let colour = |(i, covered): (usize, &f32)| {
-            PAPER.lerp(linear(legend.scale.colour(value(pixels.pixel(i)))), *covered)
+            PAPER.lerp(linear_of(legend.scale.colour(value(pixels.pixel(i)))), *covered)
         };
         let colours = pixels.covered.iter().enumerate().map(colour).collect();
         let picture = Self::with_bar(pixels.width, colours, &legend)?;

@@ -1,66 +1,287 @@
-//! Pictures of the photons themselves.
+//! Pictures of the photons themselves, and of their paths.
+
+use std::f32::consts::FRAC_PI_3;
 
 use glam::Vec3;
 
 use super::{
-    arguments::By,
+    arguments::{By, Shade},
     task::{Made, Task, photons},
 };
-use phylux_core::error::Result;
-use phylux_show::{
-    picture::Legend,
-    render::{Viewpoint, path_dots, photon_dots},
+use phylux_core::{
+    error::Result,
+    transport::{photon_map::Way, surface_light::SurfaceLight},
 };
+use phylux_show::{
+    kinds::Kind,
+    picture::{BandColours, Crowd, Ground, Key, Legend, Picture, Scale, Splats, linear},
+    render::{Dot, Ghosts, last_materials, painted, path_dots, photon_dots},
+};
+
+/// What one knows of a photon where it arrives, or on its way.
+struct Told<'a> {
+    light: usize,
+    way: Way,
+    /// Index of the material that it came from; `None` straight from its lamp.
+    last: Option<usize>,
+    /// What it carries, per band.
+    power: &'a [f32],
+}
+
+/// Radius of a splat with one photon in a square of pixels of this side about it, in pixels of a
+/// picture 800 pixels wide. It grows with the square root of the side, so that crowds brighten with
+/// the square root of their density.
+const SPLAT: f32 = 1.05;
+/// The least and the greatest radius of a splat, in the same pixels.
+const RADII: [f32; 2] = [1.1, 4.0];
+/// The most light in the middle of a splat of a photon of mean power.
+const BRIGHT: f32 = 0.8;
+/// Where photons crowd as half of them do, and where one in fifty crowds more, light adds up to no
+/// more than this.
+const COMMON: f32 = 0.5;
+const CROWDED: f32 = 2.2;
+/// Powers of photons relative to their mean, beyond which they are drawn no fainter or brighter.
+const POWERS: [f32; 2] = [0.15, 5.0];
+/// Radius of the dots of a path, pixels of a picture 800 pixels wide.
+const LINE: f32 = 1.15;
+/// Light in the middle of a line.
+const LINE_BRIGHT: f32 = 0.75;
 
 impl Task<'_> {
     pub fn photons(&self) -> Result<Made> {
         let light = self.light()?;
-        let mut picture = self.pale(Viewpoint::surface, |_, _| None)?;
-        let dots = self.watched("photons", |control| {
-            photon_dots(&light, &self.viewpoint, self.settings.threads.get(), control)
+        let ground = match self.arguments.ground {
+            Some(Shade::Light) => Ground::Light,
+            Some(Shade::Dark) | None => Ground::Dark,
+        };
+        let (width, height) = (self.viewpoint.camera.width, self.viewpoint.camera.height);
+        let ghosts = Ghosts::new(&self.viewpoint, ground);
+        let behind = self.watched("pixels", |control| {
+            let colour = |ray: &_| ghosts.colour(&self.viewpoint, ray);
+            painted(&self.viewpoint, self.sampling, control, colour)
         })?;
-        let map = &light.map;
-        let power = |i: usize| {
-            let power = map.power(i);
-            self.band.bands.iter().map(|&b| f64::from(power[b])).sum::<f64>() / map.histories as f64
+        let threads = self.settings.threads.get();
+        let mut dots = self
+            .watched("photons", |control| photon_dots(&light, &self.viewpoint, threads, control))?;
+        let sum = |power: &[f32]| self.band.bands.iter().map(|&b| power[b]).sum::<f32>();
+        let power = |dot: &Dot| sum(light.map.power(dot.index));
+        // a photon without power in the chosen bands is not drawn
+        dots.retain(|dot| power(dot) > 0.0);
+        let colours = self.colours_of_photons(&light, &dots, ground);
+
+        let unit = width as f32 / 800.0;
+        let mut splats = Splats::new(ground, width, height);
+        let crowd = Crowd::new(width, height, dots.iter().map(|dot| (dot.at, dot.clear)));
+        let mean = dots.iter().map(|dot| f64::from(power(dot))).sum::<f64>();
+        let mean = (mean / dots.len().max(1) as f64) as f32;
+        let radius = |dot: &Dot| {
+            let side = (1.0 / crowd.density(dot.at).max(1e-6)).sqrt() / unit;
+            unit * (SPLAT * side.sqrt()).clamp(RADII[0], RADII[1])
         };
-        let (what, unit) = match self.arguments.colour {
-            By::Power => ("photon power", self.scene.quantity().unit_names().flux),
-            By::Bounce => ("bounces", "".into()),
+        // the integral of a splat is a third of its disc
+        let crowded = |dot: &Dot| crowd.density(dot.at) * FRAC_PI_3 * radius(dot).powi(2);
+        let bright = brightness(dots.iter().map(crowded).collect());
+        let last = self.last_materials(&light, &dots, colours.by)?;
+        for (dot, last) in dots.iter().zip(last) {
+            let photon = &light.map.photons[dot.index];
+            let (light_of, power_of) = (photon.light as usize, light.map.power(dot.index));
+            let way = light.map.ways()[dot.index];
+            let told = Told { light: light_of, way, last, power: power_of };
+            let relative = (power(dot) / mean).clamp(POWERS[0], POWERS[1]);
+            splats.add(dot.at, radius(dot), colours.of(&told), bright * relative * dot.clear);
+        }
+        let (paths, seed) = (self.arguments.paths, self.settings.seed);
+        let paths = self.watched("paths", |control| {
+            path_dots(self.scene, &self.viewpoint, paths, &self.band.bands, seed, control)
+        })?;
+        for (dot, strength) in &paths.dots {
+            let leg = &paths.legs[dot.index];
+            let told = Told { light: leg.light, way: leg.way, last: leg.left, power: &leg.power };
+            let amount = LINE_BRIGHT * strength * dot.clear / unit.max(1.0);
+            splats.add(dot.at, LINE * unit.max(1.0), colours.of(&told), amount);
+        }
+        let words =
+            format!("{}, {} of them seen, {}\n", photons(&light), dots.len(), colours.words());
+        Ok(Made { picture: colours.explained(splats.over(&behind))?, pixels: None, words })
+    }
+
+    /// Returns the colours of photons, as asked for or chosen.
+    fn colours_of_photons<'t>(
+        &'t self,
+        light: &SurfaceLight,
+        dots: &[Dot],
+        ground: Ground,
+    ) -> PhotonColours<'t> {
+        let scene = self.scene;
+        let bands = BandColours::new(scene.bands(), scene.quantity());
+        let by = self.arguments.colour;
+        // the light of the lamps themselves is white
+        let mut sums = vec![0.0; scene.bands().len()];
+        for (i, way) in light.map.ways().iter().enumerate() {
+            if way.bounces == 0 {
+                sums.iter_mut().zip(light.map.power(i)).for_each(|(sum, power)| *sum += power);
+            }
+        }
+        let white = bands.linear(&sums);
+        let white =
+            white.max(Vec3::splat(LEAST_WHITE * white.max_element().max(f32::MIN_POSITIVE)));
+        let histories = light.map.histories as f64;
+        let power = |dot: &Dot| {
+            let power = light.map.power(dot.index);
+            self.band.bands.iter().map(|&b| f64::from(power[b])).sum::<f64>() / histories
         };
-        let value = |i: usize| match self.arguments.colour {
-            By::Power => power(i),
-            By::Bounce => f64::from(map.ways()[i].bounces),
-        };
-        // few photons are scattered often, so those do not stretch the scale
-        let share = if self.arguments.colour == By::Bounce { 0.95 } else { 0.999 };
-        let values: Vec<f64> = dots.iter().map(|dot| value(dot.index)).collect();
-        let most = values.iter().copied().fold(0.0, f64::max);
-        let scale = self.scale(values, share);
-        let size = (picture.width / 400).max(1);
-        let mut draw = |at: [f32; 2], colour| {
-            let [x, y] = at.map(|x| x as usize);
-            for i in 0..size * size {
-                picture.set(x + i % size, y + i / size, colour);
+        let powers: Vec<f64> = dots.iter().map(power).collect();
+        let most = powers.iter().copied().fold(0.0, f64::max);
+        let scale = self.scale(powers, 0.999);
+        let unit = scene.quantity().unit_names().flux;
+        let legend = Legend { ground, ..self.legend("photon power", &unit, scale, most) };
+        let kinds = scene.materials().iter().map(Kind::of).collect();
+        PhotonColours { task: self, by, ground, bands, white, histories, scale, legend, kinds }
+    }
+
+    /// Returns the material that each photon came from, where colours need it.
+    fn last_materials(
+        &self,
+        light: &SurfaceLight,
+        dots: &[Dot],
+        by: By,
+    ) -> Result<Vec<Option<usize>>> {
+        if by != By::Surface {
+            return Ok(vec![None; dots.len()]);
+        }
+        last_materials(light, dots, self.settings.threads.get())
+    }
+}
+
+/// Returns the light in the middle of a splat. `crowds` says, for each photon, how many splats lie
+/// over each other where it is.
+fn brightness(mut crowds: Vec<f32>) -> f32 {
+    crowds.sort_unstable_by(f32::total_cmp);
+    let crowded = |share: f64| {
+        let place = (share * crowds.len().saturating_sub(1) as f64) as usize;
+        crowds.get(place).copied().unwrap_or(0.0).max(f32::MIN_POSITIVE)
+    };
+    BRIGHT.min(COMMON / crowded(0.5)).min(CROWDED / crowded(0.98))
+}
+
+/// The least component of the light of lamps, relative to its greatest, for which colours make up.
+const LEAST_WHITE: f32 = 0.1;
+/// Exponent that makes the colours of photons clearer.
+const CLEARER: f32 = 1.5;
+
+/// How photons are coloured.
+struct PhotonColours<'t> {
+    task: &'t Task<'t>,
+    by: By,
+    ground: Ground,
+    bands: BandColours,
+    /// The light of the lamps.
+    white: Vec3,
+    histories: f64,
+    scale: Scale,
+    legend: Legend,
+    /// The kind of each material.
+    kinds: Vec<Kind>,
+}
+
+/// The colours of light that came straight from a lamp; by mirrors and glass alone; after one
+/// scattering, two, and more.
+const WAYS: [(&str, [u8; 3]); 5] = [
+    ("straight", [255, 205, 110]),
+    ("focused", [110, 240, 255]),
+    ("scattered once", [255, 92, 135]),
+    ("twice", [176, 110, 255]),
+    ("more often", [80, 130, 255]),
+];
+/// Colours of lamps, and of all further ones.
+const LAMPS: [[u8; 3]; 9] = [
+    [255, 200, 97],
+    [92, 200, 255],
+    [255, 111, 145],
+    [139, 226, 139],
+    [195, 155, 255],
+    [255, 150, 80],
+    [102, 224, 208],
+    [230, 230, 120],
+    [150, 155, 165],
+];
+/// The colour of light straight from lamps among the kinds of surfaces.
+const STRAIGHT: [u8; 3] = [255, 244, 214];
+
+fn rgb(bytes: [u8; 3]) -> Vec3 {
+    linear(Vec3::from(bytes.map(f32::from)) / 255.0)
+}
+
+impl PhotonColours<'_> {
+    /// Returns the colour of a photon, linear.
+    fn of(&self, photon: &Told) -> Vec3 {
+        match self.by {
+            By::Band => {
+                let seen = self.bands.linear(photon.power) / self.white;
+                let most = seen.max_element();
+                // what no eye sees is grey
+                if most > 0.0 { (seen / most).powf(CLEARER) } else { Vec3::splat(0.3) }
+            }
+            By::Bounce => rgb(WAYS[way(photon.way)].1),
+            By::Lamp => rgb(LAMPS[photon.light.min(LAMPS.len() - 1)]),
+            By::Surface => photon.last.map_or(rgb(STRAIGHT), |last| self.kinds[last].mark()),
+            By::Power => {
+                let power = photon.power;
+                let sum = self.task.band.bands.iter().map(|&b| f64::from(power[b])).sum::<f64>();
+                linear(self.scale.colour(sum / self.histories))
+            }
+        }
+    }
+
+    /// Says what the colours mean.
+    fn words(&self) -> &'static str {
+        match self.by {
+            By::Band => "coloured by their bands: white as from the lamps",
+            By::Bounce => "coloured by their bounces",
+            By::Lamp => "coloured by their lamps",
+            By::Surface => "coloured by the surface that they come from",
+            By::Power => "coloured by their power",
+        }
+    }
+
+    /// Returns the picture with what explains its colours.
+    fn explained(&self, picture: Picture) -> Result<Picture> {
+        let scene = self.task.scene;
+        let of = |(name, bytes): (&str, [u8; 3])| (name.to_string(), rgb(bytes));
+        let (title, entries): (&str, Vec<(String, Vec3)>) = match self.by {
+            By::Band => return Ok(picture),
+            By::Power => return picture.with_bar(&self.legend),
+            By::Bounce => ("light", WAYS.into_iter().map(of).collect()),
+            By::Lamp => {
+                let lights = scene.lights();
+                let named = lights
+                    .iter()
+                    .zip(LAMPS)
+                    .map(|(light, colour)| of((light.name.as_str(), colour)));
+                let mut entries: Vec<_> = named.collect();
+                if lights.len() > LAMPS.len() {
+                    entries[LAMPS.len() - 1].0 = "others".into();
+                }
+                ("lamp", entries)
+            }
+            By::Surface => {
+                let there = |kind: &Kind| self.kinds.contains(kind);
+                let kinds = Kind::ALL.into_iter().filter(there);
+                let kinds = kinds.map(|kind| (kind.name().into(), kind.mark()));
+                ("comes from", std::iter::once(of(("lamps", STRAIGHT))).chain(kinds).collect())
             }
         };
-        // a photon without power in the chosen bands is not drawn
-        for dot in dots.iter().filter(|dot| power(dot.index) > 0.0) {
-            draw(dot.at, scale.colour(value(dot.index)));
-        }
-        const PATH: Vec3 = Vec3::new(0.85, 0.1, 0.1);
-        let (paths, seed) = (self.arguments.paths, self.settings.seed);
-        let path_dots = self.watched("paths", |control| {
-            path_dots(self.scene, &self.viewpoint, paths, seed, control)
-        })?;
-        for dot in path_dots {
-            draw(dot.at, PATH);
-        }
-        let mut legend = self.legend(what, &unit, scale, most);
-        if self.arguments.colour == By::Bounce {
-            legend = Legend { title: vec![what.into()], whole: true, ..legend };
-        }
-        let words = format!("{}, {} of them seen\n", photons(&light), dots.len());
-        Ok(Made { picture: picture.with_bar(&legend)?, pixels: None, words })
+        let marked = |(name, colour)| (name, self.ground.mark(colour));
+        let entries = entries.into_iter().map(marked).collect();
+        picture.with_key(&Key { title: title.into(), entries, ground: self.ground })
+    }
+}
+
+/// Returns the index of a way among [`WAYS`].
+fn way(way: Way) -> usize {
+    match way {
+        Way { bounces: 0, mirrored: true, .. } => 1,
+        Way { bounces: 0, .. } => 0,
+        Way { bounces, .. } => 1 + usize::from(bounces.min(3)),
     }
 }

@@ -20,7 +20,7 @@ use phylux_core::{
 use phylux_files::scene_file::LoadedScene;
 use phylux_results::result::{band_results, light_name};
 use phylux_show::{
-    picture::{Legend, PAPER, Picture, Scale},
+    picture::{Ground, Legend, PAPER, Picture, Scale},
     render::{
         FirstVisible, Fragments, Gather, Pixels, Sampling, Show, Viewpoint, check_size, painted,
         render,
@@ -29,8 +29,8 @@ use phylux_show::{
 
 /// Rays of each pixel between two looks at the clock, with `--max-time`.
 const ROUND: u32 = 4;
-/// Photons to store for a picture of photons: more dots would cover everything.
-const DOTS: usize = 100_000;
+/// Photons to store for a picture of photons.
+const DOTS: usize = 300_000;
 
 /// A finished picture, the light in it as numbers, and a line about how it was found.
 pub struct Made {
@@ -217,7 +217,7 @@ impl<'a> Task<'a> {
         let short = |line: &str| line.chars().take(14).collect();
         let lines = light.splitn(2, ", ").chain([unit]);
         let (title, beyond) = (lines.map(short).collect(), most > scale.high);
-        Legend { title, scale, whole: false, beyond }
+        Legend { title, scale, whole: false, beyond, ground: Ground::Light }
     }
 
     /// Makes a pale picture of what `see` says each ray meets first. `colour` gives the colour of a

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{
-    Picture, Scale,
+    Ground, Picture, Scale,
     scale::{colour_at, label},
 };
 use crate::xml::allowed;
@@ -20,6 +20,8 @@ pub struct Legend {
     pub whole: bool,
     /// Whether there are numbers above the bar, which then has a pointed end.
     pub beyond: bool,
+    /// What the bar stands on.
+    pub ground: Ground,
 }
 
 /// Least height of a picture with a bar, pixels.
@@ -48,10 +50,8 @@ impl Picture {
         let inner = longest(&mut title.iter()).max(bar + 2.0 * mark + numbers);
         let width = (inner + 2.0 * margin).round();
 
-        let mut svg = format!(
-            "<svg width=\"{width}\" height=\"{height}\" xmlns=\"http://www.w3.org/2000/svg\" \
-             font-family=\"sans-serif\" font-size=\"{em}\" fill=\"#1a1a1a\">"
-        );
+        let mut svg = legend.ground.sheet(width, height, em);
+        let text_colour = legend.ground.text();
         let mut text = |x: f64, y: f64, text: &str| {
             let text = allowed(text);
             let text = quick_xml::escape::escape(&*text);
@@ -69,7 +69,7 @@ impl Picture {
         }
         for (value, _) in &ticks {
             let (x, y) = (margin + bar, top + (1.0 - legend.scale.place(*value)) * length);
-            let _ = write!(svg, "<path d=\"M{x} {y}h{mark}\" stroke=\"#1a1a1a\"/>");
+            let _ = write!(svg, "<path d=\"M{x} {y}h{mark}\" stroke=\"{text_colour}\"/>");
         }
         if legend.beyond {
             let [r, g, b] = colour_at(1.0).to_array().map(|c| (255.0 * c).round() as u8);
@@ -87,7 +87,7 @@ impl Picture {
             let colour = colour_at(1.0 - y as f64 / (rows - 1).max(1) as f64);
             (left..right).for_each(|x| beside.set(x, top + y, colour));
         }
-        Ok(self.beside(&beside))
+        Ok(self.beside(&beside, legend.ground.paper()))
     }
 }
 
@@ -103,7 +103,13 @@ mod tests {
         let bar = |title: &str| {
             let scale = Scale::new(0.0, 2.0, false).expect("a scale");
             plain
-                .with_bar(&Legend { title: vec![title.into()], scale, whole: false, beyond: false })
+                .with_bar(&Legend {
+                    title: vec![title.into()],
+                    scale,
+                    whole: false,
+                    beyond: false,
+                    ground: Ground::Light,
+                })
                 .expect("a bar")
         };
         let (empty, named) = (bar("   "), bar("<&\u{1}"));
@@ -118,7 +124,8 @@ mod tests {
         let plain = Picture::new(100, std::iter::repeat_n(PAPER, 100 * 300));
         let rows = |beyond: bool| {
             let scale = Scale::new(0.0, 2.0, false).expect("a scale");
-            let legend = Legend { title: Vec::new(), scale, whole: false, beyond };
+            let legend =
+                Legend { title: Vec::new(), scale, whole: false, beyond, ground: Ground::Light };
             let picture = plain.with_bar(&legend).expect("a bar");
             // the end of the bar is yellow
             let yellow = |row: &[u8]| row.chunks(3).filter(|c| c[0] > 220 && c[2] < 80).count();
@@ -133,8 +140,13 @@ mod tests {
         let plain = Picture::new(100, std::iter::repeat_n(PAPER, 100 * 600));
         let dark = |whole: bool| {
             let scale = Scale::new(0.0, 2.0, false).expect("a scale");
-            let picture =
-                plain.with_bar(&Legend { title: Vec::new(), scale, whole, beyond: false });
+            let picture = plain.with_bar(&Legend {
+                title: Vec::new(),
+                scale,
+                whole,
+                beyond: false,
+                ground: Ground::Light,
+            });
             picture.expect("a bar").rgb().iter().filter(|c| **c < 100).count()
         };
         assert!(dark(true) < dark(false) && dark(true) > 0);

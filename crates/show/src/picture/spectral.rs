@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3, Mat3, Vec3};
 
+use crate::kinds::Kind;
 use phylux_core::{math::units::Quantity, scene::world::Band};
 
 /// The weight of each band in linear sRGB. An even spectrum (in W) from 400 to 700 nm is white.
@@ -18,21 +19,34 @@ const SRGB: Mat3 = Mat3::from_cols_array(&[
     3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570,
 ]);
 
+/// A band that is wider than this, nm, does not tell the colours of things.
+const BROAD: f64 = 120.0;
+
 impl BandColours {
-    /// Makes the weights for the bands of a scene: from their wavelengths if all bands have them
-    /// and at least one is visible, otherwise equal weights.
+    /// Makes the weights for the bands of a scene: from their wavelengths, or from those that a name
+    /// such as `PAR` or `red` stands for, if all bands have them and at least one is visible;
+    /// otherwise equal weights.
     pub fn new(bands: &[Band], quantity: Quantity) -> Self {
-        let white = SRGB * mean_response(400.0, 700.0, quantity);
-        let weight = |band: &Band| {
-            let response = mean_response(band.from_nm?, band.to_nm?, quantity);
-            Some(SRGB * response / white)
+        Self::of_kind(bands, quantity, Kind::Other)
+    }
+
+    /// Makes the weights for light that comes from a surface of a kind. In bands of more than 120
+    /// nm this light has the spectrum in which such surfaces typically reflect even light, so that
+    /// leaves are green and soil is brown; its sum over the band stays as it is. Bands of which
+    /// nothing is known are taken for one of visible light.
+    pub fn of_kind(bands: &[Band], quantity: Quantity, kind: Kind) -> Self {
+        let white = SRGB * mean_response(400.0, 700.0, quantity, Kind::Other);
+        let colour = |[from, to]: [f64; 2]| {
+            let kind = if to - from > BROAD { kind } else { Kind::Other };
+            SRGB * mean_response(from, to, quantity, kind) / white
         };
-        let weights: Option<Vec<Vec3>> = bands.iter().map(weight).collect();
+        let weights: Option<Vec<Vec3>> =
+            bands.iter().map(|band| wavelengths(band).map(colour)).collect();
         match weights {
             Some(weights) if weights.iter().any(|w| w.abs().max_element() > 1e-3) => {
                 Self { weights, coloured: true }
             }
-            _ => Self { weights: vec![Vec3::ONE; bands.len()], coloured: false },
+            _ => Self { weights: vec![colour([400.0, 700.0]); bands.len()], coloured: false },
         }
     }
 
@@ -55,19 +69,40 @@ impl BandColours {
     }
 }
 
-/// Returns the mean response of the standard observer, XYZ, over a band with a flat spectrum: of
-/// power, or for photons of their number.
-fn mean_response(from: f64, to: f64, quantity: Quantity) -> Vec3 {
+/// Returns the wavelengths of a band, nm: its own, or those that its name stands for.
+fn wavelengths(band: &Band) -> Option<[f64; 2]> {
+    if let (Some(from), Some(to)) = (band.from_nm, band.to_nm) {
+        return Some([from, to]);
+    }
+    const NAMES: [(&str, [f64; 2]); 7] = [
+        ("par", [400.0, 700.0]),
+        ("blue", [400.0, 500.0]),
+        ("green", [500.0, 600.0]),
+        ("red", [600.0, 700.0]),
+        ("far-red", [700.0, 800.0]),
+        ("far red", [700.0, 800.0]),
+        ("nir", [700.0, 1000.0]),
+    ];
+    let name = band.name.to_lowercase();
+    NAMES.iter().find(|(known, _)| *known == name).map(|(_, range)| *range)
+}
+
+/// Returns the mean response of the standard observer, XYZ, to light from a surface of a kind, over a
+/// band in which light is even: in power, or for photons in their number.
+fn mean_response(from: f64, to: f64, quantity: Quantity, kind: Kind) -> Vec3 {
     const STEPS: u32 = 200;
-    let response = |step: u32| {
+    let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+    for step in 0..STEPS {
         let nm = from + (to - from) * (f64::from(step) + 0.5) / f64::from(STEPS);
         let energy = match quantity {
             Quantity::Watt => 1.0,
             Quantity::Micromole => 550.0 / nm,
         };
-        energy as f32 * matching(nm as f32)
-    };
-    (0..STEPS).map(response).sum::<Vec3>() / STEPS as f32
+        let weight = kind.reflectance(nm as f32);
+        sum += weight * energy as f32 * matching(nm as f32);
+        weights += weight;
+    }
+    sum / weights
 }
 
 /// Returns the CIE 1931 colour matching functions, as sums of Gaussians (Wyman, Sloan and Shirley,
@@ -94,18 +129,22 @@ pub struct Exposure {
 }
 
 impl Exposure {
-    /// Chooses the exposure for linear colours: all but the brightest tenth of the lit pixels are
-    /// at most two thirds of white: lamps may fill some of it.
-    pub fn of(colours: &[Vec3]) -> Self {
-        let mut brightest: Vec<f32> =
-            colours.iter().map(|c| c.max_element()).filter(|c| *c > 0.0).collect();
-        if brightest.is_empty() {
-            return Self { stops: 0.0 };
-        }
-        let place = (0.9 * (brightest.len() - 1) as f64) as usize;
-        let (_, white, _) = brightest.select_nth_unstable_by(place, f32::total_cmp);
+    /// Chooses the exposure as a light meter for what arrives does. `whites` are the values that a
+    /// white surface would have in the place of each that is seen, with the share of the picture that
+    /// it takes up. Four fifths of them come to at most 1.3 times white: what is lit well looks as
+    /// light as it is, whites stay white, and leaves do not look pale. Values of 0 are left out.
+    pub fn metered(mut whites: Vec<(f32, f32)>) -> Self {
+        whites.retain(|(value, _)| value.is_finite() && *value > 0.0);
+        whites.sort_unstable_by(|(a, _), (b, _)| a.total_cmp(b));
+        let all: f64 = whites.iter().map(|(_, share)| f64::from(*share)).sum();
+        let mut sum = 0.0;
+        let place = whites.iter().find(|(_, share)| {
+            sum += f64::from(*share);
+            sum >= 0.8 * all
+        });
+        let Some((white, _)) = place else { return Self { stops: 0.0 } };
         // to a tenth of a stop, as it is reported to the user
-        Self { stops: (-10.0 * f64::from(1.5 * *white).log2()).round() / 10.0 }
+        Self { stops: (10.0 * (1.3 / f64::from(*white)).log2()).round() / 10.0 }
     }
 
     /// Returns the sRGB colour of a linear one, as film shows it: shadows are deep, middle tones are
@@ -117,6 +156,43 @@ impl Exposure {
         let developed = DVec3::from_array(exposed.to_array().map(filmic));
         let shown = (FROM_FILM * developed).clamp(DVec3::ZERO, DVec3::ONE);
         encoded(shown.as_vec3())
+    }
+}
+
+/// Factors of red, green and blue that take a cast from a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WhiteBalance(pub Vec3);
+
+/// How warm or cool light may stay, in stops between red and blue.
+const WARMTH: f32 = 0.9;
+/// The largest factor between two colours, stops.
+const MOST_BALANCE: f32 = 3.5;
+
+impl WhiteBalance {
+    /// Leaves colours as they are.
+    pub const NONE: Self = Self(Vec3::ONE);
+
+    /// Balances the light of lamps and sky, linear sRGB, as cameras do: what is pink or green in it
+    /// vanishes, and so does what is warmer or cooler than an evening or the shade. Light of that
+    /// kind stays warm or cool. Light without any colour of its own stays as it is.
+    pub fn of(light: Vec3) -> Self {
+        let most = light.max_element();
+        if !(most.is_finite() && most > 0.0) {
+            return Self::NONE;
+        }
+        let logs = (light / most).max(Vec3::splat((-MOST_BALANCE).exp2())).map(f32::log2);
+        let warm = logs.x - logs.z;
+        let kept = warm.clamp(-WARMTH, WARMTH);
+        // the colour that the light is left with, of the same brightness
+        let left = Vec3::new(0.5 * kept, 0.0, -0.5 * kept);
+        let factors = (left - logs).map(f32::exp2);
+        let luminance = |colour: Vec3| colour.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        Self(factors * (luminance(light) / luminance(light * factors)).max(0.0))
+    }
+
+    /// Returns a colour, linear sRGB, as it looks in the balanced picture.
+    pub fn balanced(self, colour: Vec3) -> Vec3 {
+        self.0 * colour
     }
 }
 
@@ -177,7 +253,7 @@ mod tests {
         let thirds = [band(400.0, 500.0), band(500.0, 600.0), band(600.0, 700.0)];
         let white = colour(&thirds, &[1.0 / 3.0; 3]);
         assert!(white.distance(Vec3::ONE) < 1e-4, "{white}");
-        assert_eq!(colour(&[band(400.0, 700.0)], &[2.0]), Vec3::splat(2.0));
+        assert!(colour(&[band(400.0, 700.0)], &[2.0]).distance(Vec3::splat(2.0)) < 1e-4);
         for (i, brightest) in [2, 1, 0].into_iter().enumerate() {
             let mut values = [0.0; 3];
             values[i] = 1.0;
@@ -205,9 +281,51 @@ mod tests {
     fn infrared_is_dark_or_grey() {
         let both = [band(400.0, 700.0), band(1000.0, 2000.0)];
         assert!(colour(&both, &[0.0, 1.0]).max_element() < 1e-6);
-        assert_eq!(colour(&both[1..], &[1.0]), Vec3::ONE);
+        assert!(colour(&both[1..], &[1.0]).distance(Vec3::ONE) < 1e-4);
         let unnamed = Band { name: "b0".into(), from_nm: None, to_nm: None };
-        assert_eq!(colour(&[unnamed.clone(), unnamed], &[1.0, 2.0]), Vec3::splat(3.0));
+        let sum = colour(&[unnamed.clone(), unnamed], &[1.0, 2.0]);
+        assert!(sum.distance(Vec3::splat(3.0)) < 1e-4, "{sum}");
+    }
+
+    /// In one band of 400 to 700 nm leaves are green and soil is brown, and walls stay white; so they
+    /// are in bands of which nothing is known but a name. Bands of 100 nm tell their own colours.
+    #[test]
+    fn broad_bands_have_the_colours_of_kinds() {
+        let named = |name: &str| Band { name: name.into(), from_nm: None, to_nm: None };
+        for band in [band(400.0, 700.0), named("PAR"), named("b0")] {
+            let of = |kind| {
+                BandColours::of_kind(std::slice::from_ref(&band), Quantity::Watt, kind)
+                    .linear(&[1.0])
+            };
+            let leaf = of(Kind::Plant);
+            assert!(leaf.y > 1.3 * leaf.x && leaf.y > 1.8 * leaf.z, "{leaf}");
+            let soil = of(Kind::Soil);
+            assert!(soil.x > 1.2 * soil.y && soil.y > 1.2 * soil.z, "{soil}");
+            assert!(of(Kind::Other).distance(Vec3::ONE) < 1e-4);
+        }
+        let thirds = [band(400.0, 500.0), band(500.0, 600.0), band(600.0, 700.0)];
+        let of = |kind| BandColours::of_kind(&thirds, Quantity::Watt, kind);
+        assert_eq!(of(Kind::Plant), of(Kind::Other));
+    }
+
+    /// Pink light becomes white, as do green light and that of a sodium lamp to some degree; the light
+    /// of an evening keeps its warmth, and brightness stays.
+    #[test]
+    fn casts_are_balanced_and_evenings_stay_warm() {
+        let pink = Vec3::new(1.0, 0.2, 0.7);
+        let balanced = WhiteBalance::of(pink).balanced(pink);
+        assert!(balanced.max_element() < 1.45 * balanced.min_element(), "{balanced}");
+        let luminance = |c: Vec3| c.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        assert!((luminance(balanced) / luminance(pink) - 1.0).abs() < 1e-4);
+        // neither red nor blue are without green between them
+        assert!((balanced.y - (balanced.x * balanced.z).sqrt()).abs() < 1e-4, "{balanced}");
+        let evening = Vec3::new(1.0, 0.8, 0.62);
+        let balanced = WhiteBalance::of(evening).balanced(evening);
+        assert!(balanced.x > 1.5 * balanced.z, "{balanced}");
+        for light in [Vec3::ZERO, Vec3::splat(f32::NAN), Vec3::splat(f32::INFINITY)] {
+            assert_eq!(WhiteBalance::of(light), WhiteBalance::NONE);
+        }
+        assert!(WhiteBalance::of(Vec3::splat(0.3)).0.distance(Vec3::ONE) < 1e-5);
     }
 
     /// A red and blue lamp that is far brighter than white has a middle that is nearly white; what it
@@ -227,9 +345,11 @@ mod tests {
 
     #[test]
     fn a_stop_is_a_factor_of_two() {
-        let exposure = Exposure::of(&[Vec3::splat(3.0); 10]);
+        // a tenth of the picture, far brighter, does not count
+        let whites = [vec![(3.0, 0.1); 9], vec![(300.0, 0.1)]].concat();
+        let exposure = Exposure::metered(whites);
         let white = exposure.stops.exp2() * 3.0;
-        assert!((0.6..0.75).contains(&white), "{white}");
+        assert!((1.25..1.35).contains(&white), "{white}");
         let at = |value: f32| Exposure { stops: 1.0 }.srgb(Vec3::splat(value)).x;
         // a value of 1 relative to white becomes 2.54 / 3.16 = 0.8038; the limit is white, and a
         // greater value is never darker
@@ -240,6 +360,6 @@ mod tests {
         // deeper shadows and brighter middle tones than those of the light itself
         let plain = |value: f32| Exposure { stops: 0.0 }.srgb(Vec3::splat(value)).x - encode(value);
         assert!(plain(0.01) < -0.02 && plain(0.2) > 0.03, "{} {}", plain(0.01), plain(0.2));
-        assert_eq!(Exposure::of(&[Vec3::ZERO]), Exposure { stops: 0.0 });
+        assert_eq!(Exposure::metered(vec![(0.0, 1.0)]), Exposure { stops: 0.0 });
     }
 }

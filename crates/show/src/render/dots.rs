@@ -9,15 +9,21 @@ use super::Viewpoint;
 use phylux_core::{
     error::{Error, NOTHING_WRITTEN, Result},
     math::{
+        geometry::Ray,
         machine,
-        rng::{Purpose, Streams},
-        spectrum::with_lanes,
+        rng::{Purpose, Stream, Streams},
+        spectrum::{Lanes, Spectrum, with_lanes},
     },
-    scene::{light::Strata, world::Scene},
+    scene::{
+        light::Strata,
+        material::{BsdfSample, LobeKind, Scatterer, Transport},
+        world::{Arrived, Scene, SurfaceHit},
+    },
     transport::{
+        photon_map::Way,
         simulate::{Control, Progress},
         surface_light::SurfaceLight,
-        trace::{Event, trace},
+        trace::{Event, Guide, Onward, trace},
     },
 };
 
@@ -28,37 +34,67 @@ pub struct Dot {
     pub at: [f32; 2],
     /// Distance from the viewpoint, m.
     pub distance: f32,
-    /// Index of the photon in the photon map, or of the path.
+    /// The share of its light that comes through the surfaces in front of it, in (0, 1].
+    pub clear: f32,
+    /// Index of the photon in the photon map, or of the leg of a path.
     pub index: usize,
 }
 
-/// Returns a dot for each stored photon that is visible: nothing opaque is in front of it, and it
-/// arrived at the side of the surface that the viewpoint is on. The farthest come first. Errors:
-/// `control` stopped the work; no threads can be started.
+/// The share of the light of a dot that a surface in front of it lets through, so that one sees into
+/// a canopy.
+pub(super) const TRANSLUCENT: f32 = 0.35;
+/// Number of surfaces behind which a dot can still be seen.
+pub(super) const LAYERS: usize = 3;
+/// The share of the light of a dot on glass or water, which would seem to hang in the air.
+const ON_GLASS: f32 = 0.15;
+/// In a scene that repeats, photons are drawn in the cell of the viewpoint and in as many beyond it on
+/// each side.
+const CELLS: i32 = 40;
+
+/// Returns a dot for each stored photon that is visible, behind at most three surfaces. A photon is
+/// behind its own surface, too, if it arrived at the side that faces away. Where the scene repeats,
+/// the cells around that of the viewpoint show their images of the photons, farther ones fewer. The
+/// farthest dots come first. Errors: `control` stopped the work; no threads can be started.
 pub fn photon_dots(
     light: &SurfaceLight,
     viewpoint: &Viewpoint,
     threads: usize,
     control: &Control,
 ) -> Result<Vec<Dot>> {
+    let scene = light.scene;
     let positions = light.map.positions();
-    let dot = |(index, &point): (usize, &Vec3)| {
+    let dot_of = |index: usize, shift: Vec3| {
         let photon = &light.map.photons[index];
-        let normal = light.scene.surface(photon.triangle as usize).normal;
-        let from_front = photon.direction.unpack().dot(normal) < 0.0;
-        let seen_from_front = (point - viewpoint.camera.position).dot(normal) < 0.0;
-        dot(viewpoint, point, index)
-            .filter(|_| from_front == seen_from_front && viewpoint.sees(point))
+        if viewpoint.is_cut(photon.triangle as usize) {
+            return None;
+        }
+        let point = positions[index] + shift;
+        let surface = scene.surface(photon.triangle as usize);
+        let from_front = photon.direction.unpack().dot(surface.normal) < 0.0;
+        let is_clear = scene.material(&surface).is_clear();
+        let seen_from_front = (point - viewpoint.camera.position).dot(surface.normal) < 0.0;
+        let faces_away = !is_clear && from_front != seen_from_front;
+        let dot = dot(viewpoint, point, index, usize::from(faces_away))?;
+        let share = if is_clear { ON_GLASS } else { 1.0 };
+        Some(Dot { clear: share * dot.clear, ..dot })
     };
     let pool = machine::pool(threads)?;
     let mut dots = Vec::new();
-    for (chunk, points) in positions.chunks(CHUNK).enumerate() {
-        check_stopped(control)?;
-        let first = chunk * CHUNK;
-        let found = points.par_iter().enumerate().filter_map(|(i, point)| dot((first + i, point)));
-        dots.extend(pool.install(|| found.collect::<Vec<Dot>>()));
-        let (photons, of) = ((first + points.len()) as u64, Some(positions.len() as u64));
-        (control.progress)(Progress { photons, of, worst: None });
+    let cells = cells(viewpoint);
+    let all: f64 = cells.iter().map(|cell| positions.len() as f64 * cell.share).sum();
+    let mut done = 0;
+    for Images { shift, share } in cells {
+        let images = (positions.len() as f64 * share) as usize;
+        let index = |i: usize| ((i as f64 + 0.5) / share) as usize;
+        for first in (0..images).step_by(CHUNK) {
+            check_stopped(control)?;
+            let some = first..images.min(first + CHUNK);
+            done += some.len() as u64;
+            let found = some.into_par_iter().filter_map(|i| dot_of(index(i), shift));
+            dots.extend(pool.install(|| found.collect::<Vec<Dot>>()));
+            let of = Some(all as u64);
+            (control.progress)(Progress { photons: done, of, worst: None });
+        }
     }
     dots.sort_by(|a, b| b.distance.total_cmp(&a.distance));
     Ok(dots)
@@ -74,40 +110,141 @@ fn check_stopped(control: &Control) -> Result<()> {
     Ok(())
 }
 
-/// Returns dots along the paths of `paths` photons from surface to surface, about one per pixel,
-/// where nothing opaque hides them. The photons come from all lights. Error: `control` stopped the
+/// The photons of a cell of a scene that repeats, or of a whole scene.
+struct Images {
+    /// The way from a photon to its image there.
+    shift: Vec3,
+    /// The share of the photons whose images are drawn: the farther away a cell, the fewer, so that
+    /// they do not crowd there.
+    share: f64,
+}
+
+/// Returns the cells in which photons are drawn.
+fn cells(viewpoint: &Viewpoint) -> Vec<Images> {
+    let Some(lattice) = viewpoint.scene.lattice() else {
+        return vec![Images { shift: Vec3::ZERO, share: 1.0 }];
+    };
+    let eye = viewpoint.camera.position;
+    let middle = lattice.cell_of(eye.as_dvec3());
+    let along = |axis: usize| match lattice.period(axis) {
+        Some(_) => middle[axis] - CELLS..middle[axis] + CELLS + 1,
+        None => 0..1,
+    };
+    let cells = along(0).flat_map(|i| along(1).map(move |j| [i, j]));
+    let shifts: Vec<Vec3> = cells.map(|cell| lattice.shift(cell).as_vec3()).collect();
+    let nearest = shifts.iter().map(|shift| shift.distance(eye)).fold(f32::INFINITY, f32::min);
+    let nearest = nearest.max(lattice.shortest() as f32);
+    let share = |shift: Vec3| f64::from(nearest / shift.distance(eye)).powi(2).min(1.0);
+    shifts.into_iter().map(|shift| Images { shift, share: share(shift) }).collect()
+}
+
+/// Returns the index of the material from which the photon of each dot came; `None` straight from
+/// its light. Error: no threads can be started.
+pub fn last_materials(
+    light: &SurfaceLight,
+    dots: &[Dot],
+    threads: usize,
+) -> Result<Vec<Option<usize>>> {
+    let positions = light.map.positions();
+    let last = |dot: &Dot| last_material(light, dot.index, positions[dot.index]);
+    Ok(machine::pool(threads)?.install(|| dots.par_iter().map(last).collect()))
+}
+
+/// Looks back from where a stored photon arrived.
+fn last_material(light: &SurfaceLight, index: usize, point: Vec3) -> Option<usize> {
+    let way = light.map.ways()[index];
+    if way.bounces == 0 && !way.mirrored {
+        return None;
+    }
+    let scene = light.scene;
+    let photon = &light.map.photons[index];
+    let back = -photon.direction.unpack();
+    let surface = scene.surface(photon.triangle as usize);
+    let side = if back.dot(surface.normal) < 0.0 { -surface.normal } else { surface.normal };
+    let from = SurfaceHit { t: 0.0, triangle: photon.triangle as usize, point };
+    let hit = scene.closest(&scene.leave(&from, side, back))?;
+    Some(scene.surface(hit.triangle).material as usize)
+}
+
+/// A straight part of the path of a photon.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leg {
+    /// Index of the light that emitted the photon.
+    pub light: usize,
+    /// The way by which it has come so far.
+    pub way: Way,
+    /// What it carries, per band, relative to other photons.
+    pub power: Vec<f32>,
+    /// Index of the material that it left; `None` at its light.
+    pub left: Option<usize>,
+}
+
+/// Paths of photons as dots.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Paths {
+    /// The legs of all paths.
+    pub legs: Vec<Leg>,
+    /// Dots along them, about one per pixel, each with the power there, as a fraction of that with
+    /// which the photon was emitted.
+    pub dots: Vec<(Dot, f32)>,
+}
+
+/// The smallest fraction of the power with which a photon of a drawn path goes on.
+const FAINT: f32 = 0.02;
+/// The length of the last leg of a path that leaves the scene, as a fraction of the scene's radius:
+/// it fades along its way.
+const TAIL: f32 = 0.5;
+/// The length of a path from the sky before it enters the scene, in the same measure.
+const FROM_SKY: f32 = 2.0;
+
+/// Returns dots along the paths of `paths` photons from surface to surface, where at most three
+/// surfaces hide them. The photons come from all lights, and lose at each surface what it absorbs
+/// (in a run they rather end there by chance), in the `bands` together. Error: `control` stopped the
 /// work.
 pub fn path_dots(
     scene: &Scene,
     viewpoint: &Viewpoint,
     paths: u64,
+    bands: &[usize],
     seed: u64,
     control: &Control,
-) -> Result<Vec<Dot>> {
-    let mut dots = Vec::new();
-    for (index, corners) in paths_of(scene, paths, seed).iter().enumerate() {
+) -> Result<Paths> {
+    let mut all = Paths::default();
+    for (index, path) in paths_of(scene, paths, bands, seed).into_iter().enumerate() {
         check_stopped(control)?;
-        for leg in corners.windows(2) {
-            let Some((from, to)) = in_front(viewpoint, leg[0], leg[1]) else { continue };
-            let ends = [from, to].map(|point| viewpoint.camera.project(point));
-            let [Some(a), Some(b)] = ends else { continue };
-            // at most 2 (width + height) steps, wherever the ends are
-            let most = 2 * (viewpoint.camera.width + viewpoint.camera.height);
-            let steps =
-                ((a[0] - b[0]).abs().max((a[1] - b[1]).abs()).ceil() as usize).clamp(1, most);
-            for step in 0..=steps {
-                let point = along(viewpoint, [from, to], step as f32 / steps as f32);
-                if let Some(dot) = dot(viewpoint, point, index)
-                    && viewpoint.sees(point)
-                {
-                    dots.push(dot);
-                }
-            }
+        for Flown { leg, ends, strengths } in path {
+            let index = all.legs.len();
+            all.legs.push(leg);
+            all.dots.extend(dots_along(viewpoint, ends, strengths, index));
         }
         let (photons, of) = (index as u64 + 1, Some(paths));
         (control.progress)(Progress { photons, of, worst: None });
     }
-    Ok(dots)
+    Ok(all)
+}
+
+/// Returns visible dots from one point to another, with the strength at each.
+fn dots_along(
+    viewpoint: &Viewpoint,
+    ends: [Vec3; 2],
+    strengths: [f32; 2],
+    index: usize,
+) -> Vec<(Dot, f32)> {
+    let Some((from, to)) = in_front(viewpoint, ends[0], ends[1]) else { return Vec::new() };
+    let [Some(a), Some(b)] = [from, to].map(|point| viewpoint.camera.project(point)) else {
+        return Vec::new();
+    };
+    // at most 2 (width + height) steps, wherever the ends are
+    let most = 2 * (viewpoint.camera.width + viewpoint.camera.height);
+    let steps = ((a[0] - b[0]).hypot(a[1] - b[1]).ceil() as usize).clamp(1, most);
+    let whole = ends[0].distance(ends[1]);
+    let at = |step: usize| {
+        let point = along(viewpoint, [from, to], (step as f32 + 0.5) / steps as f32);
+        let flown = if whole > 0.0 { point.distance(ends[0]) / whole } else { 0.0 };
+        let strength = strengths[0] + (strengths[1] - strengths[0]) * flown.clamp(0.0, 1.0);
+        dot(viewpoint, point, index, 0).map(|dot| (dot, strength))
+    };
+    (0..steps).filter_map(at).collect()
 }
 
 /// Returns the point at a fraction `share` of the way from one end to the other, measured in the
@@ -134,31 +271,108 @@ fn in_front(viewpoint: &Viewpoint, from: Vec3, to: Vec3) -> Option<(Vec3, Vec3)>
     }
 }
 
-fn dot(viewpoint: &Viewpoint, point: Vec3, index: usize) -> Option<Dot> {
+/// Returns a dot behind so many surfaces more than those between the viewpoint and the point.
+fn dot(viewpoint: &Viewpoint, point: Vec3, index: usize, behind: usize) -> Option<Dot> {
     let at = viewpoint.camera.project(point)?;
     let inside = |x: f32, size: usize| x >= 0.0 && x < size as f32;
-    let seen = inside(at[0], viewpoint.camera.width) && inside(at[1], viewpoint.camera.height);
-    seen.then(|| Dot { at, distance: point.distance(viewpoint.camera.position), index })
+    if !(inside(at[0], viewpoint.camera.width) && inside(at[1], viewpoint.camera.height)) {
+        return None;
+    }
+    let behind = behind + viewpoint.in_front_of(point, LAYERS + 1);
+    let distance = point.distance(viewpoint.camera.position);
+    let clear = TRANSLUCENT.powi(behind as i32);
+    (behind <= LAYERS).then_some(Dot { at, distance, clear, index })
 }
 
-/// Returns the corners of `paths` photon paths: the start at the light, then each arrival.
-fn paths_of(scene: &Scene, paths: u64, seed: u64) -> Vec<Vec<Vec3>> {
+/// A leg of a path, from end to end, and the fraction of its power that the photon has at both.
+struct Flown {
+    leg: Leg,
+    ends: [Vec3; 2],
+    strengths: [f32; 2],
+}
+
+/// Follows photons without a game of chance: what a surface absorbs they lose.
+struct Fading;
+
+impl<'s, L: Lanes> Guide<'s, L> for Fading {
+    fn scatter(
+        &mut self,
+        at: &Arrived<'s>,
+        power: &Spectrum<L>,
+        scattered: &mut Spectrum<L>,
+        rng: &mut Stream,
+    ) -> Option<Onward> {
+        let BsdfSample { direction, weight, lobe } =
+            at.material.sample::<L>(&at.interaction, Transport::Light, rng)?;
+        *scattered = weight * power;
+        (scattered.largest() > FAINT).then_some(Onward { direction, lobe })
+    }
+}
+
+/// Returns the legs of `paths` photons. Photons that meet no surface are left out.
+fn paths_of(scene: &Scene, paths: u64, bands: &[usize], seed: u64) -> Vec<Vec<Flown>> {
     let all = paths.max(scene.sources() as u64);
     with_lanes!(scene.lanes(), L => {
         let strata = Strata::new(scene.lights(), all, scene.lanes());
         let streams = Streams::new(seed, Purpose::Dots, 0);
         (0..paths)
             .map(|index| {
+                // one of each so many histories, so that all lights take part
+                let history = (u128::from(index) * u128::from(all) / u128::from(paths)) as u64;
                 let mut rng = streams.history(index);
-                let photon = scene.emit::<L>(&strata, index, &mut rng);
-                let mut corners = vec![photon.ray.origin];
-                trace(scene, photon.ray, photon.power, (), &mut rng, |event| {
-                    if let Event::Arrival { at, .. } = event {
-                        corners.push(at.hit.point);
+                let photon = scene.emit::<L>(&strata, history, &mut rng);
+                let weights: Vec<f32> = photon.weights.iter().map(|w| *w as f32).collect();
+                let carried = |power: &Spectrum<L>| -> Vec<f32> {
+                    power.values().iter().zip(&weights).map(|(p, w)| p * w).collect()
+                };
+                let sum = |power: &[f32]| bands.iter().map(|&b| power[b]).sum::<f32>();
+                let first = carried(&photon.power);
+                let emitted = sum(&first);
+                let mut legs = Vec::new();
+                if emitted <= 0.0 {
+                    return legs;
+                }
+                let Ray { origin, direction } = photon.ray;
+                // what comes from the sky is seen from above the scene on
+                let above = if photon.start.is_none() { FROM_SKY * scene.radius() } else { 0.0 };
+                let mut from = origin - above * direction;
+                let mut way = Way::default();
+                let mut left = None;
+                let mut flown = |power: &Spectrum<L>, way, left, ends, rest: f32| {
+                    let power = carried(power);
+                    let strength = sum(&power) / emitted;
+                    let leg = Leg { light: photon.light, way, power, left };
+                    legs.push(Flown { leg, ends, strengths: [strength, rest * strength] });
+                };
+                trace(scene, photon.ray, photon.power, Fading, &mut rng, |event| match event {
+                    Event::Arrival { at, power, lobe, .. } => {
+                        // the scene may describe the place some periods away
+                        let first = if way == Way::default() && left.is_none() { above } else { 0.0 };
+                        let to = from + (first + at.hit.t) * at.interaction.direction;
+                        flown(power, way, left, [from, to], 1.0);
+                        from = to;
+                        left = Some(at.surface.material as usize);
+                        if let Some(lobe) = lobe {
+                            way = onward(way, lobe, at.material.glossy() > 0.0);
+                        }
                     }
+                    Event::Escaped { power, missed: false, direction } => {
+                        let to = from + TAIL * scene.radius() * direction;
+                        flown(power, way, left, [from, to], 0.0);
+                    }
+                    _ => {}
                 });
-                corners
+                legs
             })
             .collect()
     })
+}
+
+/// Returns the way of a photon that a surface has sent on by a lobe.
+fn onward(way: Way, lobe: LobeKind, is_glossy: bool) -> Way {
+    Way {
+        bounces: way.bounces.saturating_add(u16::from(lobe.is_diffuse())),
+        mirrored: way.mirrored || lobe.is_specular(),
+        diffused: way.diffused || (lobe.is_diffuse() && !is_glossy),
+    }
 }

@@ -112,6 +112,18 @@ impl Pixels {
     }
 }
 
+/// What some rays of a pixel have seen: one surface, or what is beyond all.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seen {
+    /// Index of the material; of glass only where nothing opaque is behind it. `None` for rays that
+    /// met no surface, and for those that met one of very many in the pixel.
+    pub material: Option<usize>,
+    /// Their share of the pixel's rays.
+    pub share: f32,
+    /// The mean of what they found, per band.
+    pub values: Vec<f32>,
+}
+
 /// Sums of what the rays of every pixel found, per surface that they met first; pixels are in rows
 /// from the upper left.
 #[derive(Clone, Debug, PartialEq)]
@@ -137,11 +149,6 @@ impl Fragments {
     /// Returns the number of rays of each pixel.
     pub fn rays(&self) -> u32 {
         self.rays
-    }
-
-    /// Returns the number of pixels.
-    pub(super) fn pixel_count(&self) -> usize {
-        self.starts.len() - 1
     }
 
     /// Returns the indices of the fragments of a pixel.
@@ -232,13 +239,28 @@ impl Fragments {
     /// Returns the mean of the colours (linear) of each pixel's rays: `colour` gives that of a
     /// surface from its values per band, and rays that met none show `paper`.
     pub fn in_colours(&self, paper: Vec3, colour: impl Fn(&[f32]) -> Vec3) -> Vec<Vec3> {
-        let beside_paper = |fragment: usize| {
-            let values: Vec<f32> = (0..self.bands).map(|b| self.found(fragment, b)).collect();
-            let share = self.all[fragment].rays as f32 / self.rays as f32;
-            share * (colour(&values) - paper)
+        let pixel = |pixel| {
+            let beside_paper = |seen: Seen| seen.share * (colour(&seen.values) - paper);
+            paper + self.seen(pixel).map(beside_paper).sum::<Vec3>()
         };
-        let pixel = |pixel| paper + self.of(pixel).map(beside_paper).sum::<Vec3>();
         (0..self.pixel_count()).map(pixel).collect()
+    }
+
+    /// Returns the number of pixels.
+    pub fn pixel_count(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Returns what the rays of a pixel have seen, surface by surface.
+    pub fn seen(&self, pixel: usize) -> impl Iterator<Item = Seen> {
+        self.of(pixel).map(|index| {
+            let Fragment { guide, rays } = &self.all[index];
+            Seen {
+                material: guide.as_ref().map(|guide| guide.material as usize),
+                share: *rays as f32 / self.rays as f32,
+                values: (0..self.bands).map(|b| self.found(index, b)).collect(),
+            }
+        })
     }
 
     /// Returns the mean over the rays of a fragment in a band.

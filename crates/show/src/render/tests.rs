@@ -5,9 +5,10 @@ use std::{path::Path, sync::atomic::AtomicBool};
 use serde_json::{Value, json};
 
 use super::{
-    FirstVisible, Fragments, Gather, Pixels, Sampling, Show, Viewpoint, gloss::Gloss, painted,
-    render,
+    FirstVisible, Fragments, Gather, Ghosts, Paths, Pixels, Sampling, Show, Viewpoint,
+    gloss::Gloss, painted, path_dots, photon_dots, render,
 };
+use crate::picture::Ground;
 use phylux_core::{
     math::{
         geometry::{Frame, Ray},
@@ -390,11 +391,11 @@ fn a_closed_room_is_seen_from_inside() {
         let viewpoint =
             Viewpoint::new(&loaded.scene, &view).unwrap_or_else(|e| panic!("{e}")).cut_open();
         let middle = |corner: Point| glam::DVec3::from(corner) - loaded.scene.center();
-        assert!(viewpoint.sees(middle([1.0, 1.0, 0.21]).as_vec3()));
-        assert!(viewpoint.sees(middle([1.9, 1.9, 0.1]).as_vec3()));
+        assert!(viewpoint.in_front_of(middle([1.0, 1.0, 0.21]).as_vec3(), 9) == 0);
+        assert!(viewpoint.in_front_of(middle([1.9, 1.9, 0.1]).as_vec3(), 9) == 0);
         // the far walls are not cut away
         let beyond = middle([2.5, 2.5, 0.5]).as_vec3();
-        assert!(!viewpoint.sees(beyond));
+        assert!(viewpoint.in_front_of(beyond, 9) > 0);
         let sampling = Sampling { rays: 1, before: 0, seed: 1, threads: 1 };
         let seen =
             painted(&viewpoint, sampling, &CONTROL, |ray| match viewpoint.first_visible(ray) {
@@ -447,7 +448,7 @@ fn the_floors_of_a_rack_stay() {
     let viewpoint = viewpoint.cut_open();
     let above = |z: f64| (glam::DVec3::new(0.6, 0.3, z) - loaded.scene.center()).as_vec3();
     // the upper floor hides the middle of the lower one, and nothing hides the upper one
-    assert!(viewpoint.sees(above(1.31)) && viewpoint.sees(above(1.9)));
+    assert!(viewpoint.in_front_of(above(1.31), 9) + viewpoint.in_front_of(above(1.9), 9) == 0);
     let down = phylux_core::math::geometry::Ray { origin: above(2.5), direction: -glam::Vec3::Z };
     let first = viewpoint.opaque(&down).expect("a floor");
     assert!((first.t - 1.2).abs() < 0.01, "the upper floor is {} m below", first.t);
@@ -533,4 +534,107 @@ fn tubes_are_round_and_blocks_have_edges() {
     // the right side is in the shade, and each side is even
     assert!(block[35..58].iter().all(|value| *value > 0.98), "{block:?}");
     assert!(block[62..85].iter().all(|value| *value < 0.2), "{block:?}");
+}
+
+/// Returns a room with grey walls that a camera in it sees, with a sheet across its middle.
+fn grey_room(sheet: bool) -> LoadedScene {
+    let walls = inside_out(cuboid([-1.0; 3], [1.0; 3]));
+    let across = [[[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 0.5], [-1.0, 0.0, 0.5]]];
+    let scene = json!({
+        "materials": { "wall": { "type": "lambert", "reflectance": 0.5 } },
+        "lights": [{ "type": "point", "position": [0, 0.4, 0.9], "power": 1 }],
+        "camera": {
+            "position": [0, -0.9, 0], "look_at": [0, 1, 0], "fov_deg": 80, "width": 80, "height": 60
+        },
+    });
+    let objects: [(&str, &str, &[_]); 2] = [("walls", "wall", &walls), ("across", "wall", &across)];
+    load(scene, if sheet { &objects } else { &objects[..1] })
+}
+
+fn some_paths(loaded: &LoadedScene) -> Paths {
+    let viewpoint = viewpoint(loaded);
+    path_dots(&loaded.scene, &viewpoint, 50, &[0], 1, &CONTROL).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A path fades with its power: it leaves its lamp with all, and each wall of reflectance 0.5 takes
+/// half of what is left, until it ends. All along a leg its dots are alike, and none is farther than
+/// about a pixel from the one before it.
+#[test]
+fn paths_bend_at_surfaces_and_fade() {
+    let paths = some_paths(&grey_room(false));
+    let mut met = [0; 6];
+    for of_leg in paths.dots.chunk_by(|(a, _), (b, _)| a.index == b.index) {
+        let leg = &paths.legs[of_leg[0].0.index];
+        let bounces = usize::from(leg.way.bounces);
+        let exact = 0.5f32.powi(bounces as i32);
+        for (dot, strength) in of_leg {
+            assert!((strength - exact).abs() < 1e-5, "{bounces}: {strength}");
+            assert_eq!(dot.clear, 1.0, "nothing stands in the room");
+        }
+        for pair in of_leg.windows(2) {
+            let [a, b] = [pair[0].0.at, pair[1].0.at];
+            assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1.5, "{a:?} {b:?}");
+        }
+        met[bounces.min(5)] += 1;
+    }
+    // every photon goes on until little is left, so there are as many legs of each kind
+    assert!(met.iter().all(|met| *met >= 20), "{met:?}");
+}
+
+/// What leaves the scene fades to nothing along its way.
+#[test]
+fn a_path_that_leaves_fades_to_nothing() {
+    let floor = [[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]];
+    let scene = json!({
+        "materials": { "floor": { "type": "lambert", "reflectance": 0.8 } },
+        "lights": [{ "type": "spot", "position": [0, 0, 1], "direction": [0, 0, -1], "half_angle_deg": 20, "power": 1 }],
+        "camera": { "position": [0, -5, 1], "look_at": [0, 0, 0.3], "width": 200, "height": 150 },
+    });
+    let paths = some_paths(&load(scene, &[("floor", "floor", &floor)]));
+    let scattered = |index: usize| paths.legs[index].way.bounces == 1;
+    let legs = paths.dots.chunk_by(|(a, _), (b, _)| a.index == b.index);
+    let legs: Vec<_> = legs.filter(|dots| scattered(dots[0].0.index) && dots.len() > 9).collect();
+    assert!(legs.len() > 25, "{}", legs.len());
+    for dots in legs {
+        let strengths: Vec<f32> = dots.iter().map(|(_, strength)| *strength).collect();
+        assert!(strengths.is_sorted_by(|a, b| a > b), "{strengths:?}");
+        assert!(strengths[0] > 0.7 && strengths[strengths.len() - 1] < 0.1, "{strengths:?}");
+    }
+}
+
+/// Photons are dimmer behind a sheet and on the sides that face away, and all of them are there; so
+/// are the same on any number of threads. Surfaces behind them are dim on a dark ground, and pale on
+/// a light one.
+#[test]
+fn photons_shine_through_surfaces() {
+    let loaded = grey_room(true);
+    let light = lit(&loaded, 20_000);
+    let viewpoint = viewpoint(&loaded);
+    let dots = |threads| {
+        photon_dots(&light, &viewpoint, threads, &CONTROL).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let positions = light.map.positions();
+    let (all, centre) = (dots(1), loaded.scene.center().as_vec3());
+    assert_eq!(all, dots(3));
+    let mut counts = [0; 2];
+    for dot in &all {
+        let point = positions[dot.index] + centre;
+        // the sheet hides the far half of the room from the eye, but for what is above its edge
+        let sight = 0.9 / (point.y + 0.9) * point.z;
+        let is_hidden = point.y > 1e-3 && sight < 0.499;
+        let is_open = point.y < -1e-3 || (point.y > 1e-3 && sight > 0.501);
+        let expected = if is_hidden { 0.35 } else { 1.0 };
+        if is_hidden || is_open {
+            assert_eq!(dot.clear, expected, "{point}");
+            counts[usize::from(is_hidden)] += 1;
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 500), "{counts:?}");
+
+    for (ground, range) in [(Ground::Dark, 0.001..0.08), (Ground::Light, 0.5..0.95)] {
+        let ghosts = Ghosts::new(&viewpoint, ground);
+        let ray = viewpoint.camera.ray(40.0, 30.0);
+        let seen = ghosts.colour(&viewpoint, &ray);
+        assert!(seen.to_array().iter().all(|c| range.contains(c)), "{ground:?}: {seen}");
+    }
 }

@@ -126,28 +126,23 @@ impl<'a> Viewpoint<'a> {
 
     /// Returns the first surface along a ray from the viewpoint, apart from those cut away.
     pub fn closest(&self, ray: &Ray) -> Option<SurfaceHit> {
-        self.first(ray, |_| false)
+        self.first(ray, |_| true)
     }
 
     /// Returns the first surface along a ray that cannot be seen through, apart from those cut
     /// away. The ray goes straight through glass and water, as if they did not bend light.
     pub fn opaque(&self, ray: &Ray) -> Option<SurfaceHit> {
-        self.first(ray, |triangle| self.scene.material(&self.scene.surface(triangle)).is_clear())
+        self.first(ray, |is_clear| !is_clear)
     }
 
-    /// Returns the first surface that is neither cut away nor one that `passed` lets the ray pass.
-    fn first(&self, ray: &Ray, passed: impl Fn(usize) -> bool) -> Option<SurfaceHit> {
-        let (mut ray, mut travelled) = (*ray, 0.0);
-        loop {
-            let hit = self.scene.closest(&ray)?;
-            let t = travelled + hit.t;
-            let cut = self.cut.get(hit.triangle).is_some_and(|cut| *cut);
-            if !cut && !passed(hit.triangle) {
-                return Some(SurfaceHit { t, ..hit });
-            }
-            ray = self.scene.pass(&hit, ray.direction);
-            travelled = t;
-        }
+    /// Returns the first surface that is `wanted`, by whether one can see through it.
+    fn first(&self, ray: &Ray, wanted: impl Fn(bool) -> bool) -> Option<SurfaceHit> {
+        let mut first = None;
+        self.each_surface(ray, |hit, is_clear| {
+            first = wanted(is_clear).then_some(*hit);
+            first.is_none()
+        });
+        first
     }
 
     /// Returns the first opaque surface along a ray; virtual captors are left out.
@@ -185,12 +180,38 @@ impl<'a> Viewpoint<'a> {
         visible
     }
 
-    /// Returns whether nothing opaque lies between the viewpoint and a point.
-    pub fn sees(&self, point: Vec3) -> bool {
+    /// Returns the number of opaque surfaces between the viewpoint and a point, at most `most`, apart
+    /// from those cut away. The line of sight goes straight through glass and water.
+    pub fn in_front_of(&self, point: Vec3, most: usize) -> usize {
         let towards = point - self.camera.position;
         let distance = towards.length();
-        let Some(direction) = towards.try_normalize() else { return false };
-        let hit = self.opaque(&Ray { origin: self.camera.position, direction });
-        hit.is_none_or(|hit| hit.t >= distance * (1.0 - 1e-4) - closeness(point))
+        let Some(direction) = towards.try_normalize() else { return 0 };
+        let end = distance * (1.0 - 1e-4) - closeness(point);
+        let mut count = 0;
+        self.each_surface(&Ray { origin: self.camera.position, direction }, |hit, is_clear| {
+            count += usize::from(!is_clear && hit.t < end);
+            hit.t < end && count < most
+        });
+        count
+    }
+
+    /// Visits the surfaces along a ray from the viewpoint, apart from those cut away, with whether
+    /// one can see through them, as long as `visit` returns true. The ray goes straight on.
+    pub fn each_surface(&self, ray: &Ray, mut visit: impl FnMut(&SurfaceHit, bool) -> bool) {
+        let (mut ray, mut travelled) = (*ray, 0.0);
+        while let Some(hit) = self.scene.closest(&ray) {
+            let t = travelled + hit.t;
+            let is_clear = self.scene.material(&self.scene.surface(hit.triangle)).is_clear();
+            if !self.is_cut(hit.triangle) && !visit(&SurfaceHit { t, ..hit }, is_clear) {
+                return;
+            }
+            ray = self.scene.pass(&hit, ray.direction);
+            travelled = t;
+        }
+    }
+
+    /// Returns whether a triangle is cut away.
+    pub fn is_cut(&self, triangle: usize) -> bool {
+        self.cut.get(triangle).is_some_and(|cut| *cut)
     }
 }

@@ -1,0 +1,64 @@
+//! Dim, translucent surfaces, behind the photons in a picture.
+
+use glam::Vec3;
+
+use super::{
+    Viewpoint,
+    dots::{LAYERS, TRANSLUCENT},
+};
+use crate::{kinds::Kind, picture::Ground};
+use phylux_core::math::geometry::Ray;
+
+/// How surfaces look behind photons: each lets some of what is behind it through.
+pub struct Ghosts {
+    ground: Ground,
+    /// The colour of each material, linear.
+    tints: Vec<Vec3>,
+}
+
+/// Brightness of surfaces on a dark ground, as linear light: what faces the viewer, and what is more
+/// at its rim.
+const DIM: [f32; 2] = [0.010, 0.030];
+/// The share of light that surfaces take from a light ground, the same.
+const GREY: [f32; 2] = [0.10, 0.40];
+/// How much a rim of glass shows, in place of a rim of an opaque surface.
+const GLASS: f32 = 0.7;
+
+impl Ghosts {
+    /// Makes the surfaces of a scene look a little like what their materials stand for.
+    pub fn new(viewpoint: &Viewpoint, ground: Ground) -> Self {
+        let tint = |material| Vec3::ONE.lerp(Kind::of(material).mark(), 0.5);
+        Self { ground, tints: viewpoint.scene.materials().iter().map(tint).collect() }
+    }
+
+    /// Returns the linear colour along a ray from the viewpoint.
+    pub fn colour(&self, viewpoint: &Viewpoint, ray: &Ray) -> Vec3 {
+        let (mut light, mut through, mut opaque) = (Vec3::ZERO, Vec3::ONE, 0);
+        viewpoint.each_surface(ray, |hit, is_clear| {
+            let surface = viewpoint.scene.surface(hit.triangle);
+            let cos = ray.direction.dot(surface.normal).abs();
+            let tint = self.tints[surface.material as usize];
+            let rim = (1.0 - cos).powi(2);
+            let [face, edge] = match self.ground {
+                Ground::Dark => DIM,
+                Ground::Light => GREY,
+            };
+            let shade = if is_clear { GLASS * edge * rim * rim } else { face + edge * rim };
+            match self.ground {
+                Ground::Dark => light += through * tint * shade,
+                Ground::Light => through *= Vec3::ONE - shade * (1.3 - tint),
+            }
+            if !is_clear {
+                opaque += 1;
+                if let Ground::Dark = self.ground {
+                    through *= TRANSLUCENT;
+                }
+            }
+            opaque < LAYERS
+        });
+        match self.ground {
+            Ground::Dark => light + through * self.ground.linear(),
+            Ground::Light => through * self.ground.linear(),
+        }
+    }
+}
