@@ -807,7 +807,7 @@ def evening():
         "site": {"latitude": LATITUDE, "longitude": LONGITUDE}, "time": "2025-06-21T20:20+02:00",
         "weather": {"direct_normal": 400, "diffuse_horizontal": 45},
         "lights": [{"type": "sun", "share": LOW_SUN}, {"type": "sky", "share": CLEAR_SKY}],
-        "camera": {"position": [2.4, -1.2, 1.7], "look_at": [4.2, 4, 0.3], "up": [0, 0, 1], "fov_deg": 58,
+        "camera": {"position": [4.6, -1.2, 1.55], "look_at": [0.6, 3.5, 0.75], "up": [0, 0, 1], "fov_deg": 58,
                    "width": 1200, "height": 675},
         "settings": {"photons": 2000000, "seed": 1},
     })

@@ -535,8 +535,9 @@ class Scene:
                 ``show="radiance"`` and W/m2 otherwise (or the same in umol/s); 0 where no surface is seen.
             options: options of ``phylux render``, which docs/pictures.md explains. What is shown: ``show``
                 (``"radiance"``, ``"irradiance"``, ``"absorbed"``, ``"error"``, ``"captors"``, ``"photons"``),
-                ``band="red"``, ``log=True``, ``range=(0, 100)``, ``exposure``, ``denoise="off"``, ``results=result``,
-                ``colour``, ``paths``. From where: ``position=[x, y, z]``, ``look_at=[x, y, z]``, ``up=[x, y, z]``,
+                ``band="red"``, ``log=True``, ``range=(0, 100)``, ``exposure``, ``white_balance="none"``,
+                ``denoise="off"``, ``results=result``, and for photons ``colour="lamp"``, ``ground="light"``,
+                ``paths=50``. From where: ``position=[x, y, z]``, ``look_at=[x, y, z]``, ``up=[x, y, z]``,
                 ``fov_deg``, ``width``, ``height``. How well: ``rays``, ``max_time``, ``gather``, ``map_photons``,
                 ``k``, ``photons``, ``seed``, ``threads``.
 

@@ -116,13 +116,7 @@ impl Task<'_> {
         let bands = BandColours::new(scene.bands(), scene.quantity());
         let by = self.arguments.colour;
         // the light of the lamps themselves is white
-        let mut sums = vec![0.0; scene.bands().len()];
-        for (i, way) in light.map.ways().iter().enumerate() {
-            if way.bounces == 0 {
-                sums.iter_mut().zip(light.map.power(i)).for_each(|(sum, power)| *sum += power);
-            }
-        }
-        let white = bands.linear(&sums);
+        let white = bands.linear(&self.straight(light));
         let white =
             white.max(Vec3::splat(LEAST_WHITE * white.max_element().max(f32::MIN_POSITIVE)));
         let histories = light.map.histories as f64;

@@ -10,7 +10,7 @@ use crate::cli::progress::{show, terminal_bar};
 use phylux_core::{
     error::{Error, Result},
     math::geometry::Ray,
-    scene::world::Scene,
+    scene::{material::Scatterer, world::Scene},
     transport::{
         settings::{MapLimit, NearestCount, Settings, TimeLimit},
         simulate::{Control, Progress, light_surfaces},
@@ -156,6 +156,20 @@ impl<'a> Task<'a> {
 
     pub fn light(&self) -> Result<SurfaceLight<'a>> {
         self.watched("photons", |control| light_surfaces(self.scene, &self.settings, control))
+    }
+
+    /// Returns the sum, per band, of the light that has come from lamps and sky to opaque surfaces
+    /// without being scattered on its way.
+    pub fn straight(&self, light: &SurfaceLight) -> Vec<f32> {
+        let mut sums = vec![0.0; self.scene.bands().len()];
+        for (index, way) in light.map.ways().iter().enumerate() {
+            let surface = self.scene.surface(light.map.photons[index].triangle as usize);
+            if way.bounces == 0 && !self.scene.material(&surface).is_clear() {
+                let power = light.map.power(index);
+                sums.iter_mut().zip(power).for_each(|(sum, p)| *sum += f64::from(*p));
+            }
+        }
+        sums.into_iter().map(|sum| sum as f32).collect()
     }
 
     /// Returns what the rays of all pixels find: `--rays` of them for each pixel, or as many as
