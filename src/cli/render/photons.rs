@@ -43,9 +43,9 @@ const CROWDED: f32 = 2.2;
 /// Powers of photons relative to their mean, beyond which they are drawn no fainter or brighter.
 const POWERS: [f32; 2] = [0.15, 5.0];
 /// Radius of the dots of a path, pixels of a picture 800 pixels wide.
-const LINE: f32 = 1.15;
+const LINE: f32 = 1.4;
 /// Light in the middle of a line.
-const LINE_BRIGHT: f32 = 0.75;
+const LINE_BRIGHT: f32 = 0.6;
 
 impl Task<'_> {
     pub fn photons(&self) -> Result<Made> {

@@ -234,17 +234,38 @@ fn dots_along(
     let [Some(a), Some(b)] = [from, to].map(|point| viewpoint.camera.project(point)) else {
         return Vec::new();
     };
-    // at most 2 (width + height) steps, wherever the ends are
-    let most = 2 * (viewpoint.camera.width + viewpoint.camera.height);
-    let steps = ((a[0] - b[0]).hypot(a[1] - b[1]).ceil() as usize).clamp(1, most);
+    let Some([first, last]) = within(viewpoint, a, b) else { return Vec::new() };
+    let length = (last - first) * (a[0] - b[0]).hypot(a[1] - b[1]);
+    let steps = length.ceil().max(1.0) as usize;
     let whole = ends[0].distance(ends[1]);
     let at = |step: usize| {
-        let point = along(viewpoint, [from, to], (step as f32 + 0.5) / steps as f32);
+        let share = first + (last - first) * (step as f32 + 0.5) / steps as f32;
+        let point = along(viewpoint, [from, to], share);
         let flown = if whole > 0.0 { point.distance(ends[0]) / whole } else { 0.0 };
         let strength = strengths[0] + (strengths[1] - strengths[0]) * flown.clamp(0.0, 1.0);
         dot(viewpoint, point, index, 0).map(|dot| (dot, strength))
     };
     (0..steps).filter_map(at).collect()
+}
+
+/// Returns the part of the way between two pixels that is in the picture, as fractions of the way; its
+/// ends may be far outside. `None` if no part is.
+fn within(viewpoint: &Viewpoint, a: [f32; 2], b: [f32; 2]) -> Option<[f32; 2]> {
+    let sizes = [viewpoint.camera.width, viewpoint.camera.height];
+    let (mut first, mut last) = (0.0f32, 1.0f32);
+    for axis in 0..2 {
+        let (from, step, size) = (a[axis], b[axis] - a[axis], sizes[axis] as f32);
+        if step == 0.0 {
+            if !(0.0..size).contains(&from) {
+                return None;
+            }
+            continue;
+        }
+        let [low, high] = [-from / step, (size - from) / step];
+        first = first.max(low.min(high));
+        last = last.min(low.max(high));
+    }
+    (first < last).then_some([first, last])
 }
 
 /// Returns the point at a fraction `share` of the way from one end to the other, measured in the
