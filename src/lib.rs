@@ -129,8 +129,8 @@ pub mod show {
     pub use phylux_show::{
         Chart, Colours, ExportFormat, FirstVisible, Fragments, Gather, Legend, Picture, Pixels,
         PlotStyle, RenderPlan, RenderStage, RenderedScene, Sampling, Scale, Series, Show, Shown,
-        Stroke, Viewpoint, VtkKind, Width, check_export, check_view, painted, render, write_export,
-        write_view,
+        Stroke, Viewpoint, VtkKind, Width, YearLight, check_export, check_view, painted, render,
+        write_export, write_view,
     };
 }
 

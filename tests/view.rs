@@ -2,9 +2,11 @@
 //! a browser (Chromium) have names that begin with `needs_chromium_`.
 
 mod chromium;
+mod controls;
 mod copies;
 mod hours;
 mod opening;
+mod photons;
 mod weight;
 
 use std::{fs, path::Path};
@@ -146,7 +148,7 @@ fn needs_chromium_every_control_does_something() {
     let page = open(&scene, &[]);
     let pixels = || {
         page.settle();
-        text(&page, "renderer.render(scene, camera), renderer.domElement.toDataURL()")
+        text(&page, "render(), renderer.domElement.toDataURL()")
     };
     let mut before = pixels();
     for (what, action) in [
@@ -172,7 +174,7 @@ fn needs_chromium_every_control_does_something() {
              const plane = element('clip').querySelectorAll('input')[1]; plane.value = 0.5; plane.dispatchEvent(new Event('input'))",
         ),
         ("unlit sides", "element('dark').click()"),
-        ("shading", "element('shade').click()"),
+        ("lines at edges", "element('shade').click()"),
         ("an object", "element('objects').querySelectorAll('input')[1].click()"),
         ("a material", "element('materials').querySelector('input').click()"),
         (
@@ -186,6 +188,10 @@ fn needs_chromium_every_control_does_something() {
         (
             "power",
             "element('photonColour').value = 'power'; element('photonColour').dispatchEvent(new Event('change'))",
+        ),
+        (
+            "size",
+            "element('photonSize').value = 2; element('photonSize').dispatchEvent(new Event('input'))",
         ),
     ] {
         page.evaluate(&format!("{action}; 0"));
@@ -419,8 +425,9 @@ fn needs_chromium_the_link_keeps_the_view() {
     page.no_complaints();
 }
 
-/// The saved picture has the size of the canvas, a colour bar that ends in yellow, and a dark
-/// background if the dark theme is chosen.
+/// The saved picture holds the canvas, and below it the colour bar on the page's ground, which is
+/// dark if the dark theme is chosen. Its text has a contrast of 4.5 or more to its ground, whatever
+/// the scene shows.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_a_picture_has_its_colour_bar() {
@@ -429,16 +436,20 @@ fn needs_chromium_a_picture_has_its_colour_bar() {
     page.settle();
     let found = page.evaluate(
         "(() => { const c = picture(), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
-         let [yellow, dark] = [0, 0];
-         for (let i = 0; i < d.length; i += 4) {
+         const below = renderer.domElement.height + (c.height - renderer.domElement.height) / 3;
+         let [yellow, dark, light, all] = [0, 0, 0, 0];
+         for (let i = 4 * c.width * Math.round(below); i < d.length; i += 4) {
+           all++;
            yellow += d[i] > 240 && d[i + 1] > 200 && d[i + 2] < 60;
            dark += d[i] === 0x16 && d[i + 1] === 0x18;
+           light += d[i] > 0xe0 && d[i + 2] > 0xe0;
          }
-         return [c.width === renderer.domElement.width, yellow, dark / (d.length / 4)]; })()",
+         return [c.width === renderer.domElement.width && c.height > renderer.domElement.height + 40, yellow, dark / all, light]; })()",
     );
     assert_eq!(found[0], true);
     assert!(found[1].as_f64() >= Some(5.0), "no end of the bar: {found}");
-    assert!(found[2].as_f64() > Some(0.2), "no dark ground: {found}");
+    assert!(found[2].as_f64() > Some(0.5), "no dark ground: {found}");
+    assert!(found[3].as_f64() > Some(50.0), "no light text: {found}");
     page.no_complaints();
 }
 

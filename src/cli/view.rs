@@ -6,15 +6,14 @@ use clap::Args;
 
 use super::rendered::{self, Source};
 use phylux_core::{error::Result, scene::world::Scene};
-use phylux_files::year_table::{Face, YearTable};
-use phylux_show::view::{check_view, write_view};
+use phylux_show::view::{YearLight, check_view, write_view};
 
 #[derive(Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
     source: Source,
-    /// Folder that `phylux year` has written for this scene: sliders show the captors in the light
-    /// of any hour
+    /// Folder that `phylux year` has written for this scene: the page shows the captors in the light
+    /// of any hour, day or month, and plays it
     #[arg(long, value_name = "DIR")]
     year: Option<PathBuf>,
     /// Page to write; it opens in a browser and needs no network
@@ -23,21 +22,20 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let hours = arguments.year.as_deref();
-    let hours = hours.map(|folder| YearTable::read(folder, "hours", Face::Front)).transpose()?;
-    let hours = hours.as_ref();
+    let year = arguments.year.as_deref().map(YearLight::read).transpose()?;
+    let year = year.as_ref();
     let check = |scene: &Scene| {
         let most = check_view(scene)?;
-        hours.map_or(Ok(()), |hours| hours.check_scene(scene))?;
+        year.map_or(Ok(()), |year| year.check_scene(scene))?;
         Ok(most)
     };
-    let files: Vec<PathBuf> = hours.iter().map(|hours| hours.path.clone()).collect();
+    let files: Vec<PathBuf> = year.into_iter().flat_map(YearLight::paths).cloned().collect();
     rendered::write(
         &arguments.source,
         &files,
         &arguments.output,
         false,
         &check,
-        |rendered, writer| write_view(rendered, hours, writer),
+        |rendered, writer| write_view(rendered, year, writer),
     )
 }

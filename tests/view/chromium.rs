@@ -32,6 +32,11 @@ const PATIENCE: Duration = Duration::from_secs(900);
 impl Page {
     /// Opens a file in a new browser.
     pub fn open(path: &Path) -> Self {
+        Self::open_at(&format!("file://{}", path.display()))
+    }
+
+    /// Opens an address in a new browser.
+    pub fn open_at(address: &str) -> Self {
         let program = chromium().expect("install Chromium: none is on the PATH");
         let profile = tempfile::tempdir().expect("a folder");
         // the protocol uses the file descriptors 3 and 4
@@ -67,7 +72,7 @@ impl Page {
         for domain in ["Runtime", "Log", "Page"] {
             page.call(&format!("{domain}.enable"), json!({}));
         }
-        page.call("Page.navigate", json!({ "url": format!("file://{}", path.display()) }));
+        page.call("Page.navigate", json!({ "url": address }));
         page
     }
 
@@ -83,8 +88,9 @@ impl Page {
 
     /// Returns the value of an expression in the page, or null if it fails.
     pub fn evaluate(&self, expression: &str) -> Value {
-        let arguments =
-            json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
+        // with the functions of the console, such as getEventListeners
+        let arguments = json!({ "expression": expression, "awaitPromise": true,
+            "returnByValue": true, "includeCommandLineAPI": true });
         self.call("Runtime.evaluate", arguments)["result"]["value"].clone()
     }
 
@@ -116,6 +122,14 @@ impl Page {
         self.mouse("mousePressed", x, y);
         self.mouse("mouseReleased", x, y);
         self.settle();
+    }
+
+    /// Presses a key, of which the code is that of Windows.
+    pub fn key(&self, key: &str, code: u32) {
+        for kind in ["rawKeyDown", "keyUp"] {
+            let event = json!({ "type": kind, "key": key, "windowsVirtualKeyCode": code });
+            self.call("Input.dispatchKeyEvent", event);
+        }
     }
 
     /// Asserts that the console holds no errors or warnings.

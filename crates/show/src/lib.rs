@@ -31,5 +31,5 @@ pub use render::{
     FirstVisible, Fragments, Gather, Pixels, Sampling, Show, Viewpoint, painted, render,
 };
 pub use rendered::{RenderPlan, RenderStage, RenderedScene};
-pub use view::{check_view, write_view};
+pub use view::{YearLight, check_view, write_view};
 pub use vtk::VtkKind;

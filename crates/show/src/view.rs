@@ -1,14 +1,16 @@
 //! Writes a scene with its light as one HTML page that needs no network: WebGL by three.js, with
 //! all data in the page.
 
-mod hours;
 mod levels;
+mod photons;
 pub(crate) mod shapes;
+mod year;
 
 use std::io::{self, Write};
 
 use base64::{Engine, engine::general_purpose::STANDARD, write::EncoderWriter};
 use flate2::{Compression, write::ZlibEncoder};
+use glam::Vec3;
 use serde_json::{Value, json};
 
 use crate::{
@@ -16,8 +18,8 @@ use crate::{
     rendered::{MOST_TILES, RenderedScene},
     xml::allowed,
 };
-use hours::Hours;
 use levels::Levels;
+use photons::Shown;
 use phylux_core::{
     error::{Error, Result},
     math::{geometry::Extent, stats::Estimate, units::printed},
@@ -30,14 +32,13 @@ use phylux_core::{
     },
     transport::surface_light::SurfaceLight,
 };
-use phylux_files::year_table::YearTable;
 use phylux_results::saved::CaptorValues;
 use shapes::{Shape, quantised, shapes};
+pub use year::YearLight;
+use year::{Series, daily_unit};
 
 /// Limit on the number of captors.
 const MOST_CAPTORS: usize = 500_000;
-/// Limit on the number of photons, which are those of the first histories.
-const MOST_PHOTONS: usize = 50_000;
 /// Bytes of an array that are deflated at a time.
 const PIECE: usize = 1 << 16;
 /// Limit on the number of lights that are outlined.
@@ -45,15 +46,21 @@ const MOST_LIGHTS: usize = 10_000;
 
 const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
-const SCRIPTS: [&str; 7] = [
+const SCRIPTS: [&str; 11] = [
     include_str!("view/data.js"),
     include_str!("view/draw.js"),
     include_str!("view/smooth.js"),
+    include_str!("view/photons.js"),
     include_str!("view/table.js"),
+    include_str!("view/bar.js"),
+    include_str!("view/year.js"),
     include_str!("view/link.js"),
     include_str!("view/panel.js"),
+    include_str!("view/keys.js"),
     include_str!("view/start.js"),
 ];
+/// Runs before the data, and shows how much of it has come.
+const LOADING: &str = include_str!("view/loading.js");
 /// three.js, MIT; see `view/three.md`.
 const THREE: &str = include_str!("view/three.min.js");
 const THREE_LICENCE: &str = include_str!("view/three.LICENSE");
@@ -76,10 +83,10 @@ pub fn check_view(scene: &Scene) -> Result<usize> {
     Ok(MOST_TILES)
 }
 
-/// Writes the page, with the hours of a year of this scene if they are given.
+/// Writes the page, with the light of a year of this scene if it is given.
 pub fn write_view(
     rendered: &RenderedScene,
-    hours: Option<&YearTable>,
+    year: Option<&YearLight>,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
     for piece in PAGE.split_inclusive("-->") {
@@ -94,7 +101,8 @@ pub fn write_view(
             "style" => writer.write_all(STYLE.as_bytes())?,
             "three" => write!(writer, "/*\n{THREE_LICENCE}*/\n{THREE}")?,
             "script" => writer.write_all(SCRIPTS.join("\n").as_bytes())?,
-            "data" => write_data(rendered, hours, writer)?,
+            "loading" => writer.write_all(LOADING.as_bytes())?,
+            "data" => write_data(rendered, year, writer)?,
             _ => return Err(io::Error::other(format!("page.html: no `{slot}` to fill in"))),
         }
     }
@@ -106,29 +114,19 @@ fn escaped(text: &str) -> String {
     allowed(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// Writes the facts as JSON, and long lists of numbers deflated (zlib) in base64.
-fn write_data(
-    rendered: &RenderedScene,
-    hours: Option<&YearTable>,
-    writer: &mut dyn Write,
-) -> io::Result<()> {
-    let hours = hours.map(|file| {
-        let captors = rendered.scene.captors().iter().map(|captor| captor.id.as_str());
-        let groups = rendered.groups.iter().map(|group| group.values.id.as_str());
-        Hours::new(file, captors.chain(groups))
-    });
-    let shapes = shapes(rendered.scene, &rendered.tiles);
-    let facts = facts(rendered, &shapes, hours.as_ref()).to_string();
-    // only `<` could end a script element
-    script(writer, "facts", "application/json", &facts.replace('<', "\\u003c"))?;
-    let mut array = |name: &str, bytes: &mut dyn Iterator<Item = u8>| {
-        write!(writer, "<script type=\"application/octet-stream\" id=\"{name}\">")?;
-        let text = EncoderWriter::new(&mut *writer, &STANDARD);
-        // piece by piece, because an array can be as large as all the light
-        let mut deflated = ZlibEncoder::new(text, Compression::default());
+/// Long lists of numbers, deflated (zlib) in base64, with their names.
+#[derive(Default)]
+struct Arrays(Vec<(&'static str, Vec<u8>)>);
+
+impl Arrays {
+    /// Adds an array, piece by piece, because it can be as large as all the light.
+    fn add(&mut self, name: &'static str, mut bytes: impl Iterator<Item = u8>) -> io::Result<()> {
+        let mut text = Vec::new();
+        let encoder = EncoderWriter::new(&mut text, &STANDARD);
+        let mut deflated = ZlibEncoder::new(encoder, Compression::default());
         let mut piece = Vec::with_capacity(PIECE);
         loop {
-            piece.extend(bytes.take(PIECE));
+            piece.extend(bytes.by_ref().take(PIECE));
             if piece.is_empty() {
                 break;
             }
@@ -136,75 +134,143 @@ fn write_data(
             piece.clear();
         }
         deflated.finish()?.finish()?;
-        writeln!(writer, "</script>")
-    };
-    let corners = shapes.iter().flat_map(|shape| {
-        let corners = shape.triangles(rendered.scene, &rendered.tiles);
-        corners.flat_map(|t| [t.a, t.b, t.c]).flat_map(move |p| quantised(p, &shape.extent))
-    });
-    array("corners", &mut shorts(corners))?;
-    let starts: Vec<u32> =
-        shapes.iter().flat_map(|s| s.merged).flat_map(|m| &m.starts).copied().collect();
-    if !starts.is_empty() {
-        array("starts", &mut starts.into_iter().flat_map(u32::to_le_bytes))?;
+        self.0.push((name, text));
+        Ok(())
     }
-    let placements = shapes.iter().flat_map(|shape| shape.placements.as_flattened());
-    array("placements", &mut floats(placements.copied()))?;
-    let index = |index: Option<usize>| index.map_or(-1, |i| i as i32);
-    let parts = rendered.tiles.parts.iter().flat_map(|part| {
-        [index(part.object), index(part.material), index(part.captor), part.tiles.start as i32]
-    });
-    array("parts", &mut parts.flat_map(i32::to_le_bytes))?;
-    let (arrived, kept) = (levels(rendered, most_arrived(rendered)), levels(rendered, 1.0));
-    let local = arriving(rendered).map(|value| arrived.level(value));
-    let local = local.chain(kept_shares(rendered).map(|share| kept.level(share)));
-    match arrived.is_byte() {
-        true => array("local", &mut local.map(|level| level as u8))?,
-        false => array("local", &mut shorts(local))?,
-    }
-    let bands = rendered.scene.band_names().count();
-    let groups = rendered.groups.iter().map(|group| &group.values);
-    array("captors", &mut floats(received(&rendered.captors, bands)))?;
-    array("groups", &mut floats(received(groups.clone(), bands)))?;
-    if rendered.is_by_light() {
-        let lights = rendered.scene.lights().len();
-        let both = rendered.captors.iter().chain(groups);
-        array("byLight", &mut floats(received_of_lights(both, lights, bands)))?;
-    }
-    array("shares", &mut shares(rendered))?;
-    if let Some(hours) = &hours {
-        let slots = hours.slots.iter().flat_map(|slot| slot.to_le_bytes());
-        array("hourSlots", &mut { slots })?;
-        array("hourValues", &mut shorts(hours.value_levels.iter().copied()))?;
-        array("hourErrors", &mut hours.error_levels.iter().copied())?;
-    }
-    if let Some(light) = &rendered.light {
-        let shown = shown_photons(light);
-        let positions = light.map.positions();
-        let levels = Levels::fine(most_power(light, &shown));
-        let extent = extent(rendered);
-        let places = shown.iter().flat_map(|&i| quantised(positions[i], &extent));
-        array("photonPlaces", &mut shorts(places))?;
-        let powers = shown.iter().flat_map(|&i| light.map.power(i));
-        array("photonPowers", &mut shorts(powers.map(|power| levels.level(*power))))?;
-        let normals = shown.iter().flat_map(|&i| face_normal(light, i));
-        array("photonNormals", &mut normals.flat_map(i8::to_le_bytes))?;
-        let bounce = |i: &usize| light.map.ways().get(*i).map_or(0, |way| way.bounces);
-        array("photonBounces", &mut shorts(shown.iter().map(bounce)))?;
+}
+
+/// Writes the facts as JSON, then the arrays. The facts say how long these are, so that the page can
+/// show how much of them has come.
+fn write_data(
+    rendered: &RenderedScene,
+    year: Option<&YearLight>,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
+    let series: Vec<(&str, Series)> = year
+        .into_iter()
+        .flat_map(YearLight::tables)
+        .map(|(name, table)| (name, Series::new(rendered.scene, table)))
+        .collect();
+    let shapes = shapes(rendered.scene, &rendered.tiles);
+    let shown = rendered.light.as_ref().map(|light| photons::shown(light, &extent(rendered)));
+    let shown = shown.unwrap_or_default();
+    let mut facts = facts(rendered, &shapes, &series, &shown);
+    let arrays = arrays(rendered, &shapes, &series, &shown)?;
+    facts["bytes"] = arrays.0.iter().map(|(_, text)| text.len()).sum::<usize>().into();
+    // only `<` could end a script element
+    let facts = facts.to_string().replace('<', "\\u003c");
+    writeln!(writer, "<script type=\"application/json\" id=\"facts\">{facts}</script>")?;
+    for (name, text) in arrays.0 {
+        let size = text.len();
+        write!(
+            writer,
+            "<script type=\"application/octet-stream\" data-size=\"{size}\" id=\"{name}\">"
+        )?;
+        writer.write_all(&text)?;
+        writeln!(writer, "</script>")?;
     }
     Ok(())
 }
 
-fn script(writer: &mut dyn Write, id: &str, kind: &str, text: &str) -> io::Result<()> {
-    writeln!(writer, "<script type=\"{kind}\" id=\"{id}\">{text}</script>")
+/// Returns all numbers of a page.
+fn arrays(
+    rendered: &RenderedScene,
+    shapes: &[Shape],
+    series: &[(&str, Series)],
+    shown: &[Shown],
+) -> io::Result<Arrays> {
+    let mut arrays = Arrays::default();
+    let corners = shapes.iter().flat_map(|shape| {
+        let corners = shape.triangles(rendered.scene, &rendered.tiles);
+        corners.flat_map(|t| [t.a, t.b, t.c]).flat_map(move |p| quantised(p, &shape.extent))
+    });
+    arrays.add("corners", shorts(corners))?;
+    let starts: Vec<u32> =
+        shapes.iter().flat_map(|s| s.merged).flat_map(|m| &m.starts).copied().collect();
+    if !starts.is_empty() {
+        arrays.add("starts", starts.into_iter().flat_map(u32::to_le_bytes))?;
+    }
+    let placements = shapes.iter().flat_map(|shape| shape.placements.as_flattened());
+    arrays.add("placements", floats(placements.copied()))?;
+    let index = |index: Option<usize>| index.map_or(-1, |i| i as i32);
+    let parts = rendered.tiles.parts.iter().flat_map(|part| {
+        [index(part.object), index(part.material), index(part.captor), part.tiles.start as i32]
+    });
+    arrays.add("parts", parts.flat_map(i32::to_le_bytes))?;
+    let (arrived, kept) = (levels(rendered, most_arrived(rendered)), levels(rendered, 1.0));
+    let local = arriving(rendered).map(|value| arrived.level(value));
+    let local = local.chain(kept_shares(rendered).map(|share| kept.level(share)));
+    match arrived.is_byte() {
+        true => arrays.add("local", local.map(|level| level as u8))?,
+        false => arrays.add("local", shorts(local))?,
+    }
+    let bands = rendered.scene.band_names().count();
+    let groups = rendered.groups.iter().map(|group| &group.values);
+    arrays.add("captors", floats(received(&rendered.captors, bands)))?;
+    arrays.add("groups", floats(received(groups.clone(), bands)))?;
+    if rendered.is_by_light() {
+        let lights = rendered.scene.lights().len();
+        let both = rendered.captors.iter().chain(groups);
+        arrays.add("byLight", floats(received_of_lights(both, lights, bands)))?;
+    }
+    arrays.add("shares", shares(rendered))?;
+    for (name, series) in series {
+        let [slots, values, errors] = match *name {
+            "hours" => ["hourSlots", "hourValues", "hourErrors"],
+            "days" => ["daySlots", "dayValues", "dayErrors"],
+            _ => ["monthSlots", "monthValues", "monthErrors"],
+        };
+        arrays.add(slots, series.slots.iter().flat_map(|slot| slot.to_le_bytes()))?;
+        arrays.add(values, shorts(series.value_levels.iter().copied()))?;
+        arrays.add(errors, series.error_levels.iter().copied())?;
+    }
+    if let Some(light) = &rendered.light {
+        add_photons(&mut arrays, light, shown, &extent(rendered))?;
+    }
+    Ok(arrays)
 }
 
-fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> Value {
+/// Adds the photons: where they arrived, where they flew from if that is not the arrival before,
+/// their powers, faces, bounces, lights and the materials that they came from and arrived on.
+fn add_photons(
+    arrays: &mut Arrays,
+    light: &SurfaceLight,
+    shown: &[Shown],
+    extent: &Extent,
+) -> io::Result<()> {
+    let positions = light.map.positions();
+    let levels = Levels::fine(most_power(light, shown));
+    let photon = |shown: &Shown| light.map.photons[shown.index];
+    let place = |place: Vec3| quantised(place, extent);
+    arrays.add("photonPlaces", shorts(shown.iter().flat_map(|s| place(positions[s.index]))))?;
+    arrays.add("photonLinks", shown.iter().map(|s| u8::from(s.linked)))?;
+    let starts = shown.iter().filter(|s| !s.linked).flat_map(|s| place(s.from));
+    arrays.add("photonStarts", shorts(starts))?;
+    let powers = shown.iter().flat_map(|s| light.map.power(s.index));
+    arrays.add("photonPowers", shorts(powers.map(|power| levels.level(*power))))?;
+    let normals = shown.iter().flat_map(|s| face_normal(light, s.index));
+    arrays.add("photonNormals", normals.flat_map(i8::to_le_bytes))?;
+    let bounce = |s: &Shown| light.map.ways().get(s.index).map_or(0, |way| way.bounces);
+    arrays.add("photonBounces", shorts(shown.iter().map(bounce)))?;
+    arrays.add("photonLights", shown.iter().flat_map(|s| photon(s).light.to_le_bytes()))?;
+    let material = |s: &Shown| s.material.map_or(u32::MAX, |m| m as u32);
+    arrays.add("photonMaterials", shown.iter().flat_map(|s| material(s).to_le_bytes()))?;
+    let on = |s: &Shown| light.scene.surface(photon(s).triangle as usize).material;
+    arrays.add("photonSurfaces", shown.iter().flat_map(|s| on(s).to_le_bytes()))
+}
+
+fn facts(
+    rendered: &RenderedScene,
+    shapes: &[Shape],
+    series: &[(&str, Series)],
+    shown: &[Shown],
+) -> Value {
     let scene = rendered.scene;
     let extent = extent(rendered);
     let unit = scene.quantity().unit_names();
-    let bands =
-        scene.bands().iter().enumerate().map(|(b, band)| json!({ "name": band.name, "of": [b] }));
+    let bands = scene.bands().iter().enumerate().map(
+        |(b, band)| json!({ "name": band.name, "of": [b], "nm": band.from_nm.zip(band.to_nm) }),
+    );
     let sums = scene.sums().iter().enumerate().map(|(s, sum)| {
         let mut facts = json!({ "name": sum.name, "of": sum.bands, "sum": true });
         if !sum.weights.is_empty() {
@@ -225,7 +291,6 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
     // lights whose shares are known, if all of them are
     let split = rendered.is_by_light() || !rendered.shares().is_empty();
     let lamps = scene.lights().iter().filter(|_| split).map(|light| &light.name);
-    let shown = rendered.light.as_ref().map(|light| (light, shown_photons(light)));
     json!({
         "phylux": env!("CARGO_PKG_VERSION"),
         "scene": scene.name(),
@@ -257,14 +322,19 @@ fn facts(rendered: &RenderedScene, shapes: &[Shape], hours: Option<&Hours>) -> V
             }
             facts
         }).collect::<Vec<_>>(),
-        "hours": hours.map(Hours::facts),
+        "year": (!series.is_empty()).then(|| {
+            let mut year = json!({ "unit": daily_unit(scene.quantity()) });
+            series.iter().for_each(|(name, series)| year[*name] = series.facts());
+            year
+        }),
         "local": rendered.has_local().then(|| levels(rendered, most_arrived(rendered)).facts()),
         // of a place where photons of equal power arrive
         "localError": rendered.light.as_ref().map(SurfaceLight::error_of_alike),
         "kept": levels(rendered, 1.0).facts(),
-        "photons": shown.map(|(light, shown)| json!({
-            "count": shown.len(), "levels": Levels::fine(most_power(light, &shown)).facts(),
-            "histories": light.map.histories,
+        "photons": rendered.light.as_ref().map(|light| json!({
+            "count": shown.len(), "levels": Levels::fine(most_power(light, shown)).facts(),
+            // the names of their lights
+            "lights": scene.lights().iter().map(|light| &light.name).collect::<Vec<_>>(),
         })),
         "colours": STANDARD.encode(colours().as_flattened()),
     })
@@ -385,27 +455,6 @@ fn numbers(estimate: Option<Estimate>) -> [f32; 2] {
     [estimate.map(|e| e.mean), error].map(|value| value.map_or(f32::NAN, |value| value as f32))
 }
 
-/// Returns the indices of all photons of as many first histories as a page holds.
-fn shown_photons(light: &SurfaceLight) -> Vec<usize> {
-    let photons = &light.map.photons;
-    let mut per_history: Vec<u32> = Vec::new();
-    for photon in photons.iter() {
-        let history = photon.history as usize;
-        if history < MOST_PHOTONS {
-            per_history.resize(per_history.len().max(history + 1), 0);
-            per_history[history] += 1;
-        }
-    }
-    let mut room = MOST_PHOTONS as u32;
-    let whole = per_history.iter().take_while(|count| {
-        let fits = **count <= room;
-        room -= if fits { **count } else { 0 };
-        fits
-    });
-    let histories = whole.count() as u32;
-    (0..photons.len()).filter(|&i| photons[i].history < histories).collect()
-}
-
 /// Returns the normal of the face that a photon arrived on, in steps of 1/127.
 fn face_normal(light: &SurfaceLight, photon: usize) -> [i8; 3] {
     let stored = &light.map.photons[photon];
@@ -415,8 +464,8 @@ fn face_normal(light: &SurfaceLight, photon: usize) -> [i8; 3] {
     (127.0 * facing).to_array().map(|step| step.round() as i8)
 }
 
-fn most_power(light: &SurfaceLight, shown: &[usize]) -> f32 {
-    let powers = shown.iter().flat_map(|&i| light.map.power(i));
+fn most_power(light: &SurfaceLight, shown: &[Shown]) -> f32 {
+    let powers = shown.iter().flat_map(|s| light.map.power(s.index));
     powers.copied().fold(f32::MIN_POSITIVE, f32::max)
 }
 
@@ -446,6 +495,19 @@ mod tests {
                 // the facts stand in the data of a page
                 assert!(ids.contains(id) || id == "facts", "the scripts ask for `{id}`");
             }
+        }
+    }
+
+    /// Every control of the page has a line of the scripts that answers it.
+    #[test]
+    fn controls_of_the_page_have_their_handlers() {
+        let ids = ["button", "input", "select"].map(|kind| format!("<{kind} id=\""));
+        let controls = quoted(PAGE, &ids.each_ref().map(String::as_str));
+        assert!(controls.len() > 35, "{controls:?}");
+        for id in controls {
+            let answered =
+                SCRIPTS.iter().any(|script| script.contains(&format!(" on(\"{id}\", \"")));
+            assert!(answered, "nothing answers `{id}`");
         }
     }
 }

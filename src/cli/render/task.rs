@@ -42,7 +42,12 @@ pub struct Made {
 pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> Result<Made> {
     let started = Instant::now();
     let LoadedScene { scene, settings, .. } = loaded;
-    let band = chosen_bands(scene, arguments.band.as_deref())?;
+    // of numbers the band that plots and pages begin with; a photo has all bands
+    let first = match arguments.show {
+        What::Irradiance | What::Absorbed | What::Error | What::Captors => first_band(scene),
+        What::Radiance | What::Photons => None,
+    };
+    let band = chosen_bands(scene, arguments.band.as_deref().or(first))?;
     if let (
         What::Irradiance | What::Absorbed | What::Error | What::Radiance | What::Photons,
         Some(sum),
@@ -99,6 +104,12 @@ pub(super) struct ChosenBands {
     pub named: bool,
     /// Index among the bands followed by the sums; `None` for the sum of all bands.
     pub index: Option<usize>,
+}
+
+/// Returns the name of the first sum that pictures can show, or of the first band.
+fn first_band(scene: &Scene) -> Option<&str> {
+    let sum = scene.sums().iter().find(|sum| sum.weights.is_empty()).map(|sum| &sum.name);
+    sum.or(scene.bands().first().map(|band| &band.name)).map(String::as_str)
 }
 
 fn chosen_bands(scene: &Scene, name: Option<&str>) -> Result<ChosenBands> {

@@ -1,15 +1,9 @@
 //! Puts the rows of a table in their places.
 
-use std::{
-    collections::HashSet,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use crate::input::quoted;
-use phylux_core::{
-    error::{Error, Result},
-    scene::world::Scene,
-};
+use phylux_core::error::Error;
 
 /// Light on captors and groups in every hour, day or month of a period.
 #[derive(Debug, Default)]
@@ -139,24 +133,6 @@ impl YearTable {
     /// Returns the value and the standard error of a time, an id and a band, by their indices.
     pub fn value(&self, time: usize, id: usize, band: usize) -> [f32; 2] {
         self.values[(time * self.ids.len() + id) * self.bands.len() + band]
-    }
-
-    /// Refuses a table of hours that does not fit `scene`: other bands, or no values for one of its
-    /// captors or groups.
-    pub fn check_scene(&self, scene: &Scene) -> Result<()> {
-        let refuse = |problem: String| {
-            Err(Error::input(self.path.display(), format!("is of another scene: {problem}"))
-                .remedy("name the folder of `phylux year` of this scene, or leave it out"))
-        };
-        if !scene.band_names().eq(self.bands.iter().map(String::as_str)) {
-            return refuse(format!("its bands are {}", self.bands.join(", ")));
-        }
-        let known: HashSet<&str> = self.ids.iter().map(String::as_str).collect();
-        let ids = scene.captors().iter().map(|captor| &captor.id);
-        match ids.chain(scene.groups()).find(|id| !known.contains(id.as_str())) {
-            Some(id) => refuse(format!("it has no {}", quoted(id))),
-            None => Ok(()),
-        }
     }
 }
 

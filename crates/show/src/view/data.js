@@ -1,6 +1,6 @@
 // The page that `phylux view` writes: surfaces and captors in tiles, coloured by their light. This file
 // reads the data, which view.rs writes into script elements of the page, and holds the user's choices.
-// Then come draw.js, smooth.js, table.js, link.js, panel.js and start.js.
+// Then come draw.js, smooth.js, photons.js, table.js, bar.js, year.js, link.js, panel.js, keys.js and start.js.
 "use strict";
 
 // --- the data ---
@@ -16,13 +16,25 @@ const traced = facts.bands.filter((band) => !band.sum).length;
 const colours = Uint8Array.from(atob(facts.colours), (c) => c.charCodeAt(0));
 
 /** The data that `readData` reads: corners of the tiles of each shape, its copies, runs of tiles, light, photons. */
-let corners, shapes, parts, local, localLevels, keptLevels, surfaceTiles, captorValues, groupValues, shares, byLight, photons, hours;
+let corners, shapes, parts, local, localLevels, keptLevels, surfaceTiles, captorValues, groupValues, shares, byLight, photons;
+
+/** The light of a year by its steps: hours, days and months, as far as the page has them. */
+const year = {};
+
+let unpacked = 0;
+/** Shows how much is done, and lets the browser draw it. */
+function reached(share, words) {
+  showLoading(share, words);
+  return new Promise((go) => setTimeout(go, 0));
+}
 
 /** Returns the numbers of a script element, stored deflated in base64; null if there is no such element. */
 async function unpack(id, Kind) {
   const text = element(id)?.textContent;
   if (text === undefined) return null;
   element(id).remove(); // no longer needed
+  unpacked += text.length;
+  await reached(0.5 + (0.3 * unpacked) / (facts.bytes || 1), "reading the light");
   const raw = atob(text);
   const bytes = new Uint8Array(raw.length);
   for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
@@ -43,15 +55,22 @@ async function readData() {
   localLevels = local && levelValues(facts.local);
   keptLevels = levelValues(facts.kept);
   surfaceTiles = local ? local.length / (3 * traced) : 0;
-  hours = facts.hours && readHours(
-    await unpack("hourSlots", Uint32Array), await unpack("hourValues", Uint16Array), await unpack("hourErrors", Uint8Array),
-  );
+  for (const [step, id] of [["hours", "hour"], ["days", "day"], ["months", "month"]]) {
+    if (!facts.year?.[step]) continue;
+    const slots = await unpack(`${id}Slots`, Uint32Array);
+    year[step] = readSeries(facts.year[step], slots, await unpack(`${id}Values`, Uint16Array), await unpack(`${id}Errors`, Uint8Array));
+  }
   photons = facts.photons && {
     ...facts.photons,
     places: await unpack("photonPlaces", Uint16Array),
     powers: await unpack("photonPowers", Uint16Array),
     normals: await unpack("photonNormals", Int8Array),
     bounces: await unpack("photonBounces", Uint16Array),
+    links: await unpack("photonLinks", Uint8Array),
+    starts: await unpack("photonStarts", Uint16Array),
+    lightOf: await unpack("photonLights", Uint32Array),
+    materials: await unpack("photonMaterials", Uint32Array), // that it came from
+    surfaces: await unpack("photonSurfaces", Uint32Array), // material that it arrived on
   };
 }
 
@@ -69,25 +88,25 @@ function readShapes(places, allStarts) {
   });
 }
 
-/** Reads the hours of a year; hours that are dark everywhere are left out. */
-function readHours(slots, values, errors) {
-  const { days, clocks } = facts.hours;
-  const rows = facts.captors.length + facts.groups.length;
-  const each = rows * facts.bands.length;
+/** Reads the hours, days or months of a year; those that are dark everywhere are left out. */
+function readSeries({ days, clocks, count, rows, bands, values: valueScale, errors: errorScale }, slots, values, errors) {
   const of = new Map([...slots].map((slot, i) => [slot, i]));
-  return {
-    days, clocks, rows, each, values, errors, of,
-    valueLevels: levelValues(facts.hours.values), errorLevels: levelValues(facts.hours.errors),
-  };
+  const each = slots.length ? values.length / slots.length : 0;
+  return { days, clocks, count, rows, bands, each, values, errors, of, slots, valueLevels: levelValues(valueScale), errorLevels: levelValues(errorScale) };
 }
 
-/** Returns the hour with the most light. */
-function brightestHour() {
+/** Returns the table of the chosen step of the year; undefined for the mean over the whole period. */
+function series() {
+  return year[state.step];
+}
+
+/** Returns the time with the most light, of those that a table has. */
+function brightest({ slots, values, each }) {
   let best = [0, -1];
-  for (const [slot, i] of hours.of) {
-    const sum = hours.values.subarray(i * hours.each, (i + 1) * hours.each).reduce((a, b) => a + b, 0);
+  slots.forEach((slot, i) => {
+    const sum = values.subarray(i * each, (i + 1) * each).reduce((a, b) => a + b, 0);
     if (sum > best[1]) best = [slot, sum];
-  }
+  });
   return best[0];
 }
 
@@ -169,9 +188,15 @@ function weightOf(band, place) {
   return weights ? weights[place] : 1;
 }
 
-/** Returns the units of flux and irradiance in a band or sum. */
+/** Returns the units of flux and of light per area in a band or sum; of days and months this is the daily light integral. */
 function unitOf(band) {
-  return facts.bands[band].unit ?? facts.unit;
+  const unit = facts.bands[band].unit ?? facts.unit;
+  return isDaily() ? { ...unit, irradiance: facts.year.unit } : unit;
+}
+
+/** Returns whether daily light integrals are shown. */
+function isDaily() {
+  return state.step === "days" || state.step === "months";
 }
 
 /** Returns the light at the place of a tile, per area; `UNKNOWN` where it is not known. */
@@ -200,19 +225,25 @@ function groupValue(group, channel, band) {
   return received(groupValues, group, facts.captors.length + group, channel, band);
 }
 
-/** Returns the irradiance on the front of a captor or group in the chosen hour. */
-function receivedInHour(row, channel, band) {
-  if (channel !== FRONT) return { value: NaN, error: NaN };
-  const i = hours.of.get(state.hour);
+/** Returns the light on the front of a captor or group at the chosen time. */
+function receivedInTime(row, channel, band) {
+  return channel === FRONT ? lightAt(series(), state.hour, row, band) : { value: NaN, error: NaN };
+}
+
+/** Returns the light on the front of a captor or group at a time of a table; NaN where the table does not have it. */
+function lightAt({ rows, bands, of, each, count, values, errors, valueLevels, errorLevels }, slot, row, band) {
+  const [own, column] = [rows ? rows[row] : row, bands[band]];
+  if (own < 0 || column < 0) return { value: NaN, error: NaN };
+  const i = of.get(slot);
   if (i === undefined) return { value: 0, error: NaN };
-  const at = i * hours.each + band * hours.rows + row;
-  const value = hours.valueLevels[hours.values[at]];
-  return { value, error: value * hours.errorLevels[hours.errors[at]] || NaN };
+  const at = i * each + column * count + own;
+  const value = valueLevels[values[at]];
+  return { value, error: value * errorLevels[errors[at]] || NaN };
 }
 
 /** Returns the value with the lamps as they are set: light is linear in their powers, and each has photons of its own. */
 function received(values, row, rowByLight, channel, band) {
-  if (state.hour >= 0) return receivedInHour(rowByLight, channel, band);
+  if (state.hour >= 0) return receivedInTime(rowByLight, channel, band);
   const at = 2 * ((row * 3 + channel) * facts.bands.length + band);
   if (!dimmed || Number.isNaN(values[at])) return { value: values[at], error: values[at + 1] };
   if (!byLight) return { value: NaN, error: NaN };
@@ -245,7 +276,9 @@ const state = {
   images: Boolean(facts.periods) && 9 * facts.tiles <= MOST_OF_IMAGES, photons: false, photonColour: "bounce", bounces: [0, 0],
   hidden: { object: new Set(), material: new Set() },
   listed: [], found: -1, clip: [0, 1, 0, 1, 0, 1], theme: "", lamps: facts.lamps.map(() => 1),
-  hour: -1, // day * times of day + time of day; -1 is the whole period
+  step: "all", // of a year: all of it, or hours, days, months
+  hour: -1, // its time: day * times of day + time of day; -1 is the whole period
+  photonSize: 1,
 };
 /** Whether some lamp is set to another power than it has in the scene. */
 let dimmed = false;
@@ -253,7 +286,7 @@ let dimmed = false;
 /** Finds large planes: virtual captors of more than this many times the median area of all captors, which would hide the others. */
 const LARGE = 20;
 function findLargePlanes() {
-  const median = facts.areas.toSorted((a, b) => a - b)[facts.areas.length >> 1];
+  const median = [...facts.areas].sort((a, b) => a - b)[facts.areas.length >> 1];
   for (const part of parts) part.large = part.captor >= 0 && part.material < 0 && facts.areas[part.captor] > LARGE * median;
 }
 

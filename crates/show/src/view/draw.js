@@ -1,11 +1,15 @@
 // Drawing: WebGL 2 by three.js, one triangle for each tile; in copies whose triangles are merged, several.
 
 const T = THREE;
+// all colours here are those of the screen
+T.ColorManagement.enabled = false;
 const TEXTURE_WIDTH = 2048;
 const stage = element("stage");
 /** Whether most triangles are smaller than a pixel, so that drawing them well takes seconds without a graphics card. */
 const MANY = facts.tiles > 500000;
-let renderer, camera, controls, scene, points, valueTexture, pickTarget, paintMaterial, pickMaterial;
+let renderer, camera, controls, scene, valueTexture, pickTarget, paintMaterial, pickMaterial;
+/** What is drawn before its edges are, and what draws them. */
+let plainTarget, edgePass;
 const meshes = [];
 /** Those of the meshes that are images of the cell, whose triangles they share; and the cell's outline. */
 let images = [], cellOutline = null;
@@ -71,7 +75,7 @@ void skipUnseen() {
 const COLOUR = `${SEEN}
 uniform sampler2D colours;
 uniform float low, high, hovered;
-uniform bool logarithmic, shaded;
+uniform bool logarithmic;
 in vec2 here;
 out vec4 colour;
 void main() {
@@ -82,9 +86,10 @@ void main() {
     float f = logarithmic ? log(max(value, 1e-30) / low) / log(high / low) : (value - low) / (high - low);
     paint = texture(colours, vec2(clamp(f, 0.0, 1.0) * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb;
   }
-  if (shaded) {
+  // only what has no value is shaded: on a colour, shade would look like less light
+  if (value < 0.0) {
     vec3 normal = normalize(cross(dFdx(view), dFdy(view)));
-    paint *= 0.72 + 0.28 * abs(dot(normal, normalize(view)));
+    paint *= 0.62 + 0.38 * abs(dot(normal, normalize(view)));
   }
   if (flag(8.0)) paint = mix(paint, vec3(0.9, 0.1, 0.5), 0.45);
   if (hovered >= 0.0 && tile.z == hovered) paint = mix(paint, vec3(1.0), 0.4);
@@ -103,40 +108,6 @@ void main() {
   colour = vec4(id & 255, (id >> 8) & 255, (id >> 16) & 255, (id >> 24) & 255) / 255.0;
 }`;
 
-const POINT_VERTEX = `
-precision highp float;
-uniform mat4 modelViewMatrix, projectionMatrix, viewMatrix;
-uniform vec2 bounces;
-uniform float size, nearest;
-uniform bool seeThrough;
-uniform vec3 clipLow, clipHigh;
-in vec3 position;
-in vec3 normal; // of the face that it arrived on
-in float bounce;
-in float fraction;
-out float f;
-void main() {
-  f = fraction;
-  vec4 at = modelViewMatrix * vec4(position, 1.0);
-  gl_Position = projectionMatrix * at;
-  gl_PointSize = size;
-  // not scaled, and so along the axes of the scene
-  vec3 facing = (viewMatrix * vec4(normal, 0.0)).xyz;
-  bool behind = seeThrough && dot(facing, at.xyz) > 0.0;
-  bool clipped = any(lessThan(position, clipLow)) || any(greaterThan(position, clipHigh));
-  if (clipped || behind || bounce < bounces.x || bounce > bounces.y || -at.z < nearest) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
-}`;
-
-const POINT_COLOUR = `
-precision highp float;
-uniform sampler2D colours;
-in float f;
-out vec4 colour;
-void main() {
-  if (length(gl_PointCoord - 0.5) > 0.5) discard;
-  colour = vec4(texture(colours, vec2(f * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb, 1.0);
-}`;
-
 const MARK_VERTEX = `
 uniform mat4 modelViewMatrix, projectionMatrix;
 in vec3 position;
@@ -147,17 +118,77 @@ precision highp float;
 out vec4 colour;
 void main() { colour = vec4(0.9, 0.1, 0.55, 0.3); }`;
 
+const EDGE_VERTEX = `
+in vec3 position;
+void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }`;
+
+// lines where surfaces end or bend, over the picture of their colours. The depth is an affine function of 1/z, which is
+// affine on the screen along a plane: what is left of its second difference tells edges, in units of the slope
+const EDGE_COLOUR = `
+precision highp float;
+uniform sampler2D plain, depths;
+uniform bool lines;
+uniform float near, far, pixel, opacity; // of the camera, m; angle of a pixel; of the lines
+uniform vec3 ink;
+out vec4 colour;
+ivec2 last;
+float nearness(ivec2 at) {
+  return (1.0 - texelFetch(depths, clamp(at, ivec2(0), last), 0).r * (far - near) / far) / near;
+}
+float bend(ivec2 at, ivec2 step) {
+  float here = nearness(at);
+  float bend = (nearness(at - step) + nearness(at + step) - 2.0 * here) / (here * pixel);
+  // behind the end of a nearer surface there is no second line
+  return bend < 0.0 ? -bend : bend * (1.0 - smoothstep(4.0, 8.0, bend));
+}
+float edge(ivec2 at) { return max(bend(at, ivec2(1, 0)), bend(at, ivec2(0, 1))); }
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  last = textureSize(depths, 0) - 1;
+  colour = vec4(texelFetch(plain, at, 0).rgb, 1.0);
+  if (!lines) return;
+  float strength = smoothstep(0.8, 2.5, edge(at));
+  if (strength <= 0.0) return;
+  // among many small leaves there would be nothing but lines
+  float around = 0.0;
+  for (int i = 0; i < 8; i++) {
+    float turn = 0.785398 * float(i);
+    around += smoothstep(0.8, 2.5, edge(at + ivec2(round(4.0 * vec2(cos(turn), sin(turn))))));
+  }
+  strength *= 1.0 - smoothstep(2.5, 6.0, around);
+  colour.rgb = mix(colour.rgb, ink, opacity * strength);
+}`;
+
 function makeRenderer() {
   const canvas = document.createElement("canvas");
   // what is transparent shows the scene behind it, not the page
-  const context = canvas.getContext("webgl2", { alpha: false, antialias: !MANY });
+  const context = canvas.getContext("webgl2", { alpha: false, antialias: false });
   renderer = new T.WebGLRenderer({ canvas, ...(context && { context }) });
-  renderer.setPixelRatio(window.devicePixelRatio);
+  renderer.outputColorSpace = "srgb-linear";
+  // more would take a phone's memory, and no eye sees it
+  renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
   renderer.domElement.tabIndex = 0;
-  renderer.domElement.setAttribute("aria-label", "the scene in the colours of its light");
+  renderer.domElement.setAttribute("role", "application");
+  renderer.domElement.setAttribute("aria-label", "the scene in the colours of its light: arrows turn it, plus and minus zoom, Enter lists what is in the middle");
   stage.prepend(renderer.domElement);
   scene = new T.Scene();
   pickTarget = new T.WebGLRenderTarget(1, 1);
+  plainTarget = new T.WebGLRenderTarget(1, 1, {
+    samples: MANY ? 0 : 4, depthTexture: new T.DepthTexture(1, 1, T.UnsignedIntType),
+    minFilter: T.NearestFilter, magFilter: T.NearestFilter,
+  });
+  edgePass = new T.Scene();
+  const triangle = new T.BufferGeometry();
+  triangle.setAttribute("position", new T.BufferAttribute(Float32Array.of(-1, -1, 0, 3, -1, 0, -1, 3, 0), 3));
+  const whole = new T.Mesh(triangle, new T.RawShaderMaterial({
+    glslVersion: T.GLSL3, vertexShader: EDGE_VERTEX, fragmentShader: EDGE_COLOUR, depthTest: false, depthWrite: false,
+    uniforms: {
+      plain: { value: plainTarget.texture }, depths: { value: plainTarget.depthTexture }, lines: { value: true },
+      near: { value: 1 }, far: { value: 1 }, pixel: { value: 1 }, opacity: { value: 0.5 }, ink: { value: new T.Vector3() },
+    },
+  }));
+  whole.frustumCulled = false;
+  edgePass.add(whole);
 
   const size = new T.Vector3(...facts.size);
   camera = new T.PerspectiveCamera(40, 1, 1, 10);
@@ -181,9 +212,11 @@ function paper() {
 
 function showTheme() {
   document.documentElement.dataset.theme = isDark() ? "dark" : "light";
-  element("theme").textContent = isDark() ? "light" : "dark";
+  element("theme").textContent = isDark() ? "Light" : "Dark";
   renderer.setClearColor(paper(), 1);
   outlines?.material.color.set(isDark() ? 0xd0d4da : 0x444444);
+  showScale();
+  showCourse();
   draw();
 }
 
@@ -340,7 +373,7 @@ function makeMeshes() {
   const uniforms = {
     boxMin: { value: new T.Vector3(...facts.min) }, boxSize: { value: sides() },
     values: { value: valueTexture }, corners: { value: cornerTexture }, smoothed: { value: false }, colours: { value: colourTexture },
-    low: { value: 0 }, high: { value: 1 }, logarithmic: { value: false }, shaded: { value: true },
+    low: { value: 0 }, high: { value: 1 }, logarithmic: { value: false },
     nearest: { value: 0 }, seeThrough: { value: true }, hovered: { value: -1 },
     clipLow: { value: new T.Vector3() }, clipHigh: { value: new T.Vector3() },
     clear: { value: false }, eye: { value: null }, captorLow: { value: null }, captorHigh: { value: null },
@@ -407,25 +440,6 @@ function makeImages() {
   scene.add(cellOutline, ...images);
 }
 
-function makePhotons() {
-  const geometry = new T.BufferGeometry();
-  geometry.setAttribute("position", new T.BufferAttribute(photons.places, 3, true));
-  geometry.setAttribute("normal", new T.BufferAttribute(photons.normals, 3, true));
-  geometry.setAttribute("bounce", new T.BufferAttribute(Float32Array.from(photons.bounces), 1));
-  geometry.setAttribute("fraction", new T.BufferAttribute(new Float32Array(photons.count), 1));
-  points = new T.Points(geometry, new T.RawShaderMaterial({
-    glslVersion: T.GLSL3, vertexShader: POINT_VERTEX, fragmentShader: POINT_COLOUR,
-    uniforms: {
-      colours: paintMaterial.uniforms.colours, nearest: paintMaterial.uniforms.nearest,
-      seeThrough: paintMaterial.uniforms.seeThrough,
-      clipLow: paintMaterial.uniforms.clipLow, clipHigh: paintMaterial.uniforms.clipHigh,
-      bounces: { value: new T.Vector2() }, size: { value: 2.5 * window.devicePixelRatio },
-    },
-  }));
-  points.visible = false;
-  place(points);
-}
-
 /** Returns the coordinates of the ends of a box's edges; the bits of a corner's number say at which end of each axis it is. */
 function edgesOfBox(corner) {
   const ends = [];
@@ -449,13 +463,15 @@ function makeLights() {
   }
   const geometry = new T.BufferGeometry();
   geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(ends), 3));
-  const lines = new T.LineSegments(geometry, new T.LineBasicMaterial({ color: 0xd97700 }));
+  const lines = new T.LineSegments(geometry, new T.LineBasicMaterial({ color: 0xd97700, depthWrite: false }));
   lines.frustumCulled = false;
   scene.add(lines);
 }
 
 /** Number of times that tiles were painted: each time other tiles may be hidden. */
 let paints = 0;
+/** The least and the greatest value that are shown. */
+let shownRange = { least: Infinity, most: 0 };
 
 /** Returns the edges that are not shared by two of the tiles, as pairs of corners. */
 function edgesAround(triangles) {
@@ -480,7 +496,7 @@ function makeOutlines() {
   const ends = parts.filter((part) => part.large).flatMap((part) => edgesAround(tilesOf(part).map(cornersOf)));
   const geometry = new T.BufferGeometry();
   geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(ends.flat(2)), 3));
-  outlines = new T.LineSegments(geometry, new T.LineBasicMaterial());
+  outlines = new T.LineSegments(geometry, new T.LineBasicMaterial({ depthWrite: false }));
   outlines.frustumCulled = false;
   scene.add(outlines);
 }
@@ -507,18 +523,25 @@ function paintTiles() {
   const data = valueTexture.image.data;
   const listed = new Set(state.listed.filter((row) => row.captor >= 0).map((row) => row.captor));
   const channels = state.quantity === "absorbed" ? [ABSORBED, ABSORBED] : [FRONT, BACK];
+  let [least, most] = [Infinity, 0];
   for (const part of parts) {
     const isOutline = part.large && !state.planes;
     const hidden = isOutline || state.hidden.object.has(part.object) || state.hidden.material.has(part.material);
     const flags = Number(hidden) + 2 * part.dark[FRONT] + 4 * part.dark[BACK] + 8 * (part.captor >= 0 && listed.has(part.captor));
     for (let tile = part.first; tile < part.end; tile++) {
       for (const face of [FRONT, BACK]) {
-        data[4 * tile + face] = state.quantity === "none" ? UNKNOWN : shownValue(part, tile, channels[face], state.band);
+        const value = state.quantity === "none" ? UNKNOWN : shownValue(part, tile, channels[face], state.band);
+        data[4 * tile + face] = value;
+        // a face without light has no place below a logarithmic scale
+        if (hidden || value < 0 || (state.log && value === 0)) continue;
+        if (value < least) least = value;
+        if (value > most) most = value;
       }
       data[4 * tile + 2] = part.captor;
       data[4 * tile + 3] = flags;
     }
   }
+  shownRange = { least, most };
   valueTexture.needsUpdate = true;
   if (isSmooth()) paintCorners();
   outlines.visible = !state.planes && !state.hidden.object.has(-1);
@@ -589,7 +612,6 @@ function setUniforms() {
   uniforms.low.value = state.low;
   uniforms.high.value = state.high;
   uniforms.logarithmic.value = state.log;
-  uniforms.shaded.value = state.shade;
   uniforms.smoothed.value = isSmooth();
   uniforms.seeThrough.value = state.dark;
   // things in the faces of the box, and images beyond them, stay visible
@@ -618,28 +640,48 @@ function draw() {
   waiting = true;
   requestAnimationFrame(() => {
     waiting = false;
-    setUniforms();
-    images.forEach((image) => (image.visible = state.images));
-    if (cellOutline) cellOutline.visible = state.images;
-    if (points) {
-      points.visible = state.photons;
-      points.material.uniforms.bounces.value.set(...state.bounces);
-    }
-    renderer.render(scene, camera);
+    // while the page starts, there is nothing to draw yet
+    if (!captorBox) return;
+    render();
     saveLink();
   });
+}
+
+/** Draws the scene, and over its colours the edges of surfaces. */
+function render() {
+  setUniforms();
+  images.forEach((image) => (image.visible = state.images));
+  if (cellOutline) cellOutline.visible = state.images;
+  if (points) {
+    points.visible = state.photons;
+    points.material.uniforms.bounces.value.set(...state.bounces);
+    setPointSizes();
+  }
+  const size = renderer.getDrawingBufferSize(new T.Vector2());
+  plainTarget.setSize(Math.max(size.x, 1), Math.max(size.y, 1));
+  renderer.setRenderTarget(plainTarget);
+  renderer.render(scene, camera);
+  renderer.setRenderTarget(null);
+  const { lines, near, far, pixel, opacity, ink } = edgePass.children[0].material.uniforms;
+  [lines.value, near.value, far.value] = [state.shade, camera.near, camera.far];
+  pixel.value = (2 * Math.tan((camera.fov * Math.PI) / 360)) / Math.max(size.y, 1);
+  // light lines on a dark ground are weaker, or many of them would look like light
+  opacity.value = isDark() ? 0.25 : 0.5;
+  ink.value.setScalar(isDark() ? 0.85 : 0.05);
+  renderer.render(edgePass, camera);
 }
 
 function resize() {
   const { width, height } = renderer.getSize(new T.Vector2());
   if (width === stage.clientWidth && height === stage.clientHeight) return;
-  renderer.setSize(stage.clientWidth, stage.clientHeight);
+  renderer.setSize(stage.clientWidth, stage.clientHeight, false);
   camera.aspect = stage.clientWidth / Math.max(stage.clientHeight, 1);
   // a view that was not touched fits again
   if (fitted?.eye.equals(camera.position)) {
     lookAt(captorBox, fitted.away);
     fitted.eye.copy(camera.position);
   }
+  if (document.documentElement.dataset.ready) showScale();
   draw();
 }
 

@@ -1,4 +1,4 @@
-// The view as part of the page's link, and pictures of it.
+// The view as part of the page's link.
 
 /** Returns the view as text that follows the `#` of a link. */
 function linkText() {
@@ -10,7 +10,8 @@ function linkText() {
     ...(facts.periods && { images: Number(state.images) }), clip: list(state.clip),
     unlit: Number(state.dark), shading: Number(state.shade), smooth: Number(state.smooth), objects: off("object"), materials: off("material"),
     eye: list(camera.position), at: list(controls.target),
-    ...(hours && { time: timeText() || "all" }),
+    ...(facts.year && { time: timeText() || "all" }),
+    ...(state.photons && { photons: state.photonColour }),
     ...(dimmed && { lamps: list(state.lamps) }), ...(state.theme && { theme: state.theme }),
     ...(state.found >= 0 && { find: facts.captors[state.found] }),
   }).toString();
@@ -52,12 +53,9 @@ function readLink() {
   for (const [key, kind] of [["objects", "object"], ["materials", "material"]]) {
     if (link.has(key)) state.hidden[kind] = new Set(link.get(key).split(",").filter((n) => n).map(Number).filter(Number.isInteger));
   }
-  if (hours && link.has("time")) {
-    const [day, clock] = link.get("time").split(" ");
-    const [d, c] = [hours.days.indexOf(day), hours.clocks.indexOf(clock)];
-    if (link.get("time") === "all") state.hour = -1;
-    else if (d >= 0 && c >= 0) state.hour = d * hours.clocks.length + c;
-  }
+  if (facts.year && link.has("time")) readTime(link.get("time"));
+  state.photons = Boolean(photons) && link.has("photons");
+  if (state.photons) state.photonColour = chosen("photons", PHOTON_COLOURS, state.photonColour);
   state.found = facts.captors.indexOf(link.get("find"));
   const [eye, at] = [numbers("eye", 3), numbers("at", 3)];
   if (eye && at) {
@@ -69,43 +67,4 @@ function readLink() {
   const fits = range && range[0] < range[1] && (!state.log || range[0] > 0);
   if (fits) [state.low, state.high] = range;
   return Boolean(fits);
-}
-
-/** Returns the picture with its title and its colour bar, as a canvas. */
-function picture() {
-  renderer.render(scene, camera);
-  const from = renderer.domElement;
-  const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [from.width, from.height];
-  const pen = canvas.getContext("2d");
-  pen.drawImage(from, 0, 0);
-  const em = 14 * window.devicePixelRatio;
-  pen.fillStyle = isDark() ? "#eee" : "#222";
-  pen.font = `${1.2 * em}px sans-serif`;
-  pen.fillText(facts.scene, em, 1.8 * em);
-  if (state.quantity === "none") return canvas;
-  const [width, height] = [Math.min(22 * em, canvas.width - 4 * em), em];
-  const [left, top] = [canvas.width - width - 2 * em, canvas.height - 3 * em];
-  pen.imageSmoothingEnabled = false;
-  pen.drawImage(element("bar"), left, top, width, height);
-  pen.font = `${em}px sans-serif`;
-  pen.textAlign = "center";
-  for (const value of tickValues()) {
-    const { low, high } = state;
-    const f = state.log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
-    pen.fillText(String(Number(value.toPrecision(6))), left + f * width, top + height + 1.2 * em);
-  }
-  pen.fillText(element("unit").textContent, left + width / 2, top - 0.5 * em);
-  return canvas;
-}
-
-/** Saves the picture as a file. */
-function savePicture() {
-  picture().toBlob((blob) => {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(blob);
-    link.download = `${facts.scene.replace(/[^\p{L}\p{N}._-]+/gu, "-") || "scene"}.png`;
-    link.click();
-    URL.revokeObjectURL(link.href);
-  });
 }

@@ -1,53 +1,4 @@
-// The colour bar, the panel and the mouse.
-
-// --- the colour bar ---
-
-/** Returns round numbers between the ends of the scale. */
-function tickValues() {
-  const { low, high } = state;
-  if (state.log) {
-    const decades = Math.log10(high / low);
-    const ticks = [];
-    for (let exponent = Math.floor(Math.log10(low)); exponent <= Math.log10(high); exponent++) {
-      if (decades > 6 && exponent % Math.ceil(decades / 5)) continue;
-      for (const digit of decades > 2 ? [1] : decades > 1 ? [1, 3] : [1, 2, 5]) ticks.push(digit * 10 ** exponent);
-    }
-    return ticks.filter((value) => value >= low * 0.9999 && value <= high * 1.0001);
-  }
-  const step = tickStep(high - low);
-  const first = Math.ceil(low / step - 1e-6);
-  return Array.from({ length: Math.floor(high / step + 1e-6) - first + 1 }, (_, i) => (first + i) * step);
-}
-
-/** Returns the step between some five ticks of a linear scale of this length. */
-function tickStep(length) {
-  const rough = length / 5;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  return power * [1, 2, 2.5, 5, 10].find((digit) => digit * power >= 0.999 * rough);
-}
-
-function showScale() {
-  const bar = element("bar").getContext("2d");
-  const image = bar.createImageData(256, 1);
-  for (let i = 0; i < 256; i++) image.data.set([...colours.subarray(3 * i, 3 * i + 3), 255], 4 * i);
-  bar.putImageData(image, 0, 0);
-  const ticks = element("ticks");
-  ticks.replaceChildren();
-  for (const value of tickValues()) {
-    const { low, high } = state;
-    const f = state.log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
-    const tick = document.createElement("span");
-    tick.style.left = `${100 * f}%`;
-    tick.textContent = String(Number(value.toPrecision(6)));
-    ticks.append(tick);
-  }
-  const names = { irradiance: "irradiance", absorbed: "absorbed per area", none: "" };
-  element("unit").textContent =
-    state.quantity === "none" ? "" : [names[state.quantity], facts.bands[state.band].name, unitOf(state.band).irradiance, timeText()].filter((text) => text).join(", ");
-  element("scale").style.opacity = state.quantity === "none" ? 0.35 : 1;
-  element("low").value = state.low;
-  element("high").value = state.high;
-}
+// The panel: its controls, and finding captors.
 
 /** Updates everything that depends on quantity and band; if `fit`, also chooses a range that fits. */
 function repaint(fit) {
@@ -56,20 +7,21 @@ function repaint(fit) {
   showScale();
   showFound();
   showTables();
-  if (points) paintPhotons();
+  showListed();
+  if (points && state.photons) paintPhotons();
   draw();
 }
 
-function paintPhotons() {
-  const fraction = points.geometry.getAttribute("fraction");
-  const scale = levelValues({ ...photons.levels, most: 1 });
-  const power = (i) => facts.bands[state.band].of.reduce((sum, b, place) => sum + weightOf(state.band, place) * scale[photons.powers[i * traced + b]], 0);
-  const value = state.photonColour === "bounce" ? (i) => photons.bounces[i] : power;
-  const values = Float32Array.from({ length: photons.count }, (_, i) => value(i));
-  // otherwise a few long paths would leave all others dark
-  const most = values.toSorted()[Math.floor(0.99 * (photons.count - 1))] || 1;
-  values.forEach((value, i) => (fraction.array[i] = value / most));
-  fraction.needsUpdate = true;
+let speaking = 0;
+/** Tells those who hear the page what has changed, once it stays so for a moment. */
+function say(text) {
+  clearTimeout(speaking);
+  speaking = setTimeout(() => (element("say").textContent = text), 300);
+}
+
+/** Says what the colours stand for now. */
+function sayScale() {
+  say(state.quantity === "none" ? "no colours of light" : `${scaleText()}: from ${tickText(state.low)} to ${tickText(state.high)}`);
 }
 
 // --- the panel ---
@@ -99,6 +51,7 @@ function makeList(id, kind, names, isHidden) {
     box.dataset.key = key;
     box.addEventListener("change", () => {
       state.hidden[kind][box.checked ? "delete" : "add"](key);
+      if (points) hidePhotons();
       paintTiles();
       draw();
     });
@@ -124,6 +77,8 @@ function find(text) {
   state.found = captor;
   if (captor < 0 || !own.length) {
     element("found").textContent = text.trim() ? "no captor has this in its name" : "";
+    element("listFound").hidden = true;
+    say(element("found").textContent);
     markFound();
     draw();
     return;
@@ -136,6 +91,8 @@ function find(text) {
     }
   }
   showFound();
+  element("listFound").hidden = false;
+  say(element("found").textContent);
   markFound();
   repaint(false);
   const [middle, normal] = [new T.Vector3(), new T.Vector3()];
@@ -180,39 +137,6 @@ function showFound() {
   element("found").textContent = lines.join("\n");
 }
 
-/** Returns the hour that is shown, as text. */
-function timeText() {
-  if (state.hour < 0) return "";
-  const count = hours.clocks.length;
-  return `${hours.days[Math.floor(state.hour / count)]} ${hours.clocks[state.hour % count]}`;
-}
-
-/** Makes sliders for the day and the time of day. */
-function makeTime() {
-  element("timeSection").hidden = !hours;
-  if (!hours) return;
-  const count = hours.clocks.length;
-  let last = state.hour >= 0 ? state.hour : brightestHour();
-  const show = (fit) => {
-    if (state.hour >= 0) last = state.hour;
-    const [day, clock] = [Math.floor(last / count), last % count];
-    element("byHour").checked = state.hour >= 0;
-    element("timeOptions").hidden = state.hour < 0;
-    element("valuesLabel").hidden = state.hour >= 0 || !local || !facts.captors.length;
-    // in the hours of a year lamps follow the control of that year
-    element("lampSection").hidden = state.hour >= 0 || !facts.lamps.length;
-    [element("day").value, element("clock").value] = [day, clock];
-    [element("dayText").textContent, element("clockText").textContent] = [hours.days[day], hours.clocks[clock]];
-    if (fit !== undefined) repaint(fit);
-  };
-  element("day").max = hours.days.length - 1;
-  element("clock").max = count - 1;
-  on("byHour", "change", (e) => { state.hour = e.target.checked ? last : -1; show(true); });
-  on("day", "input", (e) => { state.hour = Number(e.target.value) * count + (state.hour % count); show(false); });
-  on("clock", "input", (e) => { state.hour += Number(e.target.value) - (state.hour % count); show(false); });
-  show();
-}
-
 /** Makes a slider for the power of each lamp. */
 function makeLamps() {
   element("lampSection").hidden = !facts.lamps.length;
@@ -229,14 +153,14 @@ function makeLampSliders() {
   facts.lamps.forEach((name, l) => {
     const label = document.createElement("label");
     const [text, slider] = [document.createElement("span"), document.createElement("input")];
-    const say = () => (text.textContent = `${name} × ${short(state.lamps[l], 2)}`);
+    const tell = () => (text.textContent = `${name} × ${short(state.lamps[l], 2)}`);
     Object.assign(slider, { type: "range", min: 0, max: 2, step: 0.05, value: state.lamps[l] });
     slider.addEventListener("input", () => {
       state.lamps[l] = Number(slider.value);
-      say();
+      tell();
       relight();
     });
-    say();
+    tell();
     label.append(text, slider);
     element("lamps").append(label);
   });
@@ -263,7 +187,9 @@ function makeClip() {
       });
       row.append(slider);
     });
-    row.prepend(axis);
+    const name = document.createElement("span");
+    name.textContent = axis;
+    row.prepend(name);
     element("clip").append(row);
   });
 }
@@ -273,7 +199,7 @@ function makePanel() {
   element("source").textContent = `${facts.source ? facts.source + " · " : ""}phylux ${facts.phylux}`;
   option("quantity", "irradiance", "irradiance");
   option("quantity", "absorbed", "absorbed per area");
-  option("quantity", "none", "none (pale)");
+  option("quantity", "none", "none (grey)");
   facts.bands.forEach((band, i) => option("band", i, band.name));
   facts.captors.slice(0, 2000).forEach((id) => {
     const option = document.createElement("option");
@@ -294,35 +220,43 @@ function makePanel() {
   kinds.forEach((kind) => {
     const button = document.createElement("button");
     button.textContent = kind;
-    button.addEventListener("click", () => { tables.of = tables.of === kind ? "" : kind; showTables(); });
+    button.setAttribute("aria-expanded", "false");
+    button.addEventListener("click", () => openTable(tables.of === kind ? "" : kind));
     element("tableButtons").append(button);
   });
-  element("tableSection").hidden = !kinds.length;
+  element("findLabel").hidden = !facts.captors.length;
+  element("tableSection").hidden = !kinds.length && !facts.captors.length;
   on("copyTable", "click", () => copyText(tableCsv(), "copyTable"));
-  on("closeTable", "click", () => { tables.of = ""; showTables(); });
+  on("closeTable", "click", () => openTable(""));
   on("picture", "click", savePicture);
   on("theme", "click", () => { state.theme = isDark() ? "light" : "dark"; showTheme(); });
-  on("menu", "click", () => document.body.classList.toggle("open"));
+  on("menu", "click", () => showMenu(!document.body.classList.contains("open")));
 
-  on("quantity", "change", (e) => { state.quantity = e.target.value; repaint(true); });
-  on("band", "change", (e) => { state.band = Number(e.target.value); repaint(true); });
-  on("values", "change", (e) => { state.values = e.target.value; repaint(true); });
-  on("auto", "click", () => repaint(true));
+  const rescale = (fit) => {
+    repaint(fit);
+    sayScale();
+  };
+  on("quantity", "change", (e) => { state.quantity = e.target.value; rescale(true); });
+  on("band", "change", (e) => { state.band = Number(e.target.value); rescale(true); });
+  on("values", "change", (e) => { state.values = e.target.value; rescale(true); });
+  on("auto", "click", () => rescale(true));
   on("sensors", "click", () => {
     chooseRangeOfSensors();
-    repaint(false);
+    rescale(false);
   });
-  on("log", "change", (e) => { state.log = e.target.checked; repaint(true); });
-  for (const end of ["low", "high"]) {
-    on(end, "change", (e) => {
-      const value = Number(e.target.value.replace(",", "."));
-      const changed = { ...state, [end]: value };
-      const fits = Number.isFinite(value) && changed.low < changed.high && (!state.log || changed.low > 0);
-      if (fits) state[end] = value;
-      showScale();
-      draw();
-    });
-  }
+  on("log", "change", (e) => { state.log = e.target.checked; rescale(true); });
+  const end = (which) => (e) => {
+    const value = Number(e.target.value.replace(",", "."));
+    const changed = { ...state, [which]: value };
+    const fits = Number.isFinite(value) && changed.low < changed.high && (!state.log || changed.low > 0);
+    if (fits) state[which] = value;
+    showScale();
+    if (fits) sayScale();
+    else say(`${e.target.value} does not fit: the scale stays from ${tickText(state.low)} to ${tickText(state.high)}`);
+    draw();
+  };
+  on("low", "change", end("low"));
+  on("high", "change", end("high"));
   on("cut", "input", (e) => { state.cut = Number(e.target.value); draw(); });
   on("clear", "change", (e) => { state.clear = e.target.checked; draw(); });
   on("dark", "change", (e) => { state.dark = e.target.checked; draw(); });
@@ -335,132 +269,25 @@ function makePanel() {
   on("smooth", "change", (e) => { state.smooth = e.target.checked; repaint(false); });
   on("find", "change", (e) => find(e.target.value));
   on("copy", "click", () => copyText(csv(), "copy"));
-  on("clearListed", "click", () => { state.listed = []; showListed(); });
+  on("clearListed", "click", clearListed);
+  on("listFound", "click", () => list(parts.find((part) => part.captor === state.found).first));
+  watchCourse();
 
   element("photonSection").hidden = !photons;
   if (photons) makePhotonPanel();
 }
 
-function makePhotonPanel() {
-  let most = 0;
-  for (const bounce of photons.bounces) most = Math.max(most, bounce);
-  state.bounces = [0, most];
-  element("photonCount").textContent = `${photons.count.toLocaleString("en")} photons`;
-  const show = () => {
-    const [low, high] = state.bounces;
-    element("bounceText").textContent = low === high ? `${low}` : `${low} to ${high}`;
-    element("bounceLow").value = low;
-    element("bounceHigh").value = high;
-    draw();
-  };
-  const low = (value) => (state.bounces = [value, Math.max(value, state.bounces[1])]);
-  const high = (value) => (state.bounces = [Math.min(value, state.bounces[0]), value]);
-  for (const [id, set] of [["bounceLow", low], ["bounceHigh", high]]) {
-    element(id).max = most;
-    on(id, "input", (e) => { set(Number(e.target.value)); show(); });
-  }
-  const toggle = () => (element("photonOptions").hidden = !state.photons);
-  on("photons", "change", (e) => {
-    state.photons = e.target.checked;
-    // photons stand out on pale surfaces
-    state.quantity = state.photons ? "none" : "irradiance";
-    element("quantity").value = state.quantity;
-    toggle();
-    repaint(true);
-  });
-  on("photonColour", "change", (e) => { state.photonColour = e.target.value; paintPhotons(); draw(); });
-  toggle();
-  show();
+/** Opens or closes the settings of a phone. */
+function showMenu(open) {
+  document.body.classList.toggle("open", open);
+  element("menu").setAttribute("aria-expanded", String(open));
+  element("menu").textContent = open ? "✕" : "☰";
+  element("menu").setAttribute("aria-label", open ? "close the settings" : "settings");
 }
 
-// --- the mouse ---
-
-function watchMouse() {
-  const canvas = renderer.domElement;
-  let at = null, waiting = false, pressed = null;
-  const look = () => {
-    waiting = false;
-    if (at) showTip(tileAt(at.x, at.y), at.x, at.y);
-  };
-  canvas.addEventListener("pointermove", (e) => {
-    at = e.buttons ? null : { x: e.clientX, y: e.clientY };
-    if (!at) showTip(-1);
-    else if (!waiting) {
-      waiting = true;
-      requestAnimationFrame(look);
-    }
-  });
-  // a finger that is lifted leaves, too, and what it has asked for stays
-  canvas.addEventListener("pointerleave", (e) => {
-    if (e.pointerType !== "touch") { at = null; showTip(-1); }
-  });
-  canvas.addEventListener("pointerdown", (e) => (pressed = { x: e.clientX, y: e.clientY }));
-  canvas.addEventListener("pointerup", (e) => {
-    // a click, not the end of a drag
-    if (e.button !== 0 || !pressed || Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) > 4) return;
-    const tile = tileAt(e.clientX, e.clientY);
-    // a finger does not hover
-    if (e.pointerType === "touch") showTip(tile, e.clientX, e.clientY);
-    else if (tile >= 0 && tile < facts.tiles) list(tile);
-  });
-}
-
-// --- the keyboard ---
-
-/** Turns the viewpoint around the point that it looks at, by these angles in degrees about the vertical and upwards. */
-function turn(across, up) {
-  const away = camera.position.clone().sub(controls.target);
-  const vertical = new T.Vector3(0, 0, 1);
-  away.applyAxisAngle(vertical, (across * Math.PI) / 180);
-  const right = vertical.clone().cross(away).normalize();
-  const turned = away.clone().applyAxisAngle(right, (-up * Math.PI) / 180);
-  // not over the top
-  if (Math.abs(turned.z) < 0.998 * turned.length()) away.copy(turned);
-  camera.position.copy(controls.target).add(away);
-  controls.update();
-  draw();
-}
-
-/** Moves the viewpoint by fractions of its distance to the point that it looks at. */
-function move(right, up) {
-  const away = camera.position.clone().sub(controls.target);
-  const across = new T.Vector3(0, 0, 1).cross(away).normalize();
-  const step = across.clone().multiplyScalar(right * away.length());
-  step.addScaledVector(away.clone().normalize().cross(across), up * away.length());
-  camera.position.add(step);
-  controls.target.add(step);
-  controls.update();
-  draw();
-}
-
-function zoom(factor) {
-  const away = camera.position.clone().sub(controls.target);
-  camera.position.copy(controls.target).addScaledVector(away, factor);
-  controls.update();
-  draw();
-}
-
-/** Returns to the captors or, with `all`, shows the whole scene. */
-function resetView(all) {
-  if (all) lookAtAll();
-  else lookAtCaptors();
-  element("clear").checked = state.clear;
-  draw();
-}
-
-function watchKeys() {
-  const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-  const keys = {
-    "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), Home: () => resetView(false), a: () => resetView(true),
-    f: () => element("find").focus(), p: savePicture, t: () => element("tableButtons").firstElementChild?.click(),
-    Escape: () => { tables.of = ""; showTables(); showTip(-1); },
-  };
-  document.addEventListener("keydown", (e) => {
-    if (e.ctrlKey || e.metaKey || e.altKey || e.target.matches("input, select, textarea, summary, button")) return;
-    const arrow = arrows[e.key];
-    if (arrow) (e.shiftKey ? move(0.05 * arrow[0], 0.05 * arrow[1]) : turn(5 * arrow[0], 5 * arrow[1]));
-    else if (keys[e.key]) keys[e.key]();
-    else return;
-    e.preventDefault();
-  });
+function clearListed() {
+  state.listed = [];
+  relist();
+  say("nothing is listed");
+  renderer.domElement.focus();
 }

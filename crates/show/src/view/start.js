@@ -1,16 +1,18 @@
 // Starts the page.
 
-function start() {
+async function start() {
   makeRenderer();
   resize();
   // glass would hide what is behind it
   facts.materials.forEach((material, key) => material.clear && state.hidden.material.add(key));
   findDarkSides();
-  if (hours) state.hour = brightestHour();
+  chooseFirstTime();
   findLargePlanes();
+  await reached(0.82, "arranging the surfaces");
   makeSmooth();
   makeMeshes();
   makeOutlines();
+  await reached(0.9, "colouring the surfaces");
   paintTiles();
   lookAtCaptors();
   const ranged = readLink();
@@ -24,11 +26,15 @@ function start() {
   watchMouse();
   watchKeys();
   new ResizeObserver(resize).observe(stage);
+  showLoading(1, "");
+  element("message").hidden = true;
   document.documentElement.dataset.ready = "yes";
 }
 
-element("message").textContent = "reading the light …";
-readData().then(start).then(() => (element("message").textContent = ""), (error) => {
-  element("message").textContent = `This page needs a browser of 2023 or later with WebGL 2: ${error.message}`;
+clearTimeout(loading.timer);
+readData().then(start).catch((error) => {
+  element("progress").hidden = true;
+  element("message").hidden = false;
+  element("progressText").textContent = `This page needs a browser of 2023 or later with WebGL 2: ${error.message}`;
   console.error(error);
 });

@@ -30,7 +30,8 @@ function linesOf(part, tile) {
   const { captor } = part;
   const lines = [];
   const each = (of) => facts.bands.map((_, band) => of(band));
-  const { irradiance, flux } = facts.unit;
+  const { flux } = facts.unit;
+  const irradiance = isDaily() ? facts.year.unit : facts.unit.irradiance;
   if (captor >= 0) {
     const line = (name, channel, factor, unit, quantity, face) => {
       const values = each((band) => {
@@ -43,7 +44,8 @@ function linesOf(part, tile) {
     line("back", BACK, 1, irradiance, "irradiance", "back");
     line("absorbed", ABSORBED, facts.areas[captor], flux, "absorbed", "");
   }
-  if (tile < surfaceTiles) {
+  // the light at a place is that of the whole period
+  if (tile < surfaceTiles && state.hour < 0) {
     const line = (name, channel, quantity, face) => {
       const values = each((band) => {
         const value = localValue(tile, channel, band);
@@ -72,6 +74,7 @@ function descriptionOf(part) {
 function cell(row, text, kind = "td") {
   const cell = document.createElement(kind);
   cell.textContent = text;
+  if (kind === "th") cell.scope = "col";
   row.append(cell);
 }
 
@@ -169,24 +172,34 @@ function list(tile) {
   const same = (row) => (part.captor >= 0 ? row.captor === part.captor : row.tile === tile);
   if (state.listed.some(same)) state.listed = state.listed.filter((row) => !same(row));
   else state.listed.push({ tile, part, captor: part.captor });
-  showListed();
+  courseOff = false;
+  say(`${nameOf(part)} ${state.listed.some(same) ? "is listed" : "is no longer listed"}`);
+  relist();
 }
 
 function showListed() {
   const table = element("table");
   table.replaceChildren();
-  element("listed").style.display = state.listed.length ? "block" : "none";
-  heading(table, ["captor", "", ...facts.bands.map((_, band) => headOf(band)), ""]);
+  element("listed").hidden = !state.listed.length;
+  // on a phone the chosen band; the CSV has all
+  const bands = stage.clientWidth < 640 ? [state.band] : facts.bands.map((_, band) => band);
+  heading(table, ["captor", "", ...bands.map(headOf), ""]);
   const body = table.createTBody();
   for (const { part, tile } of state.listed) {
     linesOf(part, tile).forEach((line, i) => {
       const row = body.insertRow();
       cell(row, i ? "" : nameOf(part));
       cell(row, line.name);
-      line.values.forEach((value) => cell(row, withError(value)));
+      bands.forEach((band) => cell(row, withError(line.values[band])));
       cell(row, line.unit);
     });
   }
+  showCourse();
+}
+
+/** Lists or takes away, and marks what is listed. */
+function relist() {
+  showListed();
   paintTiles();
   draw();
 }
@@ -225,14 +238,26 @@ async function copyText(text, button) {
     document.execCommand("copy");
     area.remove();
   }
-  element(button).textContent = "copied";
-  setTimeout(() => (element(button).textContent = "copy as CSV"), 1200);
+  element(button).textContent = "Copied";
+  say("copied");
+  setTimeout(() => (element(button).textContent = "Copy as CSV"), 1200);
 }
 
 // --- tables of groups, plants and captors ---
 
 const MOST_ROWS = 1000;
 const tables = { of: "", column: 0, down: false };
+
+/** Opens a table, or closes it with the empty name; what had the focus before gets it back. */
+function openTable(kind) {
+  const opened = tables.of;
+  tables.of = kind;
+  showTables();
+  const button = (name) => [...element("tableButtons").children].find(({ textContent }) => textContent === name);
+  for (const other of element("tableButtons").children) other.setAttribute("aria-expanded", other.textContent === kind);
+  if (kind) element("copyTable").focus();
+  else button(opened)?.focus();
+}
 
 /** Returns the rows of a table of captors, groups or plants; an instance of an object counts as a plant. */
 function rowsOf(kind) {
@@ -266,6 +291,7 @@ function showTables() {
   const box = element("tables");
   box.hidden = !tables.of;
   if (!tables.of) return;
+  element("tableName").textContent = tables.of;
   const rows = rowsOf(tables.of);
   const columns = columnsOf(rows);
   const key = columns[Math.min(tables.column, columns.length - 1)].sort;
@@ -287,6 +313,7 @@ function showTables() {
       tables.down = i === tables.column ? !tables.down : i > 0;
       tables.column = i;
       showTables();
+      table.tHead.rows[0].cells[i].firstChild.focus();
     });
     cell.replaceChildren(button);
     cell.setAttribute("aria-sort", i === tables.column ? (tables.down ? "descending" : "ascending") : "none");
@@ -295,7 +322,12 @@ function showTables() {
   for (const row of rows.slice(0, MOST_ROWS)) {
     const line = body.insertRow();
     columns.forEach((column) => cell(line, column.text(row)));
-    if (row.captor >= 0) line.addEventListener("click", () => find(row.name));
+    if (row.captor < 0) continue;
+    const button = document.createElement("button");
+    button.textContent = row.name;
+    button.title = "find it in the picture";
+    line.cells[0].replaceChildren(button);
+    line.addEventListener("click", () => find(row.name));
   }
   const left = rows.length - MOST_ROWS;
   element("tableNote").textContent = left > 0 ? `and ${left} more, which CSV has` : "";
