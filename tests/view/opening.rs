@@ -45,6 +45,30 @@ fn needs_chromium_the_page_opens_at_the_captors() {
     page.no_complaints();
 }
 
+/// A scene without captors has its page too: no table, no field to find them, but its light and its
+/// photons, and pictures of both.
+#[test]
+#[ignore = "needs Chromium"]
+fn needs_chromium_a_scene_without_captors_is_shown() {
+    let scene = World::new()
+        .material("grey", json!({ "type": "lambert", "reflectance": 0.5 }))
+        .surface("floor", "grey", &Mesh::square([0.0; 3], [0.0, 0.0, 1.0], 1.0))
+        .light(json!({ "type": "point", "power": 10, "position": [0, 0, 1] }))
+        .write();
+    let page = open(&scene, &["--photons", "20000"]);
+    assert_eq!(page.evaluate("element('tableSection').hidden"), true);
+    assert!(number(&page, "shownRange.most") > 0.0);
+    let bright = number(&page, "picture().height");
+    page.evaluate("element('photons').click(); element('fly').click(); 0");
+    page.wait_for("points.material.uniforms.time.value > 0");
+    page.evaluate(
+        "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: ' ', bubbles: true })); 0",
+    );
+    assert_eq!(number(&page, "points.material.uniforms.time.value"), -1.0);
+    assert!(number(&page, "picture().height") > 300.0 && bright > 300.0);
+    page.no_complaints();
+}
+
 /// A plane that is much larger than the other captors is an outline until it is filled.
 #[test]
 #[ignore = "needs Chromium"]

@@ -35,8 +35,8 @@ fn needs_chromium_photons_fly_along_their_paths() {
            speed: Math.min(...speeds) / Math.max(...speeds), lights: new Set(lightOf).size }; })()",
     );
     let value = |key: &str| found[key].as_f64().expect(key);
-    // both lamps are points, and places are kept to a step of the box
-    assert!(value("off") < 3.0 && value("broken") < 3.0, "{found}");
+    // both lamps are points; places are kept to a step of the box, directions to some 1e-5
+    assert!(value("off") < 8.0 && value("broken") < 3.0, "{found}");
     assert_eq!([value("early"), value("lights")], [0.0, 2.0], "{found}");
     assert_eq!(value("links") + value("first"), value("count"), "in a closed room: {found}");
     assert!(value("speed") > 0.99 && found["longest"] == true, "{found}");
@@ -103,7 +103,7 @@ fn needs_chromium_points_are_small_where_photons_are_many() {
          const third = Math.floor(cells.length / 3);
          return mean(cells.slice(-third)) / mean(cells.slice(0, third)); })()",
     );
-    assert!(ratio < 0.7, "{ratio}");
+    assert!(ratio < 0.85, "{ratio}");
     page.no_complaints();
 }
 

@@ -25,6 +25,16 @@ impl YearTable {
     /// or else a CSV file, of which one face of each band is kept. Errors: the folder has neither
     /// file, or the file is not a complete table.
     pub fn read(folder: &Path, name: &str, face: Face) -> Result<Self> {
+        let table = Self::read_rows(folder, name, face)?;
+        match table.values.is_empty() {
+            true => Err(broken(&table.path, "it has no row")),
+            false => Ok(table),
+        }
+    }
+
+    /// Reads a table as [`read`](Self::read) does, or one without a row, as hours are if none were
+    /// asked for. Errors: those of `read` but this.
+    pub fn read_rows(folder: &Path, name: &str, face: Face) -> Result<Self> {
         let [parquet, csv] = ["parquet", "csv"].map(|end| folder.join(format!("{name}.{end}")));
         let mut table = match (parquet.is_file(), csv.is_file()) {
             #[cfg(feature = "parquet")]
@@ -42,12 +52,8 @@ impl YearTable {
             }
         };
         let all = table.times.len() * table.ids.len() * table.bands.len();
-        if table.values.is_empty() || table.values.len() != all {
-            let problem = match table.values.is_empty() {
-                true => "it has no row",
-                false => "its last time is not complete",
-            };
-            return Err(broken(&table.path, problem));
+        if table.values.len() != all {
+            return Err(broken(&table.path, "its last time is not complete"));
         }
         table.values.shrink_to_fit();
         Ok(table)

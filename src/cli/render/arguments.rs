@@ -49,8 +49,8 @@ pub struct Arguments {
     /// leave it [default: auto]
     #[arg(long, value_enum, value_name = "HOW")]
     pub white_balance: Option<Balance>,
-    /// Band or sum of the scene to show, or `sum` for all bands together [default: all; sum in
-    /// false colour]
+    /// Band or sum of the scene to show, or `sum` for all bands together [default: all; in false
+    /// colour the first sum, or the first band]
     #[arg(long, value_name = "NAME")]
     pub band: Option<String>,
     /// Space the colours by equal ratios of the values, not by equal differences

@@ -6,10 +6,12 @@ const steps = ["all", ...["hours", "days", "months"].filter((step) => facts.year
 /** The time that each step shows when it is chosen: at first the brightest. */
 const lastTimes = {};
 
-/** Chooses an hour, or a day where the page has no hours, as what is shown at first. */
+/** Chooses an hour, or a day where the page has no hours of captors, as what is shown at first. */
 function chooseFirstTime() {
   for (const step of steps.slice(1)) lastTimes[step] = brightest(year[step]);
-  if (steps.length > 1) [state.step, state.hour] = [steps[1], lastTimes[steps[1]]];
+  // rather one that has all captors: hours may be those of groups alone
+  const first = steps.slice(1).find((step) => !year[step].rows) ?? steps[1];
+  if (first) [state.step, state.hour] = [first, lastTimes[first]];
 }
 
 /** Returns the time of a table as text, such as `2025-06-21 12:00`. */

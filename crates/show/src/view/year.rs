@@ -35,16 +35,20 @@ impl YearLight {
     /// Reads the tables in a folder that `phylux year` wrote, which may lack those of hours. Errors:
     /// it has neither hours nor days; a table is not complete.
     pub fn read(folder: &Path) -> Result<Self> {
-        let read = |name: &str| YearTable::read(folder, name, Face::Front);
         let files = YearTable::files(folder);
-        let of = |name: &str| {
+        let of = |name: &str| -> Result<Option<YearTable>> {
             let has =
                 files.iter().any(|file| file.is_file() && file.file_stem() == Some(name.as_ref()));
-            has.then(|| read(name)).transpose()
+            let table = has.then(|| YearTable::read_rows(folder, name, Face::Front)).transpose()?;
+            Ok(table.filter(|table| !table.values.is_empty()))
         };
         let (hours, days, months) = (of("hours")?, of("days")?, of("months")?);
         match (&hours, &days) {
-            (None, None) => Ok(Self { hours: Some(read("hours")?), days, months }),
+            (None, None) => Ok(Self {
+                hours: Some(YearTable::read(folder, "hours", Face::Front)?),
+                days,
+                months,
+            }),
             _ => Ok(Self { hours, days, months }),
         }
     }
