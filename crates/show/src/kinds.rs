@@ -68,7 +68,7 @@ impl Kind {
         let name = name.to_lowercase();
         let words = || name.split(|c: char| !c.is_alphabetic());
         let begins = |known: &&str| words().any(|word| word.starts_with(known));
-        let known = WORDS.iter().find(|(_, known)| known.iter().any(|known| begins(&known)));
+        let known = WORDS.iter().find(|(_, known)| known.iter().any(begins));
         known.map(|(kind, _)| *kind)
     }
 

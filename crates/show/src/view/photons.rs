@@ -17,6 +17,8 @@ const MOST: usize = 50_000;
 const MOST_ALIKE: usize = 64;
 /// Least cosine between the direction of flight and the way from the surface before.
 const ALONG: f32 = 0.9995;
+/// Farther than anything in a scene, m.
+const FAR: f32 = 1e30;
 
 /// An arrival, and where the photon flew from.
 #[derive(Debug)]
@@ -130,13 +132,16 @@ fn entrance(extent: &Extent, to: Vec3, direction: Vec3) -> Vec3 {
 /// Returns the distances back along a flight between which it was in a box, m; the first is larger
 /// than the second if it was not.
 fn behind(extent: &Extent, to: Vec3, direction: Vec3) -> [f32; 2] {
-    // a flight along a side would give 0/0
     let back = -direction;
-    let steep = Vec3::splat(f32::MIN_POSITIVE).copysign(back);
-    let along = Vec3::select(back.abs().cmplt(Vec3::splat(1e-9)), steep, back).recip();
-    let along = along.clamp(Vec3::splat(-1e30), Vec3::splat(1e30));
+    // along a side it is always between two sides, or never
+    let level = back.abs().cmplt(Vec3::splat(1e-9));
+    let within = to.cmpge(extent.min) & to.cmple(extent.max);
+    let ends = Vec3::select(within, Vec3::splat(FAR), Vec3::splat(-FAR));
+    let along = Vec3::select(level, Vec3::ONE, back).recip();
     let [a, b] = [extent.min, extent.max].map(|side| (side - to) * along);
-    [a.min(b).max_element().max(0.0), a.max(b).min_element()]
+    let near = Vec3::select(level, -ends, a.min(b));
+    let far = Vec3::select(level, ends, a.max(b));
+    [near.max_element().max(0.0), far.min_element()]
 }
 
 #[cfg(test)]
