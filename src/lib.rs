@@ -83,12 +83,12 @@ pub mod transport {
 pub mod results {
     pub use phylux_results::{
         Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, Calibration, CanopyResult,
-        CaptorResult, Comparison, DarkResult, Difference, Electricity, Energy, EvenPowers,
-        FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity, GroupResult, InputResult,
-        LampElectricity, LayerResult, Lit, MapResult, Model, ModelErrors, NearestResult,
-        RatioResult, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings, SensitivityResult,
-        Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity, Varied, Warning,
-        WorstResult, YearFacts,
+        CaptorResult, Comparison, DarkResult, Deviations, Difference, Electricity, Energy,
+        EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity, GroupResult,
+        InputResult, LampElectricity, LayerResult, Lit, MapResult, Model, ModelErrors,
+        NearestResult, RatioResult, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings,
+        SensitivityResult, Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity,
+        Varied, Warning, WorstResult, YearFacts,
     };
 }
 

@@ -68,7 +68,7 @@ fn reflectance_of_a_furnace() {
         let ratio = ratios.ratio[0].expect("a ratio");
         let varies = s / (1.0 - r[1]) - s / (1.0 - r[0]);
         close("ratio", ratios.ratio_model_se.as_ref().expect("its own")[0], ratio * varies, 0.08);
-        for (band, model) in ["b0", "b1", "both"].into_iter().zip(model) {
+        for (band, model) in ["b0", "b1", "both"].into_iter().zip(model.iter()) {
             let of = budget(&found, "disc", "front", band);
             assert_eq!(of.model_se, *model);
             let [only] = &of.largest[..] else { panic!("{of:?}") };

@@ -569,8 +569,8 @@ def _ground(result: Result) -> set[int]:
         height, steepness = (float(np.average(column[rows, 2], weights=weights)) for column in (result.center, result.normal))
         bare = all(_organ(result.ids[row])[1:] == ("", None) for row in rows)
         flat = abs(steepness) > 1 - 1e-4 and (np.abs(result.center[rows, 2] - height) <= 1e-4 * extent).all()
-        lit = (np.nan_to_num(result.flux[rows]) > 0).any(axis=2)
-        one_sided = abs(steepness) > 0.7 and not lit.all(axis=1).any()
+        lit = np.any(np.nan_to_num(result.flux[rows]) > 0, axis=2)
+        one_sided = abs(steepness) > 0.7 and not np.all(lit, axis=1).any()
         of_object.append((height, bare and bool(flat or one_sided), rows))
     of_object.sort(key=lambda own: own[0])
     found: list[list[int]] = []

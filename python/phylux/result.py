@@ -501,8 +501,8 @@ class Result:
         numbers = np.empty((len(absorbed), count, width + bands))
         unknown = np.full_like(values.flux, np.nan)
         for which, of_absorbed in enumerate(absorbed):
-            found = (cell[1 + which] for cell in cells)
-            arrived = np.stack([unknown if array is None else array for array in found], axis=-1)
+            of_cells = (cell[1 + which] for cell in cells)
+            arrived = np.stack([unknown if array is None else array for array in of_cells], axis=-1)
             numbers[which, :, :width] = arrived.reshape(count, width)
             numbers[which, :, width:] = of_absorbed
         there = ~np.isnan(numbers[0])

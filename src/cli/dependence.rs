@@ -187,7 +187,7 @@ fn settled(result: &RunResult) -> (usize, usize) {
         let place = Shown::of_captor(captor);
         let model: Option<&[f64]> = match place.absorbed {
             Some(_) => captor.absorbed_model_se.as_deref(),
-            None => captor.front.irradiance_model_se.as_deref(),
+            None => captor.front.irradiance_model_se.as_deref().map(|of| &**of),
         };
         let Some(model) = model else { continue };
         let lit: Vec<usize> = (0..model.len()).filter(|b| place.value(*b).0 != 0.0).collect();

@@ -24,7 +24,7 @@ use phylux_core::{
     math::units::UnitNames,
 };
 use phylux_results::result::{
-    AbsorbedByFace, BandResult, CanopyResult, CaptorResult, ElectricityRow, FaceResult,
+    AbsorbedByFace, BandResult, CanopyResult, CaptorResult, Deviations, ElectricityRow, FaceResult,
     RatioResult, Ratios, RunResult,
 };
 
@@ -421,7 +421,7 @@ fn face_absorbed_rows<W: Write>(
 type Row = (&'static str, f64, [Option<f64>; 2]);
 
 fn face_rows(face: &FaceResult, band: usize) -> Vec<Row> {
-    let model = |of: &Option<Box<[f64]>>| of.as_ref().map(|of| of[band]);
+    let model = |of: &Option<Box<Deviations>>| of.as_ref().map(|of| of[band]);
     let [flux, irradiance] = [&face.flux_model_se, &face.irradiance_model_se].map(model);
     let mut rows = vec![
         ("flux", face.flux[band], [face.flux_se[band], flux]),

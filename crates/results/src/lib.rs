@@ -23,10 +23,10 @@ pub use compare::{Comparison, Difference};
 pub use flat::FlatResult;
 pub use result::{
     Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CanopyResult, CaptorResult,
-    DarkResult, Electricity, Energy, FaceResult, Factor, FactorErrors, GroupElectricity,
-    GroupResult, InputResult, LampElectricity, LayerResult, MapResult, NearestResult, RatioResult,
-    Ratios, RunResult, RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult,
-    Uniformity, Warning, WorstResult,
+    DarkResult, Deviations, Electricity, Energy, FaceResult, Factor, FactorErrors,
+    GroupElectricity, GroupResult, InputResult, LampElectricity, LayerResult, MapResult,
+    NearestResult, RatioResult, Ratios, RunResult, RunSettings, SensitivityResult, Share, Shares,
+    SumUnit, ToleranceResult, Uniformity, Warning, WorstResult,
 };
 pub use saved::ResultsFile;
 pub use year_facts::YearFacts;

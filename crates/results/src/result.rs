@@ -43,7 +43,7 @@ pub use sensitivity::SensitivityResult;
 pub use settings::RunSettings;
 pub use spread::{Evenness, Uniformity};
 pub use stand::{CanopyResult, LayerResult};
-pub use uncertain::{BudgetResult, InputResult};
+pub use uncertain::{BudgetResult, Deviations, InputResult};
 pub use warnings::{FEW_HISTORIES, Warning};
 
 /// A value for each light by the light's name, in the order of the scene.
@@ -444,14 +444,14 @@ pub struct FaceResult {
     pub flux_se: Vec<Option<f64>>,
     /// Standard deviation of the flux by inputs that are uncertain, where the scene has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub flux_model_se: Option<Box<[f64]>>,
+    pub flux_model_se: Option<Box<Deviations>>,
     /// Flux per area.
     pub irradiance: Vec<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub irradiance_se: Vec<Option<f64>>,
     /// Standard deviation of the irradiance by inputs that are uncertain, where the scene has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub irradiance_model_se: Option<Box<[f64]>>,
+    pub irradiance_model_se: Option<Box<Deviations>>,
     /// For a scene in umol/s over a period: the daily light integral, averaged over its days,
     /// mol/m2/d. Null for bands and sums that are not within 400 to 700 nm.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BandResult,
+    BandResult, Deviations,
     validate::{are_errors, are_model_errors},
 };
 use phylux_core::{
@@ -208,7 +208,7 @@ pub struct Ratios {
     pub ratio_se: Vec<Option<f64>>,
     /// Standard deviation of the ratio by inputs that are uncertain, where the scene has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ratio_model_se: Option<Vec<f64>>,
+    pub ratio_model_se: Option<Box<Deviations>>,
     /// Where results are kept by light: the variance of the numerator's flux, the covariance of
     /// numerator and denominator, and the variance of the denominator's flux, from which the errors
     /// at other powers follow; null where they are not known.

@@ -8,7 +8,7 @@
 //! where the inputs of a set vary together, and the sets independently. An input varies in all bands
 //! together, so that the parts of a sum over bands add up before they are squared.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, ops::Deref};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -69,6 +69,19 @@ impl BudgetResult {
     pub(super) fn is_valid(&self) -> bool {
         let mut numbers = self.largest.iter().map(|input| input.se).chain([self.model_se]);
         self.captor.is_some() != self.group.is_some() && numbers.all(is_possible)
+    }
+}
+
+/// Standard deviations of the values of a face by uncertain inputs, per band, then per sum.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Deviations(pub Vec<f64>);
+
+impl Deref for Deviations {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.0
     }
 }
 
@@ -187,8 +200,8 @@ impl RunResult {
                 let Some(varies) = inputs.varies(face.channel) else { continue };
                 let all: Vec<f64> = varies.iter().map(together).collect();
                 let (of_bands, of_ratios) = all.split_at(columns);
-                let of_ratios = (!of_ratios.is_empty()).then(|| of_ratios.to_vec());
                 let per_area = || of_bands.iter().map(|flux| flux / face.per).collect();
+                let boxed = |values: Vec<f64>| Some(Box::new(Deviations(values)));
                 let (front, back, absorbed, absorbed_ratios) = match p < of_captors {
                     true => {
                         let of = &mut self.captors[p];
@@ -208,8 +221,8 @@ impl RunResult {
                 };
                 let ratios = match of_face {
                     Some(found) => {
-                        found.flux_model_se = Some(of_bands.into());
-                        found.irradiance_model_se = Some(per_area());
+                        found.flux_model_se = boxed(of_bands.to_vec());
+                        found.irradiance_model_se = boxed(per_area());
                         &mut found.ratios
                     }
                     None => {
@@ -217,7 +230,9 @@ impl RunResult {
                         absorbed_ratios
                     }
                 };
-                ratios.iter_mut().for_each(|found| found.ratio_model_se = of_ratios.clone());
+                if let Some(found) = ratios {
+                    found.ratio_model_se = boxed(of_ratios.to_vec());
+                }
                 if place.group.is_some() || self.groups.is_empty() {
                     budget.extend(self.budget_of(&inputs, place, face, &varies));
                 }

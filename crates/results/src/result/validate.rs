@@ -1,8 +1,8 @@
 //! Checks that a result which was read from a file is complete.
 
 use super::{
-    Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CaptorResult, Energy, FaceResult,
-    Factor, GroupResult, NearestResult, Ratios, RunResult, ToleranceResult,
+    Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CaptorResult, Deviations, Energy,
+    FaceResult, Factor, GroupResult, NearestResult, Ratios, RunResult, ToleranceResult,
 };
 use phylux_core::math::stats::is_possible;
 
@@ -17,7 +17,7 @@ impl RunResult {
             numbers.all(|number| is_possible(*number))
                 && captor.faces().all(|face| face.is_valid(bands, ratios))
                 && fits(absorbed, absorbed_se, by_light, bands)
-                && are_model_errors(captor.absorbed_model_se.as_deref(), bands)
+                && captor.absorbed_model_se.iter().all(|of| are_values(of, bands))
                 && are_ratios(&captor.absorbed_ratios, by_light, ratios)
                 && are_faces(&captor.absorbed_by_face, by_light, bands)
         };
@@ -27,7 +27,7 @@ impl RunResult {
                     .chain(&group.back)
                     .all(|f| f.is_valid(bands, ratios))
                 && fits(&group.absorbed, &group.absorbed_se, &group.by_light, bands)
-                && are_model_errors(group.absorbed_model_se.as_deref(), bands)
+                && group.absorbed_model_se.iter().all(|of| are_values(of, bands))
                 && are_ratios(&group.absorbed_ratios, &group.by_light, ratios)
                 && are_faces(&group.absorbed_by_face, &group.by_light, bands)
         };
@@ -163,6 +163,6 @@ pub fn are_errors(errors: &[Option<f64>], bands: usize) -> bool {
 }
 
 /// Returns whether these are standard deviations of so many values, where there are any.
-pub fn are_model_errors(errors: Option<&[f64]>, values: usize) -> bool {
+pub fn are_model_errors(errors: Option<&Deviations>, values: usize) -> bool {
     errors.is_none_or(|errors| are_values(errors, values))
 }

@@ -14,13 +14,12 @@ const ASIDE: i32 = px(7);
 const ABOVE: i32 = px(11);
 const FAR_ABOVE: i32 = px(18);
 /// What it costs a name to stand above or below a point and not at an end, level with it, or farther
-/// away, and to be as near to another series, or nearer to it than to its own; one that is moved up or
-/// down from an end costs twice as far as it is moved.
+/// away, and to be as near to another series; one that is moved up or down from an end costs twice as
+/// far as it is moved. It never stands nearer to another series than to its own.
 const ON_LINE: i32 = px(20);
 const LEVEL: i32 = px(25);
 const FAR: i32 = px(35);
 const NEAR_OTHER: i32 = px(40);
-const NEARER_OTHER: i32 = px(150);
 /// The most points of a series at which its name may stand.
 const POINTS: usize = 40;
 
@@ -103,12 +102,10 @@ pub(super) fn labels(
             let own = far(at, own);
             series.stroke != Stroke::Level && others.any(|(_, places)| far(at, places) < own)
         };
-        let free = places(series, frame, half, shown).into_iter().filter(|(at, _)| is_free(*at));
-        let best = free.min_by_key(|&(at, cost)| match (nearer_other(at), near_other(at)) {
-            (true, _) => cost + NEARER_OTHER,
-            (false, true) => cost + NEAR_OTHER,
-            (false, false) => cost,
-        });
+        let free = places(series, frame, half, shown).into_iter();
+        let free = free.filter(|(at, _)| is_free(*at) && !nearer_other(*at));
+        let best =
+            free.min_by_key(|&(at, cost)| cost + if near_other(at) { NEAR_OTHER } else { 0 });
         placed.push(Some((best?.0, half)));
     }
     Some(placed)
