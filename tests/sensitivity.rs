@@ -80,6 +80,29 @@ fn walls_of_a_furnace() {
     }
 }
 
+/// In a group of sensors of which some have a back, the derivative on the back is one per area of the
+/// backs: dE / dR = e E / R with E the irradiance there. The test does not depend on chance.
+#[test]
+fn backs_of_a_group_have_their_own_area() {
+    let rho = 0.5;
+    let disc = |x: f64| Mesh::disc([x, 0.1, -0.3], UP, 0.2);
+    let world = furnace(1.0, rho)
+        .with("sensitivity", json!(["wall"]))
+        .captor_of_both_sides("two", &disc(-0.4))
+        .captor("one", &disc(0.4))
+        .with("groups", json!({ "all": ["two", "one"] }));
+    let found = run(&world, PHOTONS, 1);
+    let group = found.groups.iter().find(|of| of.id == "all").expect("the group");
+    let back = group.back.as_ref().expect("a back").irradiance[0];
+    for (face, irradiance) in [("front", group.front.irradiance[0]), ("back", back)] {
+        let is_it = |of: &&SensitivityResult| of.group.as_deref() == Some("all") && of.face == face;
+        let of = all(&found).iter().find(is_it).expect("the face");
+        let (e, derivative) =
+            (of.elasticity[0].expect("light"), of.derivative[0].expect("a number"));
+        assert!((derivative / (e * irradiance / rho) - 1.0).abs() < 1e-5, "{face}: {derivative}");
+    }
+}
+
 /// A box with a lamp in its middle and walls that are captors, whose power is all absorbed by them:
 /// what they absorb does not depend on their reflectance.
 ///

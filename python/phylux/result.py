@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native, html
+from .commands import pandas as _pandas
 from .errors import in_python, missing, wrong
 from .studies import Calibration, Comparison
 from .values import finite, plain
@@ -416,10 +417,7 @@ class Result:
         found = self._head.get("layers")
         if found is None:
             return None
-        try:
-            import pandas as pd
-        except ImportError:
-            raise missing("pandas", "a table of layers") from None
+        pd = _pandas("a table of layers")
         rows = [
             (layer["from"], layer["to"], layer["area"], band, value, np.nan if se is None else se)
             for layer in found
@@ -441,10 +439,7 @@ class Result:
         found = self._head.get("sensitivity")
         if found is None:
             return None
-        try:
-            import pandas as pd
-        except ImportError:
-            raise missing("pandas", "a table of sensitivities") from None
+        pd = _pandas("a table of sensitivities")
         values = ["elasticity", "elasticity_se", "derivative", "derivative_se"]
         rows = [
             (of.get("captor"), of.get("group"), of["face"], of["parameter"], band, *numbers)
@@ -463,10 +458,7 @@ class Result:
         found = self._head.get("budget")
         if found is None:
             return None
-        try:
-            import pandas as pd
-        except ImportError:
-            raise missing("pandas", "a table of uncertainties") from None
+        pd = _pandas("a table of uncertainties")
         rows = [
             (of.get("captor"), of.get("group"), of["face"], of["band"], of["model_se"], rank, by["parameter"], by["se"])
             for of in found
@@ -488,10 +480,7 @@ class Result:
         return {name: dict(zip(self.bands, map(number, values), strict=True)) for name, values in found.items()}
 
     def _tidy(self, key: str, values: Values, cells: list[_Cell]) -> Any:
-        try:
-            import pandas as pd
-        except ImportError:
-            raise missing("pandas", "a DataFrame") from None
+        pd = _pandas("a DataFrame")
         count, bands, quantities = len(values), len(self.bands), [cell[0] for cell in cells]
         width = 2 * bands * len(cells)
         absorbed = [values.absorbed, values.absorbed_se]

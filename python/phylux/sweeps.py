@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from . import _native, html
+from .commands import pandas as _pandas
 from .errors import missing, wrong
 from .result import Result
 from .scene import Scene
@@ -51,10 +52,7 @@ class Sweep(Sequence[Result]):
         return self._joined([result.groups for result in self.results])
 
     def _joined(self, tables: list[Any]) -> Any:
-        try:
-            import pandas as pd
-        except ImportError:
-            raise missing("pandas", "a DataFrame") from None
+        pd = _pandas("a DataFrame")
         named = []
         for run, (values, table) in enumerate(zip(self.values, tables)):
             table = table.copy()

@@ -56,6 +56,29 @@ def test_the_frame_is_the_table_of_the_command(tmp_path):
     assert set(frame.quantity) == {"flux", "irradiance", "knn_irradiance", "knn_radiance", "absorbed"}
 
 
+def test_uncertain_inputs_are_in_frames(tmp_path):
+    pd = pytest.importorskip("pandas")
+    scene = chamber()
+    scene.keys["ratios"] = {"red over blue": {"numerator": "red", "denominator": "blue"}}
+    plain = scene.run(photons=20_000, k=0)
+    assert plain.budget is None and plain.values.flux_model_se is None and "model_se" not in plain.frame
+    scene.keys["uncertain"] = {"/materials/wall/reflectance": 0.02, "/lights/lamp/power": [1, 4]}
+    found = scene.run(photons=20_000, k=0)
+    found.save_csv(tmp_path / "r.csv")
+    table = pd.read_csv(tmp_path / "r.csv")
+    table = table[~table.quantity.isin(["min_over_mean", "cv"]) & table.captor.isin(found.ids)]
+    np.testing.assert_array_equal(found.frame.value, table.value)
+    np.testing.assert_array_equal(found.frame.model_se, table.model_se)
+    assert (found.frame.model_se > 0).any()
+    values = found.values
+    np.testing.assert_allclose(values.flux_model_se[:, 0], values.irradiance_model_se[:, 0] * values.area[:, None])
+    assert values.ratios_model_se.shape == values.ratios.shape
+    # two inputs, independent of each other, make all of it
+    for _, rows in found.budget.groupby(["captor", "group", "face", "band"], dropna=False):
+        assert len(rows) <= 2 and list(rows["rank"]) == list(range(len(rows)))
+        np.testing.assert_allclose(np.sqrt((rows.se**2).sum()), rows.model_se.iloc[0])
+
+
 def test_groups(result):
     pytest.importorskip("pandas")
     groups = result.groups
