@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use crate::{
     bad_input::{phylux, refused},
     common::TestScene,
+    world::{self, Mesh, World},
 };
 
 /// Returns results with known values, of a grid of sensors, a shelf of three sensors in a line, and
@@ -427,6 +428,49 @@ fn a_spectrum_has_a_step_for_each_band() {
     let (texts, _) = plotted(&scene, &["--show", "spectrum", "--captors", "grid/*"]);
     has(&texts, &["grid/0", "grid/6"]);
     assert!(!texts.iter().any(|t| t == "grid/7" || t == "shelf/0"), "{texts:?}");
+}
+
+/// What 10 % more of each input brings is a lying column, the largest above, with a bar from one error
+/// below to one above; what uncertain inputs make of it is drawn beside chance. Of all light of one
+/// lamp 10 % more power brings 10 %, without error.
+#[test]
+fn what_results_depend_on_is_drawn() {
+    let scene = World::new()
+        .lambert("white wall", 0.5)
+        .surface("room", "white wall", &world::room([-1.0; 3], [1.0; 3]))
+        .light(json!({ "type": "point", "position": [0.1, 0.2, 0.3], "power": 10 }))
+        .captor("shelf", &Mesh::disc([0.2, 0.1, -0.3], [0.0, 0.0, 1.0], 0.3))
+        .with("sensitivity", json!(true))
+        .with("uncertain", json!({ "/materials/white wall/reflectance": 0.05 }))
+        .with("settings", json!({ "photons": 20_000, "k": 0 }))
+        .write();
+    let run = phylux(&scene.path(""), &["run", "scene.json", "-o", "r.json"]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let (texts, svg) = plotted(&scene, &["--show", "sensitivity"]);
+    has(
+        &texts,
+        &[
+            "10 % more of each input: shelf",
+            "light 0, power",
+            "white wall, reflectance",
+            "change of the light, %",
+            "uncertain inputs: shelf",
+            "all inputs",
+            "chance (standard error)",
+            "standard deviation of the light, %",
+        ],
+    );
+    // the first is the lamp's: it ends at 10, the last number of the axis
+    let place = |text: &str| texts.iter().position(|t| t == text);
+    assert!(place("light 0, power") < place("white wall, reflectance"), "{texts:?}");
+    assert!(svg.matches("<rect").count() >= 5, "two and three columns");
+    let nothing = ["plot", "r.json", "--show", "sensitivity", "--captors", "floor"];
+    refused(&scene.path(""), &nothing, &["no captor or group `floor`"]);
+    refused(
+        &results().path(""),
+        &["plot", "r.json", "--show", "sensitivity"],
+        &["on what they depend"],
+    );
 }
 
 /// Amounts begin at 0, names stand beside their lines, and no lines are between those that have

@@ -41,7 +41,8 @@ use phylux_results::{
     result::RunResult,
 };
 use phylux_studies::calibrate::{
-    CalibrationPlan, EvenPlan, Grid, Vary, calibrate, calibrated_scene, even, warnings_of_varied,
+    CalibrationPlan, EvenPlan, Found, Numbers, Runs, Vary, calibrate, calibrated_scene, even,
+    search,
 };
 
 /// The most lamps that are listed.
@@ -86,8 +87,9 @@ pub(super) struct Arguments {
     /// several times
     #[arg(long, value_name = "PATTERN")]
     group: Vec<String>,
-    /// Also fit a number of the scene, by a grid of 5 runs: its place as a JSON pointer and its
-    /// range, as in /materials/wall/reflectance=0.7:0.85; can be given twice, for 25 runs
+    /// Also fit a number of the scene: its place as a JSON pointer and its range, as in
+    /// /materials/wall/reflectance=0.7:0.85; up to 30 reflectances and transmittances together, in
+    /// some 3 runs; of other numbers one (6 runs) or two (26 runs)
     #[arg(long, value_name = "PLACE=FROM:TO", value_parser = Vary::parse)]
     vary: Vec<Vary>,
     /// Photons to trace in each run [default: the scene's]
@@ -190,7 +192,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             let calibration = calibrate(&result, &rows, measured, &plan)?;
             (document, loaded, calibration)
         }
-        _ => search(arguments, measured, &document, &rows, plan, &interrupt)?,
+        _ => {
+            let found = vary(arguments, measured, &document, &rows, &plan, &interrupt)?;
+            (found.document, found.loaded, found.calibration)
+        }
     };
     let folder = &outputs.folder;
     let scene = calibrated_scene(document, path, &loaded, &calibration.factors, false, folder)?;
@@ -353,50 +358,30 @@ fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> 
     Ok(RunResult::new(&simulation))
 }
 
-/// Finds the values of the varied numbers that explain the readings best, and returns the scene
-/// with these values and its calibration.
-fn search(
+/// Finds the values of the varied numbers that explain the readings best.
+fn vary(
     arguments: &Arguments,
     measured: &Path,
     document: &Value,
     rows: &[MeasuredRow],
-    plan: CalibrationPlan,
+    plan: &CalibrationPlan,
     interrupt: &Interrupt,
-) -> Result<(Value, LoadedScene, Calibration)> {
+) -> Result<Found> {
     let path = &arguments.scene;
     let name = path.display().to_string();
-    let grid = Grid::new(&name, document, &arguments.vary, plan.prior.is_some())?;
-    let fitted = |values: &[f64], plan: &CalibrationPlan| -> Result<_> {
-        let document = grid.document(values);
-        let loaded = scene_file::load_value(document.clone(), path, &read_bytes, None)?;
-        let result = trace(arguments, &loaded, interrupt)?;
-        let calibration = calibrate(&result, rows, measured, plan)?;
-        Ok((document, loaded, calibration))
+    let numbers = Numbers::new(&name, document, &arguments.vary, plan.prior.is_some())?;
+    let runs = Runs {
+        load: &|document| scene_file::load_value(document.clone(), path, &read_bytes, None),
+        run: &|loaded| trace(arguments, loaded, interrupt),
     };
-    // all runs take the same model: the one that is chosen in the middle of the grid
-    let (_, _, middle) = fitted(&grid.values(grid.middle()), &plan)?;
-    let plan = CalibrationPlan { model: Some(middle.model), ..plan };
-    let deviance = |run: usize| match run == grid.middle() {
-        true => Ok(middle.deviance),
-        false => fitted(&grid.values(run), &plan).map(|(_, _, found)| found.deviance),
-    };
-    let deviances = (0..grid.runs()).map(deviance).collect::<Result<Vec<f64>>>()?;
-    let varied = grid.least(&deviances);
-    let values: Vec<f64> = varied.iter().map(|varied| varied.value).collect();
-    let (document, loaded, mut found) = fitted(&values, &plan)?;
-    found.models = middle.models;
-    found.warnings.extend(warnings_of_varied(&varied));
-    found.varied = varied;
-    Ok((document, loaded, found))
+    search(&numbers, (rows, measured), plan, &runs)
 }
 
 /// Returns the factors, and how well they predict readings, as tables.
 fn describe(found: &Calibration) -> String {
     let mut text = format!("{}: model {}", found.scene, found.model.name());
-    let _ = match found.prior {
-        Some(prior) => writeln!(text, ", prior {prior}"),
-        None => writeln!(text, ", no prior"),
-    };
+    text += &found.prior.map_or(", no prior".into(), |prior| format!(", prior {prior}"));
+    text += &found.runs.map_or("\n".into(), |runs| format!(", {runs} runs\n"));
     for Varied { place, from, to, given, value, standard_error } in &found.varied {
         let error = standard_error.map_or(String::new(), |error| format!(" ± {error:.4}"));
         let _ = writeln!(

@@ -4,9 +4,7 @@ use std::fmt::Write;
 
 use super::{table::Table, terminal};
 use phylux_core::math::pattern::without_copies;
-use phylux_results::result::{
-    BudgetResult, CaptorResult, FaceResult, GroupResult, RunResult, SensitivityResult,
-};
+use phylux_results::result::{BudgetResult, Dependent, RunResult, SensitivityResult};
 
 /// The most groups of which inputs are shown, and the most inputs of each.
 const SHOWN_DEPENDENT: usize = 6;
@@ -25,50 +23,16 @@ pub(super) fn dependences(result: &RunResult, bands: &[usize]) -> Vec<Dependence
     sensitivity(result, bands).into_iter().chain(budget(result, bands)).collect()
 }
 
-/// A group, or a captor where a scene has no groups, with the light that is shown of it.
-struct Shown<'a> {
-    name: &'a str,
-    absorbed: Option<(&'a [f64], &'a [Option<f64>])>,
-    front: &'a FaceResult,
-}
-
-impl<'a> Shown<'a> {
-    fn of_group(group: &'a GroupResult) -> Self {
-        let absorbed = group.absorbed.as_deref().zip(group.absorbed_se.as_deref());
-        Self { name: &group.id, absorbed, front: &group.front }
-    }
-
-    fn of_captor(captor: &'a CaptorResult) -> Self {
-        let absorbed = captor.absorbed.as_deref().zip(captor.absorbed_se.as_deref());
-        Self { name: &captor.id, absorbed, front: &captor.front }
-    }
-
-    fn face(&self) -> &'static str {
-        if self.absorbed.is_some() { "absorbed" } else { "front" }
-    }
-
-    /// Returns what it is, for the head of its rows.
-    fn title(&self) -> String {
-        let face = if self.absorbed.is_some() { "absorbed" } else { "on the front" };
-        format!("  {}, {face}", self.name)
-    }
-
-    /// Returns value and standard error in a band or sum.
-    fn value(&self, band: usize) -> (f64, Option<f64>) {
-        match self.absorbed {
-            Some((values, errors)) => (values[band], errors[band]),
-            None => (self.front.irradiance[band], self.front.irradiance_se[band]),
-        }
-    }
+/// Returns what a place is, for the head of its rows.
+fn title(place: &Dependent) -> String {
+    let face = if place.face == "absorbed" { "absorbed" } else { "on the front" };
+    format!("  {}, {face}", place.name)
 }
 
 /// Returns the groups of a result, or its captors where it has no groups.
-fn shown(result: &RunResult) -> Vec<Shown<'_>> {
-    let all = match result.groups.is_empty() {
-        true => result.captors.iter().map(Shown::of_captor).collect(),
-        false => result.groups.iter().map(Shown::of_group).collect(),
-    };
-    if terminal::is_full() { all } else { without_copies(all, |of: &Shown| of.name) }
+fn shown(result: &RunResult) -> Vec<Dependent<'_>> {
+    let all = result.dependents();
+    if terminal::is_full() { all } else { without_copies(all, |of: &Dependent| of.name) }
 }
 
 /// Writes a number of per cent, or that none is known.
@@ -89,12 +53,12 @@ fn sensitivity(result: &RunResult, bands: &[usize]) -> Option<Dependence> {
     let shown = shown(result);
     for place in shown.iter().take(terminal::shown(SHOWN_DEPENDENT)) {
         let mut found: Vec<&SensitivityResult> =
-            all.iter().filter(|of| of.of() == place.name && of.face == place.face()).collect();
+            all.iter().filter(|of| of.of() == place.name && of.face == place.face).collect();
         found.sort_by(|a, b| largest(b).total_cmp(&largest(a)));
         let most = terminal::shown(SHOWN_INPUTS);
         left_out += found.len().saturating_sub(most);
         if !found.is_empty() {
-            table.row(place.title(), bands.iter().map(|_| String::new()), "");
+            table.row(title(place), bands.iter().map(|_| String::new()), "");
         }
         for of in found.into_iter().take(most) {
             let errors = bands.iter().filter_map(|&b| of.elasticity_se[b]);
@@ -123,7 +87,7 @@ fn budget(result: &RunResult, bands: &[usize]) -> Option<Dependence> {
         let of_band = |band: usize| {
             let name = &result.bands[band].name;
             let is_it = |of: &&BudgetResult| {
-                of.of() == place.name && of.face == place.face() && of.band == *name
+                of.of() == place.name && of.face == place.face && of.band == *name
             };
             all.iter().find(is_it)
         };
@@ -132,17 +96,17 @@ fn budget(result: &RunResult, bands: &[usize]) -> Option<Dependence> {
             continue;
         }
         let percent = |of: f64, band: usize| {
-            let (value, _) = place.value(band);
+            let value = place.values[band];
             (value != 0.0).then(|| 100.0 * of / value.abs())
         };
-        let errors = bands.iter().filter_map(|&b| percent(place.value(b).1?, b));
+        let errors = bands.iter().filter_map(|&b| percent(place.errors[b]?, b));
         let error = errors.fold(None, |most: Option<f64>, e| Some(most.map_or(e, |m| m.max(e))));
         let cells = bands
             .iter()
             .zip(&found)
             .map(|(&b, of)| cell(of.and_then(|of| percent(of.model_se, b))));
         let cells: Vec<String> = cells.collect();
-        table.row(place.title(), cells, cell(error));
+        table.row(title(place), cells, cell(error));
         let mut inputs: Vec<&str> = Vec::new();
         for input in found.iter().flatten().flat_map(|of| &of.largest) {
             if !inputs.contains(&&*input.parameter) {
@@ -184,18 +148,14 @@ fn budget(result: &RunResult, bands: &[usize]) -> Option<Dependence> {
 fn settled(result: &RunResult) -> (usize, usize) {
     let (mut known, mut settled) = (0, 0);
     for captor in &result.captors {
-        let place = Shown::of_captor(captor);
-        let model: Option<&[f64]> = match place.absorbed {
-            Some(_) => captor.absorbed_model_se.as_deref(),
-            None => captor.front.irradiance_model_se.as_deref().map(|of| &**of),
-        };
-        let Some(model) = model else { continue };
-        let lit: Vec<usize> = (0..model.len()).filter(|b| place.value(*b).0 != 0.0).collect();
+        let place = Dependent::of_captor(captor);
+        let Some(model) = place.model_errors else { continue };
+        let lit: Vec<usize> = (0..model.len()).filter(|b| place.values[*b] != 0.0).collect();
         if lit.is_empty() {
             continue;
         }
         known += 1;
-        let is_small = |b: &usize| place.value(*b).1.is_some_and(|error| error < SMALL * model[*b]);
+        let is_small = |b: &usize| place.errors[*b].is_some_and(|error| error < SMALL * model[*b]);
         settled += usize::from(lit.iter().all(is_small));
     }
     (known, settled)

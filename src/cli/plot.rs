@@ -1,5 +1,5 @@
-//! `phylux plot`: draws results as a map, a profile, by plants or as spectra, and the folder of a
-//! year by months, hours or for a day.
+//! `phylux plot`: draws results as a map, a profile, by plants, as spectra or by what they depend on,
+//! and the folder of a year by months, hours or for a day.
 
 use std::path::{Path, PathBuf};
 
@@ -71,6 +71,9 @@ enum What {
     Layers,
     /// Irradiance per nanometre of groups of captors, or of those that --captors names
     Spectrum,
+    /// What 10 % more of each input brings to groups, and how uncertain these are because inputs are,
+    /// in scenes with `sensitivity` or `uncertain`
+    Sensitivity,
     /// Of a year: daily light integrals, the mean of each month with the range of its days
     Months,
     /// Of a year: the light of every hour as a colour, hours of the day over days
@@ -110,6 +113,7 @@ impl What {
             Self::Plants => (Some(PlotKind::Plants), None),
             Self::Layers => (Some(PlotKind::Layers), None),
             Self::Spectrum => (Some(PlotKind::Spectrum), None),
+            Self::Sensitivity => (Some(PlotKind::Sensitivity), None),
             Self::Months => (None, Some(YearPlotKind::Months)),
             Self::Carpet => (None, Some(YearPlotKind::Carpet)),
             Self::Day => (None, Some(YearPlotKind::Day)),

@@ -243,6 +243,11 @@ pub fn escaped(key: &str) -> String {
     key.replace('~', "~0").replace('/', "~1")
 }
 
+/// Returns the key that is meant by its form in a JSON pointer (RFC 6901).
+pub fn unescaped(key: &str) -> String {
+    key.replace("~1", "/").replace("~0", "~")
+}
+
 /// Reads the content of one variant of a tagged union, for [`tagged`].
 pub fn variant<T: DeserializeOwned, E: de::Error>(
     map: Map<String, Value>,

@@ -51,6 +51,9 @@ pub struct Calibration {
     /// Numbers of the scene that were found besides the factors.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub varied: Vec<Varied>,
+    /// Number of runs in which they were found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub runs: Option<usize>,
     /// -2 times the logarithm of the likelihood of the fitted readings, plus the term of the prior,
     /// up to a constant. Of scenes that are compared by the same readings, the one with the smaller
     /// deviance explains them better.

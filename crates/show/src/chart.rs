@@ -58,6 +58,8 @@ pub struct Chart {
     pub amounts_across: bool,
     /// Names of places on the x axis, in place of numbers.
     pub x_names: Vec<(f64, String)>,
+    /// Names of places on the y axis, in place of numbers, if both axes are linear.
+    pub y_names: Vec<(f64, String)>,
     /// Ends of the x axis where both axes are linear, if they are not those of what is drawn.
     pub x_ends: Option<[f64; 2]>,
     /// Whether numbers of the x axis are whole, also where places are not.
@@ -331,6 +333,9 @@ impl Chart {
             (false, false, _) => named(Axis::logarithmic(&self.x, roomy(x))),
         };
         let y = match self.linear_y {
+            _ if !self.y_names.is_empty() => {
+                Axis::linear(&self.y, y.start..y.end).with_names(self.y_names.clone())
+            }
             true => {
                 let share = if self.amounts_across { 0.5 } else { 1.0 };
                 Axis::linear(&self.y, from_zero(y, share)).ended_at_numbers()

@@ -2,8 +2,8 @@
 //! spectra.
 //! They read a results file, or the folder of a year, and no scene.
 //!
-//! `chosen` picks the band and the captors, `map`, `line`, `profile`, `plants`, `layers` and `spectrum`
-//! each make one kind of plot, `year`, `months` and `carpet` those of a year, `drawing` makes it SVG or
+//! `chosen` picks the band and the captors, `map`, `line`, `profile`, `plants`, `layers`, `spectrum` and
+//! `sensitivity` each make one kind of plot, `year`, `months` and `carpet` those of a year, `drawing` makes it SVG or
 //! pixels, and `style` a file.
 
 mod carpet;
@@ -18,6 +18,7 @@ mod months;
 mod plants;
 mod profile;
 mod rows;
+mod sensitivity;
 mod spectrum;
 mod style;
 mod year;
@@ -42,6 +43,7 @@ impl Plot {
             Some(PlotKind::Plants) => plants::plants(&chosen),
             Some(PlotKind::Layers) => layers::layers(&chosen),
             Some(PlotKind::Spectrum) => spectrum::spectrum(&chosen),
+            Some(PlotKind::Sensitivity) => sensitivity::sensitivity(&chosen),
             None => Self::first(&chosen, request.range),
         }
     }

@@ -8,8 +8,10 @@
 mod choose;
 mod even;
 mod fit;
+mod grid;
 mod hull;
 mod powers;
+mod tangent;
 mod vary;
 
 use std::{collections::HashMap, path::Path, slice};
@@ -21,7 +23,7 @@ pub use even::{EvenPlan, even};
 use fit::{Fit, Point};
 use hull::Hull;
 pub use powers::calibrated_scene;
-pub use vary::{Grid, Vary, warnings as warnings_of_varied};
+pub use vary::{Found, Numbers, Runs, Vary, search};
 
 use phylux_core::{
     error::{Error, Problem, Result, nearest},
@@ -151,6 +153,7 @@ pub fn calibrate(
         model,
         prior,
         varied: Vec::new(),
+        runs: None,
         deviance: fit.deviance(&fitted, prior),
         bands: scene_bands.map(|band| band.name.clone()).collect(),
         factors: factors.collect::<ByLight<_>>(),

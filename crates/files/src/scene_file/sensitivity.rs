@@ -19,8 +19,9 @@ use phylux_core::{
 /// The ways of a material, in the order of [`Sent`](phylux_core::scene::parameter::Sent): scattered
 /// back, in the mirror direction, scattered to the other side.
 const REFLECTED: [bool; 3] = [true, true, false];
-/// The same of a leaf, whose cuticle mirrors whatever is below it.
-const BELOW_CUTICLE: [bool; 3] = [true, false, false];
+/// Below the cuticle of a leaf, which mirrors whatever is below it, or beside a mirror.
+const SCATTERED: [bool; 3] = [true, false, false];
+const MIRRORED: [bool; 3] = [false, true, false];
 const TRANSMITTED: [bool; 3] = [false, false, true];
 const BOTH: [bool; 2] = [true, true];
 const FRONT: [bool; 2] = [true, false];
@@ -226,19 +227,23 @@ impl Loader<'_> {
             | MaterialSpec::Mirror(MirrorSpec { reflectance }) => {
                 vec![kind("reflectance", BOTH, REFLECTED, reflectance)]
             }
-            MaterialSpec::Phong(PhongSpec { reflectance, specular, transmittance, .. }) => {
-                let shines =
-                    specular.as_ref().is_some_and(|s| self.given(s) != Some(vec![0.0; self.bands]));
-                let reflected = match (reflectance, shines) {
-                    (Some(reflectance), false) => {
-                        Some(kind("reflectance", BOTH, REFLECTED, reflectance))
+            MaterialSpec::Phong(PhongSpec { reflectance, specular, transmittance, exponent }) => {
+                let diffuse =
+                    |ways| reflectance.as_ref().map(|r| kind("reflectance", BOTH, ways, r));
+                let shines = |s: &&PerBand| self.given(s) != Some(vec![0.0; self.bands]);
+                let reflected = match (specular.as_ref().filter(shines), exponent) {
+                    (None, _) => [diffuse(REFLECTED), None],
+                    (Some(specular), None) => {
+                        [diffuse(SCATTERED), Some(kind("specular", BOTH, MIRRORED, specular))]
                     }
-                    (None, false) => None,
-                    (_, true) => Some(("#reflected".into(), BOTH, REFLECTED, None)),
+                    // a glossy lobe sends light where the diffuse one does
+                    (Some(_), Some(_)) => {
+                        [Some(("#reflected".into(), BOTH, REFLECTED, None)), None]
+                    }
                 };
                 let transmitted =
                     transmittance.as_ref().map(|t| kind("transmittance", BOTH, TRANSMITTED, t));
-                reflected.into_iter().chain(transmitted).collect()
+                reflected.into_iter().flatten().chain(transmitted).collect()
             }
             MaterialSpec::Leaf(leaf) if leaf.thin => self.kinds_of_leaf(leaf),
             MaterialSpec::Table(_) => of_nothing_known(material),
@@ -260,7 +265,7 @@ impl Loader<'_> {
             back.and_then(|b| b.transmittance.as_ref()),
         ];
         for (i, (key, ways)) in
-            [("reflectance", BELOW_CUTICLE), ("transmittance", TRANSMITTED)].into_iter().enumerate()
+            [("reflectance", SCATTERED), ("transmittance", TRANSMITTED)].into_iter().enumerate()
         {
             let values = |of: &PerBand| if i == 0 { below(of) } else { self.given(of) };
             let of_front = [&leaf.reflectance, &leaf.transmittance][i].as_ref();
@@ -290,7 +295,7 @@ fn parameter(name: String, factor: Factor, values: Vec<f64>) -> Parameter {
 /// Returns the parameters of a material for which no number of the scene file stands.
 fn of_nothing_known(material: &Material) -> Vec<Kind> {
     let ways = match material {
-        Material::Leaf(_) => BELOW_CUTICLE,
+        Material::Leaf(_) => SCATTERED,
         _ => REFLECTED,
     };
     let reflects = material.is_diffuse() || material.has_mirror();

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::validate::are_errors;
+use super::{CaptorResult, FaceResult, GroupResult, RunResult, validate::are_errors};
 use phylux_core::{
     math::stats::{error_of_ratio, ratio},
     scene::{
@@ -57,6 +57,62 @@ impl SensitivityResult {
         let lists = [elasticity, elasticity_se, derivative, derivative_se];
         self.captor.is_some() != self.group.is_some()
             && lists.into_iter().all(|list| are_errors(list, bands))
+    }
+}
+
+/// A group, or a captor of results without groups, with the light of it by which its dependence is
+/// told: what it absorbs, or where it is no surface what arrives on its front.
+#[derive(Clone, Copy, Debug)]
+pub struct Dependent<'a> {
+    /// Name of the group, or id of the captor.
+    pub name: &'a str,
+    /// `absorbed` or `front`.
+    pub face: &'static str,
+    /// Irradiance or absorbed power, per band, then per sum, in its unit.
+    pub values: &'a [f64],
+    /// Standard errors of the values above.
+    pub errors: &'a [Option<f64>],
+    /// What uncertain inputs make of the values above, if that is known.
+    pub model_errors: Option<&'a [f64]>,
+}
+
+impl<'a> Dependent<'a> {
+    fn of_group(group: &'a GroupResult) -> Self {
+        let absorbed = group.absorbed.as_deref().zip(group.absorbed_se.as_deref());
+        Self::new(&group.id, absorbed, group.absorbed_model_se.as_deref(), &group.front)
+    }
+
+    /// Takes a captor.
+    pub fn of_captor(captor: &'a CaptorResult) -> Self {
+        let absorbed = captor.absorbed.as_deref().zip(captor.absorbed_se.as_deref());
+        Self::new(&captor.id, absorbed, captor.absorbed_model_se.as_deref(), &captor.front)
+    }
+
+    fn new(
+        name: &'a str,
+        absorbed: Option<(&'a [f64], &'a [Option<f64>])>,
+        absorbed_model_se: Option<&'a [f64]>,
+        front: &'a FaceResult,
+    ) -> Self {
+        let (face, (values, errors), model_errors) = match absorbed {
+            Some(absorbed) => ("absorbed", absorbed, absorbed_model_se),
+            None => {
+                let light = (&front.irradiance[..], &front.irradiance_se[..]);
+                ("front", light, front.irradiance_model_se.as_deref().map(|of| &**of))
+            }
+        };
+        Self { name, face, values, errors, model_errors }
+    }
+}
+
+impl RunResult {
+    /// Returns the groups, or where there are none the captors, of which a run says on what they
+    /// depend.
+    pub fn dependents(&self) -> Vec<Dependent<'_>> {
+        match self.groups.is_empty() {
+            true => self.captors.iter().map(Dependent::of_captor).collect(),
+            false => self.groups.iter().map(Dependent::of_group).collect(),
+        }
     }
 }
 

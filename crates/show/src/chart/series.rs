@@ -91,6 +91,8 @@ pub enum Stroke {
         /// Whether the colour is pale.
         pale: bool,
     },
+    /// A lying column between the two points of each pair, of this width in units of the y axis.
+    Lying(f64),
     /// A thin black line with short ends between the two points of each pair.
     Whiskers,
 }
@@ -123,7 +125,7 @@ impl Series {
     /// Returns the points that can be shown: runs between those that cannot, or pairs.
     pub(super) fn runs(&self, shown: impl Fn(&(f64, f64)) -> bool) -> Vec<&[(f64, f64)]> {
         match self.stroke {
-            Stroke::Bars | Stroke::Whiskers | Stroke::Columns { .. } => {
+            Stroke::Bars | Stroke::Whiskers | Stroke::Columns { .. } | Stroke::Lying(_) => {
                 self.points.chunks_exact(2).filter(|pair| pair.iter().all(&shown)).collect()
             }
             _ => {
@@ -153,7 +155,7 @@ impl Series {
                 | Stroke::Whiskers => (true, false, false),
                 Stroke::Marks | Stroke::Dots => (false, true, false),
                 Stroke::Below | Stroke::Above => (false, false, false),
-                Stroke::Band | Stroke::Columns { .. } => (false, false, true),
+                Stroke::Band | Stroke::Columns { .. } | Stroke::Lying(_) => (false, false, true),
             };
             if lines && places.len() > 1 {
                 shapes.push(Shape::Path(places.clone()));
@@ -167,12 +169,14 @@ impl Series {
                     let at = |i: usize, aside: f64| {
                         frame.place((run[i].0 + aside * 0.5 * width, run[i].1))
                     };
-                    shapes.push(Shape::Area(vec![
-                        at(0, -1.0),
-                        at(0, 1.0),
-                        at(1, 1.0),
-                        at(1, -1.0),
-                    ]));
+                    let corners = vec![at(0, -1.0), at(0, 1.0), at(1, 1.0), at(1, -1.0)];
+                    shapes.push(Shape::Area(corners));
+                }
+                Stroke::Lying(width) => {
+                    let at =
+                        |i: usize, up: f64| frame.place((run[i].0, run[i].1 + up * 0.5 * width));
+                    let corners = vec![at(0, -1.0), at(1, -1.0), at(1, 1.0), at(0, 1.0)];
+                    shapes.push(Shape::Area(corners));
                 }
                 _ if area => shapes.push(Shape::Area(places)),
                 _ => {}
@@ -224,7 +228,8 @@ impl Series {
                 self.draw_mark(area, *at, size - LINE as i32 * 3 / 5, WHITE.filled())?;
             }
             (Shape::Mark(at), _) => self.draw_mark(area, *at, size, colour.filled())?,
-            (Shape::Area(corners), Stroke::Columns { pale, .. }) => {
+            (Shape::Area(corners), Stroke::Columns { .. } | Stroke::Lying(_)) => {
+                let pale = matches!(self.stroke, Stroke::Columns { pale: true, .. });
                 // opaque: no line of the grid shows through
                 let paint = on_paper(colour, if pale { 0.4 } else { 0.85 });
                 area.draw(&Rectangle::new([corners[0], corners[2]], paint.filled()))?;
@@ -287,7 +292,7 @@ impl Series {
                     ]),
                 ]
             }
-            Stroke::Band | Stroke::Columns { .. } => {
+            Stroke::Band | Stroke::Columns { .. } | Stroke::Lying(_) => {
                 vec![Shape::Area(vec![
                     (x, y - high),
                     (end, y - high),

@@ -19,6 +19,8 @@ pub enum PlotKind {
     Layers,
     /// Irradiance per nanometre on groups or captors.
     Spectrum,
+    /// What 10 % more of each input brings, and how uncertain results are because inputs are.
+    Sensitivity,
 }
 
 /// A request for a plot.

@@ -4,9 +4,12 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use phylux_core::error::{Error, Result};
+use phylux_core::{
+    error::{Error, Result},
+    scene::light::Light,
+};
 use phylux_files::{input::quoted, output::folder_of, scene_file::LoadedScene};
-use phylux_results::result::ByLight;
+use phylux_results::{calibration::Calibration, result::ByLight};
 
 /// Returns the JSON `document` of the scene at `path` with the powers of its lights times `factors`
 /// per band. `loaded` is the same scene. Where lights are `dimmed`, their `watts` go with their power;
@@ -31,9 +34,7 @@ pub fn calibrated_scene(
                 in `lights`",
             ));
         };
-        let power: Vec<f64> = light.power.iter().zip(factors).map(|(p, f)| p * f).collect();
-        entry.remove("radiance");
-        entry.insert("power".into(), json!(power));
+        set(entry, light.power.iter().zip(factors).map(|(p, f)| p * f));
         let watts = entry.get("watts").and_then(Value::as_f64).filter(|_| dimmed);
         match (watts, factors.first()) {
             (Some(_), Some(0.0)) => drop(entry.remove("watts")),
@@ -48,6 +49,61 @@ pub fn calibrated_scene(
         name_in_full(&mut document, &folder_of(path), loaded);
     }
     Ok(document)
+}
+
+/// Writes the power of a light per band into its entry.
+fn set(entry: &mut serde_json::Map<String, Value>, power: impl Iterator<Item = f64>) {
+    entry.remove("radiance");
+    entry.insert("power".into(), power.collect());
+}
+
+/// The power of a light in a run whose lights are mixed as a calibration has found.
+pub struct Scale {
+    light: String,
+    factor: f64,
+    /// Per band.
+    power: Vec<f64>,
+}
+
+impl Scale {
+    /// The smallest change that is worth a mix of its own.
+    const LEAST: f64 = 0.05;
+
+    /// Returns the powers of the lights of a scene times the factors that a calibration has found,
+    /// relative to the mean of these. The powers of daylight, and of lights of OBJ files, stay. No
+    /// light stays dark, so that it can be told what each brings. Empty where the factors differ by
+    /// less than 5 %.
+    pub fn all(calibration: &Calibration, loaded: &LoadedScene) -> Vec<Self> {
+        let mean = |factors: &[f64]| factors.iter().sum::<f64>() / factors.len().max(1) as f64;
+        let means: Vec<f64> = calibration.factors.values().map(|factors| mean(factors)).collect();
+        let middle = mean(&means);
+        let scale = |light: &Light| {
+            let factor = mean(calibration.factors.get(&light.name)?) / middle;
+            let factor = factor.clamp(0.1, 10.0);
+            let power = light.power.iter().map(|power| power * factor).collect();
+            Some(Self { light: light.name.clone(), factor, power })
+        };
+        let scales: Vec<Self> = loaded.scene.lights().iter().filter_map(scale).collect();
+        match scales.iter().any(|scale| (scale.factor - 1.0).abs() > Self::LEAST) {
+            true => scales,
+            false => Vec::new(),
+        }
+    }
+
+    /// Returns the factor that leads back to the power of the scene.
+    pub fn back(&self) -> (String, f64) {
+        (self.light.clone(), 1.0 / self.factor)
+    }
+}
+
+/// Returns the JSON of a scene with these powers.
+pub fn with_powers(mut document: Value, scales: &[Scale]) -> Value {
+    for Scale { light, power, .. } in scales {
+        if let Some(entry) = entry(&mut document, light) {
+            set(entry, power.iter().copied());
+        }
+    }
+    document
 }
 
 /// Returns the entry of a light, by its name or, for an entry without a name, by the default name.

@@ -1,36 +1,47 @@
 //! Numbers of a scene, such as the reflectance of a wall, that are found together with the powers
 //! of its lamps.
 //!
-//! Light is not linear in these numbers. They are therefore varied on a grid of runs, and in each
-//! run the powers are fitted anew (variable projection: Golub and Pereyra, SIAM Journal on
-//! Numerical Analysis 10:413, 1973). The best numbers minimise the deviance D of that fit, -2 times
-//! the logarithm of its likelihood, plus a prior about the numbers in the scene file: the numbers
-//! trade with the powers, and readings alone may not tell one from the other. A quadratic through
-//! the neighbours of the best node gives the minimum of D. Its curvature H gives the uncertainty:
-//! the covariance is 2 H⁻¹.
+//! Light is not linear in these numbers. For each choice of them the powers are fitted anew (variable
+//! projection: Golub and Pereyra, SIAM Journal on Numerical Analysis 10:413, 1973). The best numbers
+//! minimise the deviance D of that fit, -2 times the logarithm of its likelihood, plus a prior about
+//! the numbers in the scene file: the numbers trade with the powers, and readings alone may not tell
+//! one from the other. Where runs say how the light depends on the numbers, each run leads to the
+//! next ones (`tangent`); else a grid of runs is made (`grid`).
+
+use std::path::Path;
 
 use serde_json::{Value, json};
 
-use phylux_core::{
-    error::{Error, Result},
-    math::least_squares::inverse,
+use super::{
+    CalibrationPlan, calibrate,
+    grid::{Grid, NODES},
+    powers::{Scale, with_powers},
+    tangent::{self, Tangent},
 };
-use phylux_files::{input::quoted, json};
-use phylux_results::calibration::Varied;
+use phylux_core::error::{Error, Result};
+use phylux_files::{input::quoted, json, measured_csv::MeasuredRow, scene_file::LoadedScene};
+use phylux_results::{
+    calibration::{Calibration, Varied},
+    result::RunResult,
+};
 
-/// Number of values that each number takes.
-const NODES: usize = 5;
-/// The largest number of numbers that may vary: two take 25 runs.
-const MOST: usize = 2;
+/// The largest number of numbers that may vary by a grid of runs: two take 25 runs.
+const MOST_BY_GRID: usize = 2;
+/// The largest number of numbers that may vary.
+const MOST: usize = 30;
+/// The largest number of runs that lead from one to the next.
+const MOST_RUNS: usize = 8;
+/// The numbers are found once a run moves none by more than this part of its standard error.
+const NEAR: f64 = 0.1;
 /// Standard deviation of the prior about the number in the scene file.
-const PRIOR: f64 = 0.02;
+pub(super) const PRIOR: f64 = 0.02;
 
 /// A number of the scene that varies over a range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vary {
-    pointer: String,
-    from: f64,
-    to: f64,
+    pub(super) pointer: String,
+    pub(super) from: f64,
+    pub(super) to: f64,
 }
 
 impl Vary {
@@ -50,19 +61,11 @@ impl Vary {
             _ => Err("must be a place in the scene and a range, as in /materials/wall/reflectance=0.7:0.85".into()),
         }
     }
-
-    fn node(&self, index: usize) -> f64 {
-        self.from + (self.to - self.from) * index as f64 / (NODES - 1) as f64
-    }
-
-    fn step(&self) -> f64 {
-        (self.to - self.from) / (NODES - 1) as f64
-    }
 }
 
-/// The grid of runs for some numbers of a scene.
+/// The numbers of a scene that vary.
 #[derive(Debug)]
-pub struct Grid<'a> {
+pub struct Numbers<'a> {
     document: &'a Value,
     varies: &'a [Vary],
     /// The numbers in the scene file.
@@ -71,22 +74,20 @@ pub struct Grid<'a> {
     prior: bool,
 }
 
-impl<'a> Grid<'a> {
-    /// Makes the grid for the scene file `name`, whose JSON is `document`. Errors: too many
+impl<'a> Numbers<'a> {
+    /// Finds the numbers in the scene file `name`, whose JSON is `document`. Errors: too many
     /// numbers, one number twice, no number at a place.
     pub fn new(name: &str, document: &'a Value, varies: &'a [Vary], prior: bool) -> Result<Self> {
         let wrong = |problem: String| Error::input("--vary", problem);
         if varies.len() > MOST {
-            let problem =
-                format!("{} numbers, of which each takes {NODES} times the runs", varies.len());
-            return Err(wrong(problem).remedy(format!("vary at most {MOST}")));
+            return Err(wrong(format!("{} numbers", varies.len()))
+                .remedy(format!("vary at most {MOST} of them")));
         }
-        if let [first, second] = varies
-            && first.pointer == second.pointer
-        {
-            return Err(
-                wrong(format!("{} varies twice", quoted(&first.pointer))).remedy("give one range")
-            );
+        for (i, vary) in varies.iter().enumerate() {
+            if varies[..i].iter().any(|other| other.pointer == vary.pointer) {
+                return Err(wrong(format!("{} varies twice", quoted(&vary.pointer)))
+                    .remedy("give one range"));
+            }
         }
         let given = |vary: &Vary| {
             let place = json::place(name, &vary.pointer);
@@ -103,20 +104,16 @@ impl<'a> Grid<'a> {
         Ok(Self { document, varies, given, prior })
     }
 
-    /// Returns the number of runs.
-    pub fn runs(&self) -> usize {
-        NODES.pow(self.varies.len() as u32)
+    /// Returns places and ranges of the numbers.
+    pub fn varies(&self) -> &'a [Vary] {
+        self.varies
     }
 
-    /// Returns the index of the run in the middle.
-    pub fn middle(&self) -> usize {
-        self.runs() / 2
-    }
-
-    /// Returns the values of a run, by its index.
-    pub fn values(&self, run: usize) -> Vec<f64> {
-        let digit = |i: usize| run / NODES.pow(i as u32) % NODES;
-        self.varies.iter().enumerate().map(|(i, vary)| vary.node(digit(i))).collect()
+    /// Returns the numbers in the scene file, or where they are outside of their ranges, the nearest
+    /// ones inside.
+    pub(super) fn start(&self) -> Vec<f64> {
+        let inside = |(vary, given): (&Vary, &f64)| given.clamp(vary.from, vary.to);
+        self.varies.iter().zip(&self.given).map(inside).collect()
     }
 
     /// Returns the scene file with these values. A list keeps its ratios, and its mean takes the
@@ -138,76 +135,172 @@ impl<'a> Grid<'a> {
         document
     }
 
-    /// Returns the values with the least deviance. `deviances` holds that of each run, in order.
-    pub fn least(&self, deviances: &[f64]) -> Vec<Varied> {
-        let total = |run: usize| deviances[run] + self.distance(&self.values(run));
-        let totals: Vec<f64> = (0..self.runs()).map(total).collect();
-        let best = (0..totals.len()).min_by(|&a, &b| totals[a].total_cmp(&totals[b])).unwrap_or(0);
-        let n = self.varies.len();
-        let digit = |i: usize| best / NODES.pow(i as u32) % NODES;
-        // middle of the nodes through which the quadratic goes
-        let middle: Vec<usize> = (0..n).map(|i| digit(i).clamp(1, NODES - 2)).collect();
-        let (slope, curvature) = self.quadratic(&totals, &middle);
-        let found = inverse(&curvature).map(|inverse| {
-            let step = |row: &Vec<f64>| -row.iter().zip(&slope).map(|(h, g)| h * g).sum::<f64>();
-            let steps: Vec<f64> = inverse.iter().map(step).collect();
-            (steps, (0..n).map(|i| (2.0 * inverse[i][i]).sqrt()).collect::<Vec<f64>>())
-        });
-        let own = |(i, vary): (usize, &Vary)| {
-            let (place, error) = match &found {
-                Some((steps, errors)) => {
-                    (middle[i] as f64 + steps[i].clamp(-1.0, 1.0), Some(vary.step() * errors[i]))
-                }
-                None => (digit(i) as f64, None),
-            };
-            let held = place <= 0.0 || place >= (NODES - 1) as f64;
-            Varied {
-                place: vary.pointer.clone(),
-                from: vary.from,
-                to: vary.to,
-                given: self.given[i],
-                value: (vary.from + vary.step() * place).min(vary.to),
-                standard_error: error.filter(|_| !held),
+    /// Returns by how much each band of a number changes where the number does by one.
+    pub(super) fn changes(&self, number: usize, bands: usize) -> Vec<f64> {
+        let list = self.document.pointer(&self.varies[number].pointer).and_then(Value::as_array);
+        match list {
+            Some(list) if self.given[number] != 0.0 => {
+                list.iter().map(|x| x.as_f64().unwrap_or(0.0) / self.given[number]).collect()
             }
-        };
-        self.varies.iter().enumerate().map(own).collect()
+            _ => vec![1.0; bands],
+        }
     }
 
     /// Returns what the prior adds to the deviance.
-    fn distance(&self, values: &[f64]) -> f64 {
+    pub(super) fn distance(&self, values: &[f64]) -> f64 {
         let square = |(value, given): (&f64, &f64)| ((value - given) / PRIOR).powi(2);
         if self.prior { values.iter().zip(&self.given).map(square).sum() } else { 0.0 }
     }
 
-    /// Returns slopes and curvatures, per step, at the node with these digits, by least squares
-    /// through the node and its neighbours.
-    fn quadratic(&self, totals: &[f64], middle: &[usize]) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let n = middle.len();
-        let around = 3usize.pow(n as u32);
-        // all neighbours: their steps from the middle, and their values
-        let near: Vec<(Vec<f64>, f64)> = (0..around)
-            .map(|i| {
-                let steps: Vec<usize> = (0..n).map(|j| i / 3usize.pow(j as u32) % 3).collect();
-                let index =
-                    |(j, step): (usize, &usize)| (middle[j] + step - 1) * NODES.pow(j as u32);
-                let run: usize = steps.iter().enumerate().map(index).sum();
-                (steps.iter().map(|step| *step as f64 - 1.0).collect(), totals[run])
-            })
-            .collect();
-        let sum = |of: &dyn Fn(&[f64]) -> f64| near.iter().map(|(u, d)| of(u) * d).sum::<f64>();
-        // number of neighbours with the same step along one direction
-        let each = around as f64 / 3.0;
-        let slope = (0..n).map(|i| sum(&|u| u[i]) / (2.0 * each)).collect();
-        let entry = |i: usize, j: usize| match i == j {
-            true => sum(&|u| 3.0 * u[i] * u[i] - 2.0) / each,
-            false => sum(&|u| u[i] * u[j]) / 4.0,
-        };
-        (slope, (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect())
+    /// Returns the numbers with these values and standard errors.
+    pub(super) fn varied(&self, found: impl Iterator<Item = (f64, Option<f64>)>) -> Vec<Varied> {
+        let each = self.varies.iter().zip(&self.given).zip(found);
+        each.map(|((vary, given), (value, standard_error))| Varied {
+            place: vary.pointer.clone(),
+            from: vary.from,
+            to: vary.to,
+            given: *given,
+            value,
+            standard_error,
+        })
+        .collect()
     }
 }
 
+/// A scene with the values that explain readings best, and its calibration.
+#[derive(Debug)]
+pub struct Found {
+    /// The JSON of the scene.
+    pub document: Value,
+    /// The same scene.
+    pub loaded: LoadedScene,
+    /// The calibration, with the numbers in `varied`.
+    pub calibration: Calibration,
+}
+
+/// Loads scenes, and runs them.
+pub struct Runs<'a> {
+    /// Loads the scene of this JSON.
+    pub load: &'a dyn Fn(&Value) -> Result<LoadedScene>,
+    /// Runs a scene, and splits the results by light.
+    pub run: &'a dyn Fn(&LoadedScene) -> Result<RunResult>,
+}
+
+/// Finds the values of some numbers that explain the readings best. `rows` are the readings of the
+/// file at `path`. Errors: too many numbers; a range that ends where there is no scene; those of
+/// [`calibrate`], and of the runs.
+pub fn search(
+    numbers: &Numbers,
+    (rows, path): (&[MeasuredRow], &Path),
+    plan: &CalibrationPlan,
+    runs: &Runs,
+) -> Result<Found> {
+    let count = numbers.varies.len();
+    for ends in [|vary: &Vary| vary.from, |vary: &Vary| vary.to] {
+        let values: Vec<f64> = numbers.varies.iter().map(ends).collect();
+        (runs.load)(&numbers.document(&values))?;
+    }
+    if tangent::knows(numbers, runs)? {
+        return by_tangents(numbers, (rows, path), plan, runs);
+    }
+    if count > MOST_BY_GRID {
+        let problem = format!(
+            "{count} numbers, of some of which no run can say what depends on them, so that each \
+             takes {NODES} times the runs"
+        );
+        let remedy = format!(
+            "vary at most {MOST_BY_GRID}, or only reflectances and transmittances that are numbers"
+        );
+        return Err(Error::input("--vary", problem).remedy(remedy));
+    }
+    by_grid(numbers, (rows, path), plan, runs)
+}
+
+/// Each run leads to the next values, until they no longer change.
+fn by_tangents(
+    numbers: &Numbers,
+    (rows, path): (&[MeasuredRow], &Path),
+    plan: &CalibrationPlan,
+    runs: &Runs,
+) -> Result<Found> {
+    let mut values = numbers.start();
+    let mut plan = plan.clone();
+    let mut first: Option<Calibration> = None;
+    let mut scales = Vec::new();
+    let mut far = f64::INFINITY;
+    let mut count = 0;
+    loop {
+        count += 1;
+        let document = numbers.document(&values);
+        let traced = tangent::counting(numbers, with_powers(document.clone(), &scales));
+        let mixed = (runs.run)(&(runs.load)(&traced)?)?;
+        let result = mixed.mix(&scales.iter().map(Scale::back).collect())?;
+        let mut calibration = calibrate(&result, rows, path, &plan)?;
+        plan.model = Some(calibration.model);
+        let tangent = Tangent::new(numbers, &values, [&mixed, &result], (rows, path), &plan)?;
+        let least = tangent.least();
+        let before = std::mem::replace(&mut far, least.farthest(&values));
+        // once steps no longer become smaller, they are those of chance
+        let restless = count > 3 && far > before / 2.0;
+        if far > NEAR && !restless && count < MOST_RUNS {
+            if first.is_none() {
+                scales = Scale::all(&calibration, &(runs.load)(&document)?);
+                first = Some(calibration);
+            }
+            values = least.values;
+            continue;
+        }
+        let varied = numbers.varied(values.iter().copied().zip(least.errors));
+        if let Some(first) = first {
+            calibration.models = first.models;
+        }
+        calibration.warnings.extend(warnings(&varied));
+        if far > NEAR {
+            calibration.warnings.push(format!(
+                "another run would move the numbers by up to {far:.1} standard errors: trace more \
+                 photons"
+            ));
+        }
+        calibration.varied = varied;
+        calibration.runs = Some(count);
+        return Ok(Found { loaded: (runs.load)(&document)?, document, calibration });
+    }
+}
+
+/// Runs a grid of values, and the one with the least deviance.
+fn by_grid(
+    numbers: &Numbers,
+    (rows, path): (&[MeasuredRow], &Path),
+    plan: &CalibrationPlan,
+    runs: &Runs,
+) -> Result<Found> {
+    let grid = Grid::new(numbers);
+    let fitted = |values: &[f64], plan: &CalibrationPlan| -> Result<_> {
+        let document = numbers.document(values);
+        let loaded = (runs.load)(&document)?;
+        let calibration = calibrate(&(runs.run)(&loaded)?, rows, path, plan)?;
+        Ok(Found { document, loaded, calibration })
+    };
+    // all runs take the same model: the one that is chosen in the middle of the grid
+    let middle = fitted(&grid.values(grid.middle()), plan)?.calibration;
+    let plan = CalibrationPlan { model: Some(middle.model), ..plan.clone() };
+    let deviance = |run: usize| match run == grid.middle() {
+        true => Ok(middle.deviance),
+        false => fitted(&grid.values(run), &plan).map(|found| found.calibration.deviance),
+    };
+    let deviances = (0..grid.runs()).map(deviance).collect::<Result<Vec<f64>>>()?;
+    let varied = grid.least(&deviances);
+    let values: Vec<f64> = varied.iter().map(|varied| varied.value).collect();
+    let mut found = fitted(&values, &plan)?;
+    found.calibration.models = middle.models;
+    found.calibration.warnings.extend(warnings(&varied));
+    found.calibration.varied = varied;
+    found.calibration.runs = Some(grid.runs() + 1);
+    Ok(found)
+}
+
 /// Returns what a user should know of the numbers that were found.
-pub fn warnings(found: &[Varied]) -> Vec<String> {
+pub(super) fn warnings(found: &[Varied]) -> Vec<String> {
     let unsure = found.iter().filter(|varied| varied.standard_error.is_none());
     let warning = |varied: &Varied| {
         let Varied { place, from, to, value, .. } = varied;
@@ -256,61 +349,31 @@ mod tests {
         }
     }
 
-    /// The minimum of a known quadratic deviance is found exactly, in one direction and in two. The
-    /// errors are those of its curvature and, where it is flat, that of the prior.
+    /// A list keeps its ratios, and changes with the number by what they are.
     #[test]
-    fn the_least_place_of_a_quadratic_is_found() {
+    fn numbers_are_written() {
         let document = json!({ "a": 0.5, "b": [0.2, 0.4] });
-        let one = [vary("/a=0.4:0.8")];
-        let grid = Grid::new("s", &document, &one, false).unwrap();
-        let of = |x: f64| 7.0 + ((x - 0.63) / 0.05).powi(2);
-        let deviances: Vec<f64> = (0..grid.runs()).map(|run| of(grid.values(run)[0])).collect();
-        let found = &grid.least(&deviances)[0];
-        assert!((found.value - 0.63).abs() < 1e-9 && found.given == 0.5);
-        assert!((found.standard_error.unwrap() - 0.05).abs() < 1e-9);
-        let flat = Grid::new("s", &document, &one, true).unwrap().least(&[1.0; NODES]);
-        assert!((flat[0].value - 0.5).abs() < 1e-9);
-        assert!((flat[0].standard_error.unwrap() - PRIOR).abs() < 1e-9);
-
         let two = [vary("/a=0.4:0.8"), vary("/b=0.1:0.5")];
-        let grid = Grid::new("s", &document, &two, false).unwrap();
-        let middle = grid.values(grid.middle());
-        assert!(
-            grid.runs() == 25 && (middle[0] - 0.6).abs() < 1e-12 && (middle[1] - 0.3).abs() < 1e-12
-        );
-        // precision [[4, 1.5], [1.5, 1]] over 0.1²: the diagonal of its inverse is 1/1.75 and
-        // 4/1.75
-        let of = |x: &[f64]| {
-            let (u, v) = ((x[0] - 0.52) / 0.1, (x[1] - 0.36) / 0.1);
-            4.0 * u * u + 3.0 * u * v + v * v
-        };
-        let deviances: Vec<f64> = (0..grid.runs()).map(|run| of(&grid.values(run))).collect();
-        let found = grid.least(&deviances);
-        for (found, [value, error]) in found.iter().zip([[0.52, 1.0 / 1.75], [0.36, 4.0 / 1.75]]) {
-            assert!((found.value - value).abs() < 1e-9, "{found:?}");
-            assert!((found.standard_error.unwrap() - 0.1 * f64::sqrt(error)).abs() < 1e-9);
-        }
-        // a list keeps its ratios
-        let written = grid.document(&[0.6, 0.45]);
+        let numbers = Numbers::new("s", &document, &two, false).unwrap();
+        let written = numbers.document(&[0.6, 0.45]);
         assert_eq!(written["a"], 0.6);
         assert!((written["b"][0].as_f64().unwrap() - 0.3).abs() < 1e-12);
         assert!((written["b"][1].as_f64().unwrap() - 0.6).abs() < 1e-12);
+        assert_eq!(numbers.changes(0, 2), [1.0, 1.0]);
+        let changes = numbers.changes(1, 2);
+        assert!((changes[0] - 2.0 / 3.0).abs() < 1e-12 && (changes[1] - 4.0 / 3.0).abs() < 1e-12);
+        assert_eq!(numbers.start(), [0.5, 0.3]);
     }
 
     #[test]
-    fn a_value_at_the_border_is_held() {
+    fn what_cannot_vary_is_refused() {
         let document = json!({ "a": 0.5 });
-        let one = [vary("/a=0.4:0.8")];
-        let grid = Grid::new("s", &document, &one, false).unwrap();
-        let found = &grid.least(&[1.0, 2.0, 4.0, 7.0, 11.0])[0];
-        assert_eq!((found.value, found.standard_error), (0.4, None));
-        assert!(warnings(std::slice::from_ref(found))[0].contains("at a border of its range, 0.4"));
         for (varies, words) in [
             (vec![vary("/b=0:1")], "s: /b: there is nothing at this place"),
             (vec![vary("/a=0:1"), vary("/a=0:2")], "`/a` varies twice"),
-            (vec![vary("/a=0:1"); 3], "3 numbers"),
+            ((0..31).map(|i| vary(&format!("/{i}=0:1"))).collect(), "31 numbers"),
         ] {
-            let error = Grid::new("s", &document, &varies, true).unwrap_err().to_string();
+            let error = Numbers::new("s", &document, &varies, true).unwrap_err().to_string();
             assert!(error.starts_with("--vary: ") && error.contains(words), "{error}");
         }
     }
