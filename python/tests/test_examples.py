@@ -79,6 +79,17 @@ def test_lamp_height(drawing):
     assert (drawing / "lamp_height.png").stat().st_size > 10_000
 
 
+def test_white_floors(drawing):
+    """White walls bring more than a white floor, and both some light; by how much the one run at 0.5 says of the walls, within a tenth."""
+    elasticity, ppfd = example("white_floors").main(photons=50_000)
+    assert set(elasticity) == {"floor", "walls", "ceiling", "crop"} and all(value > 0 for value in elasticity.values())
+    assert all((light[1:] > light[:-1]).all() for light in ppfd.values())
+    assert ppfd["walls"][-1] / ppfd["walls"][0] > ppfd["floor"][-1] / ppfd["floor"][0]
+    slope = (ppfd["walls"][3] - ppfd["walls"][1]) / 0.4 * 0.5 / ppfd["walls"][2]
+    assert abs(slope / elasticity["walls"] - 1) < 0.1
+    assert (drawing / "white_floors.png").stat().st_size > 10_000
+
+
 def test_leaf_spectra(drawing):
     """Green light tells pale leaves from dark ones, red light hardly does."""
     shares = example("leaf_spectra").main(photons=50_000)

@@ -8,12 +8,11 @@ use std::os::unix::fs::symlink;
 use super::*;
 use crate::bad_input::listing;
 
-const SWEEP: &str =
-    r#"{"scene": "scene.json", "vary": {"/materials/wall/reflectance": [0.1, 0.2, 0.3]}}"#;
+const SWEEP: &str = r#"{"scene": "scene.json", "vary": {"/lights/1/position/2": [0.1, 0.2, 0.3]}}"#;
 const WIDER: &str =
-    r#"{"scene": "scene.json", "vary": {"/materials/wall/reflectance": [0.1, 0.2, 0.3, 0.4]}}"#;
+    r#"{"scene": "scene.json", "vary": {"/lights/1/position/2": [0.1, 0.2, 0.3, 0.4]}}"#;
 /// The file name of the plot.
-const PLOT: &str = "materials_wall_reflectance.svg";
+const PLOT: &str = "lights_1_position_2.svg";
 
 fn write(folder: &TestScene, name: &str, content: &str) {
     fs::write(folder.path(name), content).expect("a file");

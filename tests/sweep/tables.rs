@@ -46,7 +46,7 @@ fn a_grid_runs_every_pair() {
     let folder = folder(
         r#"{"scene": "scene.json", "seeds": 2, "vary": {
             "both": {"at": ["/lights/0/power", "/lights/1/power"], "values": [1, 2.0]},
-            "/materials/wall/reflectance": {"from": 0.1, "to": 0.3, "steps": 3}}}"#,
+            "/lights/1/position/2": {"from": 0.1, "to": 0.3, "steps": 3}}}"#,
     );
     let said = ok(&folder, "sweep sweep.json -o out");
     let from = "12 runs from 6 simulations: light is linear in the powers\n";
@@ -54,25 +54,25 @@ fn a_grid_runs_every_pair() {
     let runs = rows(&folder, "out/runs.csv");
     let mut expected = Vec::new();
     for power in ["1", "2"] {
-        for reflectance in ["0.1", "0.2", "0.3"] {
-            expected.extend(["7", "8"].map(|seed| (power, reflectance, seed)));
+        for height in ["0.1", "0.2", "0.3"] {
+            expected.extend(["7", "8"].map(|seed| (power, height, seed)));
         }
     }
     assert_eq!(runs.len(), expected.len());
     let captors = rows(&folder, "out/captors.csv");
     let groups = rows(&folder, "out/groups.csv");
     assert_eq!((captors.len(), groups.len()), (24, 24));
-    for (i, (row, (power, reflectance, seed))) in runs.iter().zip(expected).enumerate() {
+    for (i, (row, (power, height, seed))) in runs.iter().zip(expected).enumerate() {
         assert_eq!(row["run"], (i + 1).to_string());
         assert_eq!(row["both"], power);
-        assert_eq!(row["/materials/wall/reflectance"], reflectance);
+        assert_eq!(row["/lights/1/position/2"], height);
         assert_eq!((&*row["seed"], &*row["photons"], &*row["error"]), (seed, "2000", ""));
         let whole: f64 = row["power_all"].parse().expect("a number");
         assert_eq!(whole, 2.0 * power.parse::<f64>().expect("a number"));
 
         let scene = SCENE
             .replace("\"power\": 1", &format!("\"power\": {power}"))
-            .replace("\"reflectance\": 0.5", &format!("\"reflectance\": {reflectance}"));
+            .replace("[0.2, 0.3, 0.1]", &format!("[0.2, 0.3, {height}]"));
         fs::write(folder.path("one.json"), scene).expect("a scene");
         let one = run_file(&folder.path("one.json"), |settings| {
             settings.seed = seed.parse().expect("a seed");
@@ -92,7 +92,7 @@ fn a_grid_runs_every_pair() {
     for name in ["runs", "captors", "groups"] {
         check_parquet(&folder, &format!("out/{name}"));
     }
-    let pictures = ["both.svg", "materials_wall_reflectance.svg"];
+    let pictures = ["both.svg", "lights_1_position_2.svg"];
     assert_eq!(listing(&folder.path("out/plots")), pictures);
     for name in pictures {
         let svg = fs::read_to_string(folder.path("out/plots").join(name)).expect("a picture");
@@ -107,7 +107,7 @@ fn a_grid_runs_every_pair() {
 /// the runs' own tables have, one row each.
 #[test]
 fn what_light_costs_over_a_sweep() {
-    let sweep = r#"{"scene": "scene.json", "vary": {"/materials/wall/reflectance": [0.1, 0.3]}}"#;
+    let sweep = r#"{"scene": "scene.json", "vary": {"/lights/1/position/2": [0.1, 0.3]}}"#;
     let folder = folder(sweep);
     ok(&folder, "sweep sweep.json -o plain");
     assert!(!folder.path("plain/electricity.csv").exists());
@@ -121,11 +121,11 @@ fn what_light_costs_over_a_sweep() {
         };
         found.iter().filter(fits).map(|row| row["value"].parse().expect("a number")).collect()
     };
-    for (run, reflectance) in [("1", 0.1), ("2", 0.3)] {
+    for (run, height) in [("1", 0.1), ("2", 0.3)] {
         assert_eq!(of(run, "all lights", "per_watt"), [0.25]);
         let one = SCENE
             .replace("\"power\": 1", "\"watts\": 4, \"power\": 1")
-            .replace("\"reflectance\": 0.5", &format!("\"reflectance\": {reflectance}"));
+            .replace("[0.2, 0.3, 0.1]", &format!("[0.2, 0.3, {height}]"));
         fs::write(folder.path("one.json"), one).expect("a scene");
         let one = run_file(&folder.path("one.json"), |_| ()).electricity.expect("watts");
         let shares = one.shares.expect("shares");
@@ -197,7 +197,10 @@ fn a_failed_run_is_recorded() {
 
     fs::write(folder.path("sweep.json"), sweep("0.3")).expect("a sweep");
     let said = ok(&folder, "sweep sweep.json -o out");
-    assert_eq!(said, "3 of 3 runs are done, 2 of them from before; wrote out\n");
+    let from = "3 runs from 1 simulation: histories are weighted anew for other reflectances and \
+                transmittances\n";
+    let done = "3 of 3 runs are done, 2 of them from before; wrote out\n";
+    assert_eq!(said, format!("{from}{done}"));
     assert_eq!(column(&folder, "out/runs.csv", "error"), ["", "", ""]);
 }
 

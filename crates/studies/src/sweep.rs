@@ -13,6 +13,7 @@ mod folder;
 mod forecast;
 mod linear;
 mod merge;
+mod optics;
 mod origin;
 mod response;
 mod sealed;
@@ -51,7 +52,7 @@ pub struct Outcome {
     pub damaged: usize,
     /// Number of simulations from which the runs come, if that is smaller: light is linear in the
     /// powers.
-    pub simulations: Option<usize>,
+    pub simulations: Option<Simulations>,
     /// Runs that failed: number and values of the run, and its error.
     pub failed: Vec<(String, String)>,
     /// Number of runs of the whole sweep that are not in the folder. Tables are only written when
@@ -78,13 +79,22 @@ fn runs_of<'a>(
     sweep.runs().filter(move |run| shard.holds(jobs.of(run)))
 }
 
-/// Returns the number of simulations from which the runs of a shard come, if it is smaller than the
-/// number of runs.
-fn simulations(jobs: &Jobs, shard: Shard) -> Option<usize> {
+/// The simulations from which runs come, fewer than these.
+#[derive(Clone, Copy, Debug)]
+pub struct Simulations {
+    /// Their number.
+    pub count: usize,
+    /// Whether some runs differ in reflectances or transmittances, and share histories.
+    pub histories: bool,
+}
+
+/// Returns the simulations from which the runs of a shard come, if they are fewer than the runs.
+fn simulations(jobs: &Jobs, shard: Shard) -> Option<Simulations> {
     let held = jobs.jobs.iter().enumerate().filter(|(index, _)| shard.holds(*index));
-    let (mut simulations, mut runs) = (0, 0);
-    held.for_each(|(_, job)| (simulations, runs) = (simulations + 1, runs + job.runs.len()));
-    (simulations < runs).then_some(simulations)
+    let held: Vec<_> = held.map(|(_, job)| job).collect();
+    let histories = held.iter().any(|job| job.histories);
+    let runs: usize = held.iter().map(|job| job.runs.len()).sum();
+    (held.len() < runs).then_some(Simulations { count: held.len(), histories })
 }
 
 /// Returns the state of each run in the folder at `path`.

@@ -7,7 +7,11 @@
 //! Monte Carlo methods to solve inverse photon migration problems in heterogeneous tissues", Optics
 //! Letters 26, 2001). The chances with which histories are drawn do not enter, as they stay the same.
 
-use super::material::LobeKind;
+use super::{
+    light::Light,
+    material::{LobeKind, Material},
+};
+use crate::error::Problem;
 
 /// A factor on light.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,11 +90,37 @@ impl Sent {
 /// Index of a parameter of a scene.
 pub type ParameterIndex = u16;
 
+/// A scene that differs from another in the values of parameters alone. A history that brings the power
+/// c in the other scene, after it has met each parameter p n times, brings c Π s^n here, where s is the
+/// factor between the values of p.
+#[derive(Debug)]
+pub struct Variant {
+    /// For each parameter, its factor in each lane.
+    factors: Vec<Vec<f32>>,
+    materials: Vec<Material>,
+}
+
+impl Variant {
+    /// Returns the factor of a parameter in each lane.
+    #[inline]
+    pub fn factor(&self, parameter: ParameterIndex) -> &[f32] {
+        &self.factors[usize::from(parameter)]
+    }
+
+    /// Returns the material of this index.
+    #[inline]
+    pub fn material(&self, index: u32) -> &Material {
+        &self.materials[index as usize]
+    }
+}
+
 /// The parameters of a scene, and which of them each light and each way of a material has. Each has
 /// at most one.
 #[derive(Debug, Default)]
 pub struct Parameters {
     all: Vec<Parameter>,
+    /// Scenes with other values of them.
+    variants: Vec<Variant>,
     /// For each material, face and way; empty if there are no parameters.
     of_ways: Vec<Option<ParameterIndex>>,
     /// For each light; empty if there are no parameters.
@@ -121,13 +151,65 @@ impl Parameters {
                 }
             }
         }
-        Self { all, of_ways, of_lights }
+        Self { all, variants: Vec::new(), of_ways, of_lights }
     }
 
     /// Returns all parameters.
     #[inline]
     pub fn all(&self) -> &[Parameter] {
         &self.all
+    }
+
+    /// Returns the scenes with other values of the parameters whose light is counted, too.
+    #[inline]
+    pub fn variants(&self) -> &[Variant] {
+        &self.variants
+    }
+
+    /// Returns the parameters whose moments are counted: none where variants are counted.
+    pub fn moments(&self) -> impl Iterator<Item = &Parameter> {
+        self.all.iter().filter(|_| self.variants.is_empty())
+    }
+
+    /// Adds a scene with other values of the parameters, in whose lists these are, in so many lanes.
+    /// Error: a parameter is 0 in a band, where light could not be scaled.
+    pub(super) fn add_variant(
+        &mut self,
+        lights: [&[Light]; 2],
+        materials: Vec<Material>,
+        parameters: &Self,
+        lanes: usize,
+    ) -> Result<(), Problem> {
+        let of = |parameter: &Parameter| -> Result<Vec<f32>, Problem> {
+            let other = || parameters.all.iter().find(|other| other.name == parameter.name);
+            let factor = |(from, to): (&f64, &f64)| match (*from, *to) {
+                (from, to) if from == to => Ok(1.0),
+                (0.0, _) => Err(Problem::new(
+                    format!("`{}` is 0 in a band, so that no light can be scaled", parameter.name),
+                    "run the scenes one by one",
+                )),
+                (from, to) => Ok((to / from) as f32),
+            };
+            let ratio = |from: &[f64], to: &[f64]| {
+                from.iter().zip(to).map(factor).collect::<Result<Vec<f32>, _>>()
+            };
+            let mut factors: Vec<f32> = match parameter.factor {
+                Factor::Light(light) => {
+                    let [own, other] = lights.map(|lights| &lights[light].power[..]);
+                    ratio(own, other)?
+                }
+                // where nothing is sent on there is no parameter
+                Factor::Material { .. } => match other() {
+                    Some(other) => ratio(&parameter.values, &other.values)?,
+                    None => vec![0.0; parameter.values.len()],
+                },
+            };
+            factors.resize(lanes, 1.0);
+            Ok(factors)
+        };
+        let factors = self.all.iter().map(of).collect::<Result<_, _>>()?;
+        self.variants.push(Variant { factors, materials });
+        Ok(())
     }
 
     /// Returns the parameter of light that comes to a face of a material, and that is sent on so.

@@ -34,6 +34,7 @@ use std::{
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::{
+    error::Problem,
     math::{
         geometry::{POINT, ROUNDING, Ray, Transform, Triangle, across, closeness},
         sampling::Discrete,
@@ -288,6 +289,18 @@ impl Scene {
     #[inline]
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// Returns the same scene, of which runs also find what `other` would find: a scene that differs from
+    /// it in the values of its parameters alone. Factors are best at most 1: where light counts for more
+    /// than it did, a few histories that have met a parameter often decide everything. Error: a value is 0
+    /// here and not there.
+    #[doc(hidden)]
+    pub fn with_variant(mut self, other: &Self) -> Result<Self, Problem> {
+        let (lights, lanes) = ([&self.lights[..], &other.lights], self.lanes());
+        let materials = other.materials.iter().map(|named| named.material.clone()).collect();
+        self.parameters.add_variant(lights, materials, &other.parameters, lanes)?;
+        Ok(self)
     }
 
     /// Returns whether surfaces count what they absorb by face, too.

@@ -4,12 +4,15 @@
 //! the moment of that parameter there. The elasticity is the moment over the sum of all c. What a
 //! captor absorbs is less the more its own surface sends on: where light arrives on a surface that
 //! sends on the part r of it by a parameter's way, c r is taken off the moment of what it absorbs.
+//!
+//! Where the scene has variants, a run counts what the light brings in each of them in place of the
+//! moments: c times the factor of each parameter to the power of n.
 
 use crate::{
     math::spectrum::{Lanes, Spectrum},
     scene::{
         material::LobeKind,
-        parameter::{ParameterIndex, Parameters, Sent},
+        parameter::{ParameterIndex, Parameters, Sent, Variant},
         world::Arrived,
     },
     transport::trace::{Event, Turn},
@@ -36,6 +39,40 @@ impl Met {
         match self.0.iter_mut().find(|(known, _)| *known == parameter) {
             Some((_, times)) => *times += 1,
             None => self.0.push((parameter, 1)),
+        }
+    }
+
+    /// Takes back one meeting that was counted, if there is one.
+    fn take(&mut self, parameter: Option<ParameterIndex>) {
+        let Some(parameter) = parameter else { return };
+        let known = self.0.iter().position(|(known, _)| *known == parameter);
+        if let Some(place) = known {
+            self.0[place].1 -= 1;
+            if self.0[place].1 == 0 {
+                self.0.swap_remove(place);
+            }
+        }
+    }
+
+    /// Returns by what light that has met these is multiplied in a variant of the scene.
+    pub fn factor<L: Lanes>(&self, variant: &Variant, lanes: usize) -> Spectrum<L> {
+        let one = Spectrum::splat(lanes, 1.0);
+        self.0.iter().fold(one, |all, &(parameter, times)| {
+            let factor = Spectrum::<L>::load(variant.factor(parameter));
+            all * factor.map(|factor| factor.powi(times as i32))
+        })
+    }
+
+    /// Adds light that has met these to the sums of which there is one for each variant of the scene,
+    /// or, where it has none, to the moments of its parameters.
+    fn count<L: Lanes>(&self, parameters: &Parameters, light: &Spectrum<L>, sums: &mut Moments<L>) {
+        if parameters.variants().is_empty() {
+            for (parameter, times) in self.each() {
+                sums.add(parameter.into(), light.clone().scaled(times));
+            }
+        }
+        for (v, variant) in parameters.variants().iter().enumerate() {
+            sums.add(v, self.factor::<L>(variant, light.values().len()) * light);
         }
     }
 
@@ -71,6 +108,11 @@ impl Account {
         self.aimed.clone_from(&self.now);
         self.at = None;
         self.waiting.clear();
+    }
+
+    /// Returns what the photon has met so far.
+    pub fn now(&self) -> &Met {
+        &self.now
     }
 
     /// Returns what the light had met of which an event tells.
@@ -116,24 +158,26 @@ impl Account {
     }
 }
 
-/// Keeps account of what a backward path has met, and of the moments of what it finds. The account
-/// `()` does nothing, and costs nothing.
+/// Keeps account of what a backward path has met, and of the sums of what it finds. The account `()`
+/// does nothing, and costs nothing.
 pub trait Along<L: Lanes> {
     /// Counts that the path has been sent on by a lobe of a surface.
     #[inline(always)]
     fn sent_on(&mut self, _parameters: &Parameters, _at: &Arrived, _lobe: LobeKind) {}
 
-    /// Returns the moments of light that has come by no surface; `None` if no account is kept.
+    /// Returns the sums of light that has met these parameters; `None` if no account is kept.
     #[inline(always)]
-    fn moments(
-        _moments: impl FnOnce() -> Vec<(ParameterIndex, Spectrum<L>)>,
+    fn sums_of(
+        _parameters: &Parameters,
+        _light: &Spectrum<L>,
+        _met: impl FnOnce() -> [Option<ParameterIndex>; 2],
     ) -> Option<Moments<L>> {
         None
     }
 
-    /// Returns the moments of what was found, times a factor; `None` if no account is kept.
+    /// Returns the sums of what was found, times a factor; `None` if no account is kept.
     #[inline(always)]
-    fn into_moments(self, _factor: f32) -> Option<Moments<L>>
+    fn into_sums(self, _factor: f32) -> Option<Moments<L>>
     where
         Self: Sized,
     {
@@ -142,14 +186,21 @@ pub trait Along<L: Lanes> {
 
     /// Counts light that the path has found, which has met these parameters, too.
     #[inline(always)]
-    fn found(&mut self, _light: &Spectrum<L>, _met: impl FnOnce() -> [Option<ParameterIndex>; 3]) {}
+    fn found(
+        &mut self,
+        _parameters: &Parameters,
+        _light: &Spectrum<L>,
+        _met: impl FnOnce() -> [Option<ParameterIndex>; 3],
+    ) {
+    }
 }
 
 impl<L: Lanes> Along<L> for () {}
 
-/// The moments of what a path has found, as far as they are not 0.
+/// The moments of parameters, or the light in each variant of the scene, as far as they are not 0:
+/// the index of each, and its sum.
 #[derive(Clone, Debug)]
-pub struct Moments<L>(pub Vec<(ParameterIndex, Spectrum<L>)>);
+pub struct Moments<L>(pub Vec<(usize, Spectrum<L>)>);
 
 impl<L> Default for Moments<L> {
     fn default() -> Self {
@@ -158,26 +209,25 @@ impl<L> Default for Moments<L> {
 }
 
 impl<L: Lanes> Moments<L> {
-    /// Adds to the moment of a parameter.
-    pub fn add(&mut self, parameter: ParameterIndex, moment: Spectrum<L>) {
-        match self.0.iter_mut().find(|(known, _)| *known == parameter) {
-            Some((_, sum)) => *sum += moment,
-            None => self.0.push((parameter, moment)),
+    /// Adds to the sum of this index.
+    pub fn add(&mut self, index: usize, more: Spectrum<L>) {
+        match self.0.iter_mut().find(|(known, _)| *known == index) {
+            Some((_, sum)) => *sum += more,
+            None => self.0.push((index, more)),
         }
     }
 }
 
-/// What a path has met so far, and the moments of what it has found.
+/// What a path has met so far, and the sums of what it has found.
 #[derive(Debug)]
 pub struct PathAccount<L> {
     met: Met,
-    /// The moments of the light that was found.
-    pub moments: Moments<L>,
+    sums: Moments<L>,
 }
 
 impl<L> Default for PathAccount<L> {
     fn default() -> Self {
-        Self { met: Met::default(), moments: Moments::default() }
+        Self { met: Met::default(), sums: Moments::default() }
     }
 }
 
@@ -186,22 +236,32 @@ impl<L: Lanes> Along<L> for PathAccount<L> {
         self.met.add(way_back(parameters, at, lobe));
     }
 
-    fn moments(moments: impl FnOnce() -> Vec<(ParameterIndex, Spectrum<L>)>) -> Option<Moments<L>> {
-        Some(Moments(moments()))
+    fn sums_of(
+        parameters: &Parameters,
+        light: &Spectrum<L>,
+        met: impl FnOnce() -> [Option<ParameterIndex>; 2],
+    ) -> Option<Moments<L>> {
+        let (mut all, mut sums) = (Met::default(), Moments::default());
+        met().into_iter().for_each(|parameter| all.add(parameter));
+        all.count(parameters, light, &mut sums);
+        Some(sums)
     }
 
-    fn into_moments(self, factor: f32) -> Option<Moments<L>> {
-        let scaled = self.moments.0.into_iter().map(|(met, sum)| (met, sum.scaled(factor)));
+    fn into_sums(self, factor: f32) -> Option<Moments<L>> {
+        let scaled = self.sums.0.into_iter().map(|(index, sum)| (index, sum.scaled(factor)));
         Some(Moments(scaled.collect()))
     }
 
-    fn found(&mut self, light: &Spectrum<L>, met: impl FnOnce() -> [Option<ParameterIndex>; 3]) {
-        for (parameter, times) in self.met.each() {
-            self.moments.add(parameter, light.clone().scaled(times));
-        }
-        for parameter in met().into_iter().flatten() {
-            self.moments.add(parameter, light.clone());
-        }
+    fn found(
+        &mut self,
+        parameters: &Parameters,
+        light: &Spectrum<L>,
+        met: impl FnOnce() -> [Option<ParameterIndex>; 3],
+    ) {
+        let met = met();
+        met.iter().for_each(|parameter| self.met.add(*parameter));
+        self.met.count(parameters, light, &mut self.sums);
+        met.iter().for_each(|parameter| self.met.take(*parameter));
     }
 }
 

@@ -419,7 +419,8 @@ impl Path<'_, '_> {
                 let t_max = scene.beyond(hit.as_ref());
                 scene.lights_met(&leg.ray, t_max, |hit| {
                     let found = self.met::<L>(&leg, &hit) * &throughput;
-                    account.found(&found, || [parameters.of_light(hit.light), None, None]);
+                    let light = || [parameters.of_light(hit.light), None, None];
+                    account.found(parameters, &found, light);
                     radiance += found;
                 });
             }
@@ -456,7 +457,7 @@ impl Path<'_, '_> {
                 let mut add = |lit: Option<Lit<L>>| {
                     if let Some(Lit { towards, irradiance, met: [light, way] }) = lit {
                         let found = scattered(towards) * &throughput * irradiance;
-                        account.found(&found, || {
+                        account.found(parameters, &found, || {
                             [light, way, way_back(parameters, &at, at.scattered(towards))]
                         });
                         radiance += found;

@@ -224,6 +224,9 @@ struct Run<'a> {
     /// for guided photons of a run with a tolerance, of the largest power times the histories of a
     /// task with which one has come to a captor, W or umol/s. The bits of floats that are not negative have the same order as the floats.
     brightest: Vec<AtomicU64>,
+    /// Number of arrivals of photons beside paths at surfaces, and how many of them are light that paths
+    /// leave to photons; counted in trials.
+    arrivals: [AtomicU64; 2],
 }
 
 /// The arrivals that the photon map keeps.
@@ -302,7 +305,8 @@ impl<'a> Run<'a> {
         let started = Instant::now();
         let pool = machine::pool(settings.threads.get())?;
         let nearest = matches!(keep, Keep::OnCaptors) && settings.keeps_map();
-        memory::check(scene, parts(&part_of), pool.current_num_threads(), nearest)?;
+        let counted = parts(&part_of).max(scene.parameters().variants().len());
+        memory::check(scene, counted, pool.current_num_threads(), nearest)?;
         let work = match settings.estimator {
             // by now the estimator is known, even where a trial chooses it
             Estimator::Photons | Estimator::Auto => {
@@ -345,6 +349,7 @@ impl<'a> Run<'a> {
             map_room: memory::map_room(),
             map_too_large: AtomicBool::new(false),
             brightest,
+            arrivals: [AtomicU64::new(0), AtomicU64::new(0)],
         })
     }
 
@@ -357,14 +362,20 @@ impl<'a> Run<'a> {
         self
     }
 
+    /// Returns the number of parts of the light, or of variants of the scene, that are counted apart.
+    fn parts(&self) -> usize {
+        let variants = self.scene.parameters().variants().len();
+        if self.purpose == Purpose::Run && variants > 0 { variants } else { parts(&self.part_of) }
+    }
+
     fn tally(&self) -> Tally {
-        let tally = Tally::new(self.scene, parts(&self.part_of));
+        let tally = Tally::new(self.scene, self.parts());
         let tally = if self.guidance.is_some() { tally.weighing() } else { tally };
         if self.purpose == Purpose::Run { tally.with_moments(self.scene) } else { tally }
     }
 
     fn totals(&self) -> Totals {
-        let totals = Totals::new(self.scene, parts(&self.part_of));
+        let totals = Totals::new(self.scene, self.parts());
         let totals = match self.purpose == Purpose::Run {
             true => totals.with_moments(self.scene),
             false => totals,

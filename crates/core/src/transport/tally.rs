@@ -10,12 +10,12 @@ use crate::{
     scene::{
         captor::{ABSORBED_FRONT, Captor, CaptorKind, Channel},
         material::Scatterer,
-        parameter::{ParameterIndex, Sent},
+        parameter::{ParameterIndex, Sent, Variant},
         stand::Balance,
         world::{Arrived, Scene},
     },
     transport::{
-        met::Met,
+        met::{Met, Moments},
         paths::PathScore,
         trace::{Counted, Event},
     },
@@ -133,7 +133,7 @@ pub struct Tally {
     /// Number of paths that a length limit ended.
     cut_off: u64,
     ledger: Ledger,
-    /// A tally for each part of the light, if the light is split.
+    /// A tally for each part of the light, if the light is split, or for each variant of the scene.
     parts: Vec<Tally>,
     /// A tally of the [moments](super::met) of each parameter of the scene, if they are asked for.
     moments: Vec<Tally>,
@@ -163,13 +163,13 @@ impl Tally {
 
     /// Returns the same tally, which now also sums the moments of the scene's parameters.
     pub fn with_moments(self, scene: &Scene) -> Self {
-        let moments = scene.parameters().all().iter().map(|_| Self::new(scene, 0)).collect();
+        let moments = scene.parameters().moments().map(|_| Self::new(scene, 0)).collect();
         Self { moments, ..self }
     }
 
-    /// Returns whether moments of parameters are summed.
-    pub fn has_moments(&self) -> bool {
-        !self.moments.is_empty()
+    /// Returns whether it counts by what light has met: moments of parameters, or variants of the scene.
+    pub fn keeps_account(&self, scene: &Scene) -> bool {
+        !self.moments.is_empty() || !scene.parameters().variants().is_empty()
     }
 
     /// Returns the same tally, which now also records how many equal histories its counts
@@ -187,7 +187,7 @@ impl Tally {
         let sums = (touched * scene.bands().len() + ledger) * size_of::<f64>();
         let places = all * size_of::<u32>();
         let counts = touched * (size_of::<Counts>() + size_of::<u32>());
-        (parts + 1 + scene.parameters().all().len())
+        (parts + 1 + scene.parameters().moments().count())
             * (2 * size_of::<Self>() + sums + places + counts)
     }
 
@@ -302,10 +302,90 @@ impl Tally {
         }
     }
 
-    /// Scores an event of light that has met these parameters in their moments, for the captors for
-    /// which `counts` is true.
+    /// Scores the emission of a photon, with its whole power, in the variants of the scene.
+    pub fn emitted_in_variants<L: Lanes>(
+        &mut self,
+        scene: &Scene,
+        weights: &[f64],
+        power: &Spectrum<L>,
+        met: &Met,
+    ) {
+        for (part, variant) in self.parts.iter_mut().zip(scene.parameters().variants()) {
+            part.emitted(None, weights, &(met.factor(variant, scene.lanes()) * power));
+        }
+    }
+
+    /// Scores an event of light that has met these parameters, in their moments or in the variants of
+    /// the scene, for the captors for which `counts` is true.
     #[inline(never)]
-    pub fn score_moments<L: Lanes>(
+    pub fn score_met<L: Lanes>(
+        &mut self,
+        scene: &Scene,
+        weights: &[f64],
+        event: &Event<'_, L>,
+        met: &Met,
+        counts: impl Fn(&Counted<'_, L>) -> bool,
+    ) {
+        match scene.parameters().variants() {
+            [] => self.score_moments(scene, weights, event, met, counts),
+            variants => {
+                for (part, variant) in self.parts.iter_mut().zip(variants) {
+                    part.score_variant(scene, weights, event, (met, variant), &counts);
+                }
+            }
+        }
+    }
+
+    /// Scores what an event is in a variant of the scene.
+    fn score_variant<L: Lanes>(
+        &mut self,
+        scene: &Scene,
+        weights: &[f64],
+        event: &Event<'_, L>,
+        (met, variant): (&Met, &Variant),
+        counts: impl Fn(&Counted<'_, L>) -> bool,
+    ) {
+        let factor: Spectrum<L> = met.factor(variant, scene.lanes());
+        let scaled = |power: &Spectrum<L>| factor.clone() * power;
+        let mut score = |event: Event<'_, L>| self.score_beside(scene, weights, &event, &counts);
+        match *event {
+            Event::Crossing { crossing, direction, power, .. } => {
+                score(Event::Crossing {
+                    crossing,
+                    direction,
+                    power: &scaled(power),
+                    carried: None,
+                });
+            }
+            Event::Arrival { at, power, scattered, lobe } => {
+                let material = variant.material(at.surface.material);
+                let own = lobe.and_then(Sent::by).and_then(|sent| {
+                    scene.parameters().of_way(at.surface.material, at.interaction.front, sent)
+                });
+                let onward = match own {
+                    Some(own) => scaled(scattered) * Spectrum::load(variant.factor(own)),
+                    None => scaled(scattered),
+                };
+                score(Event::Arrival {
+                    at: &Arrived { material, ..*at },
+                    power: &scaled(power),
+                    scattered: &onward,
+                    lobe,
+                });
+            }
+            Event::Chance { before, after } => {
+                score(Event::Chance { before: &scaled(before), after: &scaled(after) });
+            }
+            Event::Escaped { power, missed, direction } => {
+                score(Event::Escaped { power: &scaled(power), missed, direction });
+            }
+            Event::Lost(power) => score(Event::Lost(&scaled(power))),
+            Event::FlightBeside | Event::Turn(_) => {}
+        }
+    }
+
+    /// Scores an event of light that has met these parameters in their moments.
+    fn score_moments<L: Lanes>(
         &mut self,
         scene: &Scene,
         weights: &[f64],
@@ -361,8 +441,23 @@ impl Tally {
         }
     }
 
-    /// Scores what a path has found for a captor's face.
+    /// Scores what a path has found for a captor's face, also in moments and variants of the scene.
     pub fn score_path<L: Lanes>(
+        &mut self,
+        scene: &Scene,
+        captor: &Captor,
+        face: Channel,
+        score: &PathScore<L>,
+    ) {
+        self.score_path_found(scene, captor, face, score);
+        let sums = [&score.moments, &score.absorbed_moments];
+        if sums.iter().any(|sums| !sums.0.is_empty()) || !self.parts.is_empty() {
+            self.score_path_sums(scene, captor, face, score);
+        }
+    }
+
+    /// Scores what a path has found for a captor's face.
+    fn score_path_found<L: Lanes>(
         &mut self,
         scene: &Scene,
         captor: &Captor,
@@ -385,12 +480,47 @@ impl Tally {
                 self.add(scene.channels() + layer, ones.clone(), absorbed);
             }
         }
-        for (parameter, flux) in &score.moments.0 {
-            let channel = captor.first_channel + face as usize;
-            self.moments[usize::from(*parameter)].add(channel, ones.clone(), flux);
+    }
+
+    /// Scores what a path has found in moments and variants of the scene. Kept out of line, because most
+    /// runs ask for none.
+    #[inline(never)]
+    fn score_path_sums<L: Lanes>(
+        &mut self,
+        scene: &Scene,
+        captor: &Captor,
+        face: Channel,
+        score: &PathScore<L>,
+    ) {
+        let ones = std::iter::repeat(&1.0);
+        let variants = scene.parameters().variants().len();
+        for (v, part) in self.parts.iter_mut().enumerate().take(variants) {
+            // a path counts in each variant, also if it has found nothing
+            let of = |sums: &Moments<L>| {
+                let own = sums.0.iter().find(|(index, _)| *index == v);
+                own.map_or_else(|| score.flux.zero(), |(_, sum)| sum.clone())
+            };
+            let [flux, absorbed] = [of(&score.moments), of(&score.absorbed_moments)];
+            let (moments, absorbed_moments) = (Moments::default(), Moments::default());
+            let in_layers = Vec::new();
+            let cut_off = score.cut_off;
+            let own = PathScore {
+                flux,
+                absorbed,
+                rays: 0,
+                cut_off,
+                in_layers,
+                moments,
+                absorbed_moments,
+            };
+            part.score_path_found(scene, captor, face, &own);
         }
-        for (parameter, absorbed) in &score.absorbed_moments.0 {
-            let moments = &mut self.moments[usize::from(*parameter)];
+        for (index, flux) in score.moments.0.iter().filter(|_| variants == 0) {
+            let channel = captor.first_channel + face as usize;
+            self.moments[*index].add(channel, ones.clone(), flux);
+        }
+        for (index, absorbed) in score.absorbed_moments.0.iter().filter(|_| variants == 0) {
+            let moments = &mut self.moments[*index];
             let channel = captor.first_channel + Channel::Absorbed as usize;
             moments.add(channel, ones.clone(), absorbed);
             if captor.by_face {

@@ -85,6 +85,7 @@ impl RunResult {
             guiding: Some(simulation.guiding()).filter(|guiding| *guiding != Guiding::Off),
             starved: simulation.starved(),
             chosen: simulation.choice().map(|choice| choice.why.clone()),
+            shared: None,
             mixed: None,
             calibrated: false,
             settings: Some(RunSettings::new(simulation)),

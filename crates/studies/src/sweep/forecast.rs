@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{
-    State, SweepControl, SweepPlan,
+    Simulations, State, SweepControl, SweepPlan,
     folder::{Time, Times},
     linear::Jobs,
     look,
@@ -39,7 +39,7 @@ pub struct Forecast {
     /// Runs of the shard: number and values, and the state of each.
     pub runs: Vec<(String, State)>,
     /// Number of simulations from which the runs come, if it is smaller than the number of runs.
-    simulations: Option<usize>,
+    simulations: Option<Simulations>,
     todo: usize,
     threads: usize,
     /// Time of all runs that are to be done, on one thread, s; `None` if it cannot be known.
@@ -122,9 +122,13 @@ impl fmt::Display for Forecast {
 }
 
 /// Writes that runs share simulations.
-pub fn from_simulations(runs: usize, simulations: usize) -> String {
-    let s = if simulations == 1 { "" } else { "s" };
-    format!("{runs} runs from {simulations} simulation{s}: light is linear in the powers")
+pub fn from_simulations(runs: usize, Simulations { count, histories }: Simulations) -> String {
+    let s = if count == 1 { "" } else { "s" };
+    let why = match histories {
+        false => "light is linear in the powers",
+        true => "histories are weighted anew for other reflectances and transmittances",
+    };
+    format!("{runs} runs from {count} simulation{s}: {why}")
 }
 
 /// Writes a time in units that people read easily.

@@ -1,11 +1,13 @@
 //! Runs that share a simulation: light is linear in the powers of the lights, so runs that differ
-//! in nothing else come from one simulation.
+//! in nothing else come from one simulation; those that differ in reflectances and transmittances, too,
+//! share its histories (`optics`).
 
 use std::collections::{BTreeMap, HashMap};
 
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
+use super::optics::{self, Brightest};
 use phylux_core::{scene::world::Scene, transport::simulate::Simulation};
 use phylux_files::{
     scene_file::LoadedScene,
@@ -23,6 +25,9 @@ pub struct Job {
     pub runs: Vec<usize>,
     /// SHA-256 of the scene that is run for all of them; `None` for a single run of its own.
     pub base: Option<String>,
+    /// Whether the runs differ in reflectances or transmittances and share the histories of that scene,
+    /// and not in powers alone.
+    pub histories: bool,
 }
 
 /// All jobs of a sweep. They depend only on the whole sweep, not on which of its runs are done.
@@ -36,26 +41,17 @@ pub struct Jobs {
 impl Jobs {
     /// Finds the jobs of a sweep.
     pub fn new(sweep: &Sweep) -> Self {
-        let places = sweep.parameters().iter().map(Powers::of).collect::<Vec<_>>();
+        let powers: Vec<bool> = sweep.parameters().iter().map(sets_powers).collect();
+        let scale = scaling(sweep);
+        let optical: Vec<bool> = scale.iter().zip(&powers).map(|(a, b)| *a && !*b).collect();
         let mut jobs: Vec<Job> = Vec::new();
-        if places.iter().all(Option::is_none) {
-            let alone = |run| Job { runs: vec![run], base: None };
-            jobs.extend((0..sweep.runs().len()).map(alone));
-        } else {
-            let mut known: HashMap<(Vec<usize>, u64), usize> = HashMap::new();
-            for run in sweep.runs() {
-                let others = run.choices.iter().zip(&places);
-                let others = others.filter(|(_, power)| power.is_none()).map(|(&choice, _)| choice);
-                let next = jobs.len();
-                let job = *known.entry((others.collect(), run.seed)).or_insert(next);
-                if job == next {
-                    jobs.push(Job { runs: Vec::new(), base: None });
-                }
-                jobs[job].runs.push(run.number - 1);
+        for runs in alike(sweep, (0..sweep.runs().len()).collect(), &scale) {
+            match optics::vary(sweep, &runs, &optical) {
+                true => jobs.extend(sharing_histories(sweep, runs, &scale, &powers)),
+                false => jobs.extend(settled(sweep, runs)),
             }
-            jobs = jobs.into_iter().flat_map(|job| settled(sweep, job)).collect();
-            jobs.sort_by_key(|job| job.runs[0]);
         }
+        jobs.sort_by_key(|job| job.runs[0]);
         let mut of_run = vec![0; sweep.runs().len()];
         for (j, job) in jobs.iter().enumerate() {
             job.runs.iter().for_each(|&run| of_run[run] = j as u32);
@@ -74,17 +70,75 @@ impl Jobs {
     }
 }
 
-/// Decides which scene is run for a job. Runs for which that is not possible get jobs of their own.
-fn settled(sweep: &Sweep, job: Job) -> Vec<Job> {
-    let alone = |run| Job { runs: vec![run], base: None };
-    let Some(place) = Place::of(sweep, &job.runs) else {
-        return job.runs.into_iter().map(alone).collect();
+fn sets_powers(parameter: &Parameter) -> bool {
+    Powers::of(parameter).is_some()
+}
+
+/// Returns for each parameter whether it sets only numbers by which light is scaled.
+pub fn scaling(sweep: &Sweep) -> Vec<bool> {
+    let scales = |p: &Parameter| sets_powers(p) || optics::is_optical(sweep.scene(), p);
+    sweep.parameters().iter().map(scales).collect()
+}
+
+/// Parts runs into those that differ only in parameters that `may` differ.
+fn alike(sweep: &Sweep, runs: Vec<usize>, may: &[bool]) -> Vec<Vec<usize>> {
+    if !may.contains(&true) {
+        return runs.into_iter().map(|run| vec![run]).collect();
+    }
+    let mut known: HashMap<(Vec<usize>, u64), usize> = HashMap::new();
+    let mut parts: Vec<Vec<usize>> = Vec::new();
+    for index in runs {
+        let run = sweep.run(index);
+        let others = run.choices.iter().zip(may).filter(|(_, may)| !**may);
+        let others = others.map(|(&choice, _)| choice).collect();
+        let next = parts.len();
+        let part = *known.entry((others, run.seed)).or_insert(next);
+        if part == next {
+            parts.push(Vec::new());
+        }
+        parts[part].push(index);
+    }
+    parts
+}
+
+/// Returns jobs whose runs share their histories, or where that is not possible, those of runs that
+/// differ in powers alone.
+fn sharing_histories(sweep: &Sweep, runs: Vec<usize>, scale: &[bool], powers: &[bool]) -> Vec<Job> {
+    let possible = |run: &usize| optics::is_possible(sweep, *run, scale);
+    let (runs, impossible): (Vec<usize>, Vec<usize>) = runs.into_iter().partition(possible);
+    let mut jobs: Vec<Job> = alike(sweep, impossible, powers)
+        .into_iter()
+        .flat_map(|runs| settled(sweep, runs))
+        .collect();
+    for some in runs.chunks(optics::MOST).map(<[usize]>::to_vec) {
+        match Brightest::new(sweep, &some, scale).filter(|_| some.len() > 1) {
+            Some(base) => jobs.push(Job { base: Some(base.hash()), histories: true, runs: some }),
+            None => {
+                let parts = alike(sweep, some, powers);
+                jobs.extend(parts.into_iter().flat_map(|runs| settled(sweep, runs)));
+            }
+        }
+    }
+    jobs
+}
+
+/// Decides which scene is run for runs that differ in powers alone. Runs for which that is not possible
+/// get jobs of their own.
+fn settled(sweep: &Sweep, runs: Vec<usize>) -> Vec<Job> {
+    let alone = |run| Job { runs: vec![run], base: None, histories: false };
+    if let [run] = runs[..] {
+        return vec![alone(run)];
+    }
+    let Some(place) = Place::of(sweep, &runs) else {
+        return runs.into_iter().map(alone).collect();
     };
     let is_sound = |run: &usize| place.powers(sweep, *run).is_some();
-    let (runs, unsound): (Vec<usize>, Vec<usize>) = job.runs.into_iter().partition(is_sound);
+    let (runs, unsound): (Vec<usize>, Vec<usize>) = runs.into_iter().partition(is_sound);
     let mut jobs: Vec<Job> = unsound.into_iter().map(alone).collect();
     match Base::new(sweep, &runs) {
-        Some(base) if runs.len() > 1 => jobs.push(Job { runs, base: Some(base.hash()) }),
+        Some(base) if runs.len() > 1 => {
+            jobs.push(Job { runs, base: Some(base.hash()), histories: false })
+        }
         _ => jobs.extend(runs.into_iter().map(alone)),
     }
     jobs

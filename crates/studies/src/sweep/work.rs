@@ -12,7 +12,8 @@ use std::{
 use super::{
     control::{Step, SweepControl, SweepPlan, SweepProgress},
     folder::{State, SweepFolder, Time, Times},
-    linear::{Base, Job, at_powers},
+    linear::{Base, Job, at_powers, scaling},
+    optics::{self, Brightest},
     origin::{Inputs, Origin},
 };
 use phylux_core::{
@@ -64,16 +65,17 @@ struct Progressing<'a> {
     broken: Mutex<Option<Error>>,
 }
 
-/// The scene that several runs share, and the part of each of its lights.
-struct SharedScene {
-    loaded: LoadedScene,
-    part_of: Vec<usize>,
+/// The scene that several runs share: with the part of each of its lights, or with variants of it for
+/// each run.
+enum SharedScene {
+    Powers { loaded: LoadedScene, part_of: Vec<usize> },
+    Histories(LoadedScene),
 }
 
 /// The simulation that several runs share, when it is done.
-struct Shared<'s> {
-    part_of: &'s [usize],
-    simulation: Simulation<'s>,
+enum Shared<'s> {
+    Powers { part_of: &'s [usize], simulation: Simulation<'s> },
+    Histories(Simulation<'s>),
 }
 
 /// A worker, which does one job at a time, and the number of its threads.
@@ -151,7 +153,7 @@ impl<'a> Work<'a> {
     fn job(&self, all: &Progressing, todo: &Todo, worker: Worker) -> Result<()> {
         let started = Instant::now();
         // the shared simulation is the same whichever runs of the job are done already
-        let base = todo.job.base.as_ref().map(|_| self.base(todo));
+        let base = self.base(todo).transpose();
         let shared = base.as_ref().map(|base| match base {
             Ok(base) => self.shared(all, todo, worker, base),
             Err(error) => Err(error.clone()),
@@ -195,8 +197,18 @@ impl<'a> Work<'a> {
         let found = loaded.and_then(|loaded| {
             loaded.check_captors()?;
             let found = match shared {
-                Some(Ok(Shared { part_of, simulation })) => at_powers(simulation, part_of, &loaded),
+                Some(Ok(Shared::Powers { part_of, simulation })) => {
+                    Some(at_powers(simulation, part_of, &loaded))
+                }
+                Some(Ok(Shared::Histories(simulation))) => {
+                    let index = job.runs.iter().position(|&index| index + 1 == run.number);
+                    index.and_then(|index| optics::of_run(simulation, index, &loaded))
+                }
                 Some(Err(error)) => return Err(error.clone()),
+                None => None,
+            };
+            let found = match found {
+                Some(found) => found,
                 None => self.alone(all, &loaded, worker).map_err(|error| loaded.placed(error))?,
             };
             Ok(found.with_warnings_of_scene(loaded.warnings))
@@ -217,12 +229,28 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Loads the scene that all runs of a job share.
-    fn base(&self, todo: &Todo) -> Result<SharedScene> {
-        let missing = || Error::run("sweep", "the powers of a group of runs have no largest");
-        let base = Base::new(self.sweep, &todo.job.runs).ok_or_else(missing)?;
-        let loaded = self.inputs.load(self.sweep, base.document.clone())?;
-        Ok(SharedScene { part_of: base.parts(&loaded.scene), loaded })
+    /// Loads the scene that all runs of a job share; `None` if they share none.
+    fn base(&self, todo: &Todo) -> Result<Option<SharedScene>> {
+        let job = todo.job;
+        if job.base.is_none() {
+            return Ok(None);
+        }
+        let load = |document| self.inputs.load(self.sweep, document);
+        if !job.histories {
+            let missing = || Error::run("sweep", "the powers of a group of runs have no largest");
+            let base = Base::new(self.sweep, &job.runs).ok_or_else(missing)?;
+            let loaded = load(base.document.clone())?;
+            let part_of = base.parts(&loaded.scene);
+            return Ok(Some(SharedScene::Powers { part_of, loaded }));
+        }
+        // values that are possible one by one may be too much together
+        let brightest = Brightest::new(self.sweep, &job.runs, &scaling(self.sweep));
+        let Some(brightest) = brightest else { return Ok(None) };
+        let Ok(base) = load(brightest.document.clone()) else { return Ok(None) };
+        let variant =
+            |&run: &usize| load(brightest.counting(self.sweep.document(&self.sweep.run(run)))).ok();
+        let variants = job.runs.iter().map(variant);
+        Ok(optics::shared(base, variants).map(SharedScene::Histories))
     }
 
     /// Does the simulation that all runs of a job share.
@@ -231,14 +259,24 @@ impl<'a> Work<'a> {
         all: &Progressing,
         todo: &Todo,
         worker: Worker,
-        SharedScene { loaded, part_of }: &'s SharedScene,
+        shared: &'s SharedScene,
     ) -> Result<Shared<'s>> {
         let threads = ThreadCount::nearest_to(worker.threads);
-        let settings = Settings { threads, ..loaded.settings.clone() };
-        let simulation = self.watched(all, worker, todo.runs.len(), |control| {
-            simulate_split(&loaded.scene, &settings, part_of.clone(), control)
-        })?;
-        Ok(Shared { part_of, simulation })
+        let settings = |loaded: &LoadedScene| Settings { threads, ..loaded.settings.clone() };
+        match shared {
+            SharedScene::Powers { loaded, part_of } => {
+                let simulation = self.watched(all, worker, todo.runs.len(), |control| {
+                    simulate_split(&loaded.scene, &settings(loaded), part_of.clone(), control)
+                })?;
+                Ok(Shared::Powers { part_of, simulation })
+            }
+            SharedScene::Histories(loaded) => {
+                let simulation = self.watched(all, worker, todo.runs.len(), |control| {
+                    simulate(&loaded.scene, &settings(loaded), control)
+                })?;
+                Ok(Shared::Histories(simulation))
+            }
+        }
     }
 
     fn alone(&self, all: &Progressing, loaded: &LoadedScene, worker: Worker) -> Result<RunResult> {

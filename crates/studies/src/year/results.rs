@@ -44,6 +44,7 @@ impl Year {
             guiding: None,
             starved: false,
             chosen: None,
+            shared: None,
             mixed: None,
             calibrated: false,
             settings: None,

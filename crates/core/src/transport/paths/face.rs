@@ -22,7 +22,7 @@ use crate::{
         captor::{Captor, CaptorKind, Channel},
         daylight::InfiniteLight,
         material::{Interaction, Material, Scatterer, Transport},
-        parameter::{ParameterIndex, Sent},
+        parameter::{Sent, Variant},
         world::{Outline, Scene, Surface},
     },
     transport::met::{Along, Moments, PathAccount},
@@ -44,19 +44,20 @@ pub struct PathScore<L> {
     /// The same in each layer in which the path or a photon that was sent to it arrives. Empty where
     /// the captor counts in no layer.
     pub in_layers: Vec<(usize, Spectrum<L>)>,
-    /// The moments of the scene's parameters in `flux`, in its unit; none unless they are asked for.
+    /// The moments of the scene's parameters in `flux`, in its unit, or what it is in each variant of the
+    /// scene; none unless they are asked for.
     pub moments: Moments<L>,
     /// The same in `absorbed`.
     pub absorbed_moments: Moments<L>,
 }
 
 impl<L: Lanes> PathScore<L> {
-    /// Adds what one contribution is to the moments of a parameter: what the sensor reads, and what the
-    /// surface absorbs.
-    fn add_moments(&mut self, parameter: ParameterIndex, [read, absorbed]: [Spectrum<L>; 2]) {
-        self.moments.add(parameter, read);
+    /// Adds what one contribution is to the sums of an index: what the sensor reads, and what the surface
+    /// absorbs.
+    fn add_moments(&mut self, index: usize, [read, absorbed]: [Spectrum<L>; 2]) {
+        self.moments.add(index, read);
         if !absorbed.is_zero() {
-            self.absorbed_moments.add(parameter, absorbed);
+            self.absorbed_moments.add(index, absorbed);
         }
     }
 }
@@ -193,7 +194,7 @@ impl<'a> Face<'a> {
             let leg = Leg { at, ray, density: Some(along(direction)), aimed, unbroken: true };
             let mut account = A::default();
             let flux = path.follow::<L>(leg, &mut account).scaled(self.area * weight);
-            (direction, flux, account.into_moments(self.area * weight))
+            (direction, flux, account.into_sums(self.area * weight))
         });
         let Path { rays, cut_off, .. } = path;
         let [flux, absorbed] = [0.0; 2].map(|zero| Spectrum::splat(self.scene.lanes(), zero));
@@ -202,8 +203,7 @@ impl<'a> Face<'a> {
         let mut score =
             PathScore { flux, absorbed, rays, cut_off, in_layers, moments, absorbed_moments };
         for Lit { towards, irradiance: flux, met } in direct.into_iter().flatten() {
-            let moments = || met.into_iter().flatten().map(|met| (met, flux.clone())).collect();
-            let moments = A::moments(moments);
+            let moments = A::sums_of(self.scene.parameters(), &flux, || met);
             let cos = towards.dot(normal);
             self.take(&mut score, Coming { triangle, direction: towards, cos }, flux, moments, rng);
         }
@@ -249,15 +249,23 @@ impl<'a> Face<'a> {
         moments: Moments<L>,
         rng: &Stream,
     ) {
-        for (parameter, moment) in moments.0 {
-            let share = |own: f32, all: f32| if all > 0.0 { own / all } else { 0.0 };
-            let shares = absorbed.clone().zip(flux, share);
+        let variants = self.scene.parameters().variants();
+        for (index, moment) in moments.0 {
             let read = self.read(moment.clone(), cos);
-            score.add_moments(parameter, [read, shares * moment]);
+            let absorbed = match variants.get(index) {
+                Some(variant) => {
+                    self.absorbed_in(Some(variant), triangle, direction, &moment, &mut rng.clone())
+                }
+                None => {
+                    let share = |own: f32, all: f32| if all > 0.0 { own / all } else { 0.0 };
+                    absorbed.clone().zip(flux, share) * moment
+                }
+            };
+            score.add_moments(index, [read, absorbed]);
         }
         // what the surface sends on of the light, it does not absorb; one scattering stands for all
         let Some((material, at)) = self.interaction(triangle, direction) else { return };
-        let Some(surface) = self.surface(triangle) else { return };
+        let Some(surface) = self.surface(triangle).filter(|_| variants.is_empty()) else { return };
         let sample = material.sample::<L>(&at, Transport::Light, &mut rng.clone());
         let Some(sample) = sample else { return };
         let sent = Sent::by(sample.lobe);
@@ -265,7 +273,7 @@ impl<'a> Face<'a> {
             sent.and_then(|sent| self.scene.parameters().of_way(surface.material, at.front, sent));
         if let Some(parameter) = parameter {
             let sent_on = sample.weight * flux;
-            score.absorbed_moments.add(parameter, sent_on.scaled(-1.0));
+            score.absorbed_moments.add(parameter.into(), sent_on.scaled(-1.0));
         }
     }
 
@@ -331,8 +339,8 @@ impl<'a> Face<'a> {
                 free * cosine_hemisphere_density(d.dot(normal))
             });
             let flux = (power.clone() * through).scaled(share / chance);
-            let of_light = || scene.parameters().of_light(light).map(|light| (light, flux.clone()));
-            let moments = A::moments(|| of_light().into_iter().collect());
+            let parameters = scene.parameters();
+            let moments = A::sums_of(parameters, &flux, || [parameters.of_light(light), None]);
             let (direction, cos) = (origin.towards, origin.towards.dot(normal));
             let absorbed =
                 self.take(score, Coming { triangle, direction, cos }, flux, moments, rng);
@@ -461,9 +469,25 @@ impl<'a> Face<'a> {
         flux: &Spectrum<L>,
         rng: &mut Stream,
     ) -> Spectrum<L> {
+        self.absorbed_in(None, triangle, direction, flux, rng)
+    }
+
+    /// Returns what the captor absorbs in a variant of the scene.
+    #[inline]
+    fn absorbed_in<L: Lanes>(
+        &self,
+        variant: Option<&Variant>,
+        triangle: usize,
+        direction: Vec3,
+        flux: &Spectrum<L>,
+        rng: &mut Stream,
+    ) -> Spectrum<L> {
         let Some((material, interaction)) = self.interaction(triangle, direction) else {
             return flux.zero();
         };
+        let other = variant.zip(self.surface(triangle));
+        let material =
+            other.map_or(material, |(variant, surface)| variant.material(surface.material));
         match material.absorptance(&interaction) {
             Some(absorptance) => absorptance * flux,
             // without a closed form: what is left after one random scattering is absorbed, on

@@ -3,7 +3,7 @@
 //! light twice. What becomes of all their power is scored, too, and where they arrive is stored in the
 //! photon map.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, atomic::Ordering};
 
 use super::{
     BATCHES, Keep, Run, lock,
@@ -62,7 +62,8 @@ impl Run<'_> {
             Purpose::Run => Purpose::Beside,
             other => other,
         };
-        let mut account = tally.has_moments().then(Account::default);
+        let mut account = tally.keeps_account(scene).then(Account::default);
+        let mut arrivals = [0; 2];
         let streams = Streams::new(self.settings.seed, purpose, round * BATCHES + batch);
         for index in 0..photons {
             if self.stopped() {
@@ -73,24 +74,29 @@ impl Run<'_> {
             let left = pilot.leaves(photon.light);
             let delta = left || strata.is_delta(scene.lights(), photon.source);
             let mut finding = Finding::new(scene, photon.light, delta);
-            tally.emitted(None, photon.weights, usual.as_ref().unwrap_or(&photon.power));
+            let emitted = usual.as_ref().unwrap_or(&photon.power);
+            tally.emitted(None, photon.weights, emitted);
+            if let Some(account) = &mut account {
+                account.start(scene.parameters().of_light(photon.light));
+                tally.emitted_in_variants(scene, photon.weights, emitted, account.now());
+            }
             if let Some(before) = &usual {
                 let event = Event::Chance { before, after: &photon.power };
                 tally.score(scene, None, photon.weights, &event);
+                if let Some(account) = &account {
+                    tally.score_met(scene, photon.weights, &event, account.now(), |_| false);
+                }
             }
             if photon.power.is_zero() {
                 continue;
             }
             let Emission { light, weights, ray, power, .. } = photon;
-            if let Some(account) = &mut account {
-                account.start(scene.parameters().of_light(light));
-            }
             trace(scene, ray, power, (), &mut rng, |event| {
                 let alone = |face: usize| by_photons.get(face).is_some_and(|&alone| alone);
                 let counts = |counted: &Counted<L>| finding.hidden || alone(counted.channel());
                 tally.score_beside(scene, weights, &event, counts);
                 if let Some(account) = &mut account {
-                    tally.score_moments(scene, weights, &event, account.of(&event), counts);
+                    tally.score_met(scene, weights, &event, account.of(&event), counts);
                     account.then(scene.parameters(), &event);
                 }
                 if let Some(task) = &mut stored
@@ -105,8 +111,16 @@ impl Run<'_> {
                     task.push(limit, arrival, power);
                 }
                 if let Event::Arrival { at, lobe, .. } = event {
+                    let more = [1, u64::from(finding.hidden)];
+                    arrivals.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
                     finding.arrived(at.hit.triangle, lobe);
                 }
+            });
+        }
+        if self.purpose == Purpose::Trial {
+            let sums = self.arrivals.iter().zip(arrivals);
+            sums.for_each(|(sum, more)| {
+                sum.fetch_add(more, Ordering::Relaxed);
             });
         }
         self.store(map, key, stored);

@@ -19,7 +19,9 @@ use std::sync::Arc;
 use super::{
     Control, Keep, Run, TASK, channel, faces,
     schedule::{Beside, Schedule},
-    tried::{FEWEST, TRIAL, Tried, Value, affordable, of_a_trial, of_photons, paths_of, step},
+    tried::{
+        FEWEST, Judged, TRIAL, Tried, Value, affordable, of_a_trial, of_photons, paths_of, step,
+    },
 };
 use crate::{
     error::Result,
@@ -38,6 +40,8 @@ const LEAST_PHOTONS: f64 = 1.0 / 64.0;
 const MOST_PHOTONS: f64 = 0.875;
 /// Where they are stored for k-nearest estimates, they take at least this fraction.
 const LEAST_STORED: f64 = 0.1;
+/// Paths are taken to leave up to so many times as much light to photons at one face as at all of them.
+const UNEVEN: f64 = 8.0;
 /// At a face that fewer photons of the trial have come to, their variance is taken to be in
 /// proportion to its area.
 const KNOWN: u64 = 100;
@@ -75,13 +79,17 @@ impl TriedComplete {
         let variances = Variances::new(scene, &paths, &photons);
         let number = variances.faces.len();
         let work = Work { path: paths.work / number as f64, photon: photons.work };
-        let goal = match settings.tolerance {
-            Some(_) => Goal::Worst,
-            None => Goal::Typical,
+        let goal = match Judged::of(scene, settings) {
+            Judged::Hardest => Goal::Worst,
+            Judged::All | Judged::Sum => Goal::Typical,
         };
+        // what paths leave is known as a mean of all faces; that where most is left decides the worst
+        let uneven = if goal == Goal::Worst { UNEVEN } else { 1.0 };
+        let uneven = |of: Variance| Variance { beside: (uneven * of.beside).min(of.photon), ..of };
+        let all: Vec<_> = variances.all().into_iter().map(|of| of.map(uneven)).collect();
         let stored = settings.keeps_map() && nearest::any_estimates(scene);
         let least = if stored { LEAST_STORED } else { LEAST_PHOTONS };
-        let Divided { photons: each, alone } = divide(&variances.all(), work, least, goal);
+        let Divided { photons: each, alone } = divide(&all, work, least, goal);
         let starts = alone.iter().filter(|&&alone| !alone).count();
         let mut by_photons = Vec::new();
         if starts < number {
@@ -158,7 +166,7 @@ struct Divided {
 }
 
 /// What is made as small as it can be.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Goal {
     /// The work times the geometric mean of the variances.
     Typical,
@@ -246,6 +254,8 @@ struct TriedPhotons {
     all: Totals,
     /// Work of a photon.
     work: f64,
+    /// Fraction of the arrivals at all surfaces that are light which paths leave to photons.
+    left: f64,
 }
 
 impl TriedPhotons {
@@ -264,13 +274,17 @@ impl TriedPhotons {
         let totals = |by_photons: Arc<[bool]>| {
             let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
             let work = super::Work::Paths(Vec::new(), pilot.clone());
-            Run { work, beside, by_photons, purpose: Purpose::Trial, ..run }.round(2, &schedule)
+            let run = Run { work, beside, by_photons, purpose: Purpose::Trial, ..run };
+            let totals = run.round(2, &schedule)?;
+            let [all, left] = run.arrivals.map(|count| count.into_inner() as f64);
+            // one half of an arrival counts as come
+            Ok((totals, (left + 0.5) / (all + 1.0)))
         };
         let channels = scene.channels();
-        let beside = totals(vec![false; channels].into())?;
-        let all = totals(vec![true; channels].into())?;
+        let (beside, left) = totals(vec![false; channels].into())?;
+        let (all, _) = totals(vec![true; channels].into())?;
         let work = all.work() as f64 / all.histories as f64;
-        Ok(Self { beside, all, work })
+        Ok(Self { beside, all, work, left })
     }
 }
 
@@ -293,8 +307,11 @@ struct Variances<'t> {
 /// Paths that differ from photons are taken to vary more than they have shown where the squares of these
 /// differences exceed what both should give by more than this many of their own standard deviations.
 const DIFFERENT: f64 = 4.0;
-/// The difference at a face that fewer photons have come to says nothing.
-const COMPARED: u64 = 4;
+/// The difference at a face says something where paths tell that at least so many photons come there,
+/// or where so many have come that fewer could hardly have been meant. Faces where a few came by chance
+/// would all differ from paths in the same way.
+const COMPARED: f64 = 4.0;
+const SURELY: u64 = 16;
 
 /// What holds for all faces, in a band.
 struct OfAll {
@@ -328,7 +345,7 @@ impl<'t> Variances<'t> {
         let (mut squares, mut of_paths, mut of_both, mut fourth) = (0.0, 0.0, 0.0, 0.0);
         for face in (0..self.faces.len()).step_by(self.step) {
             let came = self.photons.all.histories_in(channel(self.scene, &self.faces[face]));
-            if came.unwrap_or(0) < COMPARED {
+            if came.unwrap_or(0) < SURELY && self.meant(face) < COMPARED {
                 continue;
             }
             // all bands of a face may vary as one
@@ -356,6 +373,18 @@ impl<'t> Variances<'t> {
         if is_sure { 1.0 + more / of_paths } else { 1.0 }
     }
 
+    /// Returns how many photons of the trial come to a face from which paths were tried, on average, if
+    /// the light there is what paths have found and what they leave to photons.
+    fn meant(&self, face: usize) -> f64 {
+        let photons = self.photons.all.histories as f64;
+        let powers = of_photons(self.scene).into_iter().enumerate();
+        let of_band = |(band, power): (usize, f64)| {
+            let flux = self.flux(face, band).filter(|_| power > 0.0)?;
+            Some(photons * flux / power)
+        };
+        powers.filter_map(of_band).fold(0.0, f64::max)
+    }
+
     fn of_all(&self, band: usize) -> OfAll {
         let photons = self.photons.all.histories as f64;
         let own: Vec<usize> = (0..self.faces.len()).step_by(self.step).collect();
@@ -379,17 +408,13 @@ impl<'t> Variances<'t> {
         }
         let ratio = |over: f64, under: f64| if under > 0.0 { over / under } else { 0.0 };
         let photon = if came > 0.0 { variance / came } else { of_photons(self.scene)[band] };
-        // that no photon has come of the light that is left does not say that there is none: one half
-        // of a photon counts as come
-        let half = if self.leaves { 0.5 * photon * photon / photons } else { 0.0 };
+        // that no photon has come of the light that is left does not say that there is none: one more
+        // photon counts as come, of which paths leave as much as of the light on all surfaces
+        let one = photon / photons;
+        let share = if self.leaves { self.photons.left } else { 0.0 };
         OfAll {
             path: tried.get(tried.len() / 2).copied().unwrap_or(0.0),
-            beside: match light > 0.0 {
-                true => ((left + half) / light).min(photon),
-                // nothing is known: paths find at least as much as they leave
-                false if self.leaves => 0.5 * photon,
-                false => 0.0,
-            },
+            beside: ratio(left + share * photon * one, light + one).min(photon),
             photon,
             irradiance: ratio(of_unknown[0], of_unknown[1]),
         }

@@ -5,7 +5,7 @@ use std::{ops::Range, sync::Mutex};
 
 use super::{
     Choice, Control, End, Outcome, Plan, Run, Simulation, batches::Turn, memory::most_open,
-    part_of, parts, schedule::Schedule,
+    part_of, schedule::Schedule,
 };
 use crate::{
     error::{Error, Result, catch_panic, unlocked},
@@ -73,7 +73,7 @@ impl Run<'_> {
             return Err(Error::input("shard", problem).remedy("ask for fewer shards"));
         }
         let range = shard.range(schedule.batches);
-        let bytes = Tally::bytes(self.scene, parts(&self.part_of), usize::MAX);
+        let bytes = Tally::bytes(self.scene, self.parts(), usize::MAX);
         if (bytes as u64).saturating_mul(range.end - range.start) > most_open() {
             let problem =
                 "the batch sums of so many captors, lights and bands do not fit into memory";

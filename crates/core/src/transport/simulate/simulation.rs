@@ -113,6 +113,24 @@ impl<'s> Simulation<'s> {
         self
     }
 
+    /// Returns what the run has found of a variant of its scene, by the index with which it was given;
+    /// `scene` is the variant. There are no k-nearest estimates.
+    #[doc(hidden)]
+    pub fn of_variant<'o>(&self, variant: usize, scene: &'o Scene) -> Simulation<'o> {
+        let found = &self.outcome;
+        let outcome = Outcome {
+            choice: found.choice.clone(),
+            by_photons: found.by_photons.clone(),
+            totals: found.totals.of_part(variant),
+            map: None,
+            unseen: None,
+            too_small: found.too_small.clone(),
+            accuracy: None,
+            ..*found
+        };
+        Simulation::new(scene, &self.settings, outcome).with_k(NearestCount::NONE)
+    }
+
     /// Returns the result at other powers. The simulation must be one of photons that is split into
     /// parts, light l in part `part_of[l]`; the powers of each part are multiplied by its
     /// `factors`, one per band. `scene` is the scene at the new powers. Bands that are added up in

@@ -112,6 +112,7 @@ impl Run<'_> {
     ) {
         let (first, histories) = schedule.range(batch, task);
         let streams = self.streams(round, batch);
+        let account = tally.keeps_account(self.scene);
         for f in schedule.faces(task, faces.len()) {
             let face = &faces[f];
             if self.stopped() {
@@ -123,7 +124,7 @@ impl Run<'_> {
                 let stream = index * faces.len() as u64 + f as u64;
                 let rng = streams.history(stream);
                 let mut rng = rng.with_sobol(sequence, index, SOBOL_NUMBERS);
-                let score = face.path::<L>(pilot, tally.has_moments(), &mut rng);
+                let score = face.path::<L>(pilot, account, &mut rng);
                 let captor = &self.scene.captors()[face.captor];
                 tally.score_path(self.scene, captor, face.channel, &score);
                 brightest = brightest.zip(&score.flux, f32::max);
@@ -144,7 +145,7 @@ impl Run<'_> {
         tally: &mut Tally,
         map: Option<&Mutex<MapBuilder>>,
     ) {
-        match self.guidance.is_some() || tally.has_moments() {
+        match self.guidance.is_some() || tally.keeps_account(self.scene) {
             false => self.photons::<L, false>(schedule, key, strata, tally, map),
             true => self.photons::<L, true>(schedule, key, strata, tally, map),
         }
@@ -170,7 +171,7 @@ impl Run<'_> {
         let bands = self.scene.bands().len();
         let streams = self.streams(round, batch);
         let guidance = self.guidance.as_ref().filter(|_| MORE);
-        let mut account = (MORE && tally.has_moments()).then(Account::default);
+        let mut account = (MORE && tally.keeps_account(self.scene)).then(Account::default);
         let mut copies = Vec::new();
         let mut brightest = vec![0.0f64; bands];
         let heavy = MORE && guidance.is_some() && self.settings.tolerance.is_some();
@@ -189,13 +190,13 @@ impl Run<'_> {
             let part = self.part_of.get(light).copied();
             // the density of light from infinitely far away may depend on where the light comes
             // from
-            if density == 1.0 || start.is_some() {
-                tally.emitted(part, weights, &power);
-            } else {
-                tally.emitted(part, weights, &power.clone().scaled(1.0 / density));
-            }
+            let chosen = (density != 1.0 && start.is_none()).then_some(1.0 / density);
+            let emitted = chosen.map(|factor| power.clone().scaled(factor));
+            let emitted = emitted.as_ref().unwrap_or(&power);
+            tally.emitted(part, weights, emitted);
             if let Some(account) = &mut account {
                 account.start(self.scene.parameters().of_light(light));
+                tally.emitted_in_variants(self.scene, weights, emitted, account.now());
             }
             let mut way = Way::default();
             let of_sun = self.without_direct_sun && strata.is_sun(self.scene.lights(), source);
@@ -213,7 +214,7 @@ impl Run<'_> {
                 tally.score(self.scene, part, weights, &event);
                 if let Some(account) = &mut account {
                     let met = account.of(&event);
-                    tally.score_moments(self.scene, weights, &event, met, |_| true);
+                    tally.score_met(self.scene, weights, &event, met, |_| true);
                     account.then(self.scene.parameters(), &event);
                 }
                 if let Some(counted) = event.counted(self.scene).filter(|_| heavy) {

@@ -12,7 +12,9 @@ use std::sync::Arc;
 use super::{
     BATCHES, Control, Keep, MIN_PATHS, Run,
     division::{Division, TriedComplete},
-    tried::{FEWEST, TRIAL, TRIAL_RAYS, Tried, of_a_trial, of_photons, rays_of_a_photon, tried},
+    tried::{
+        FEWEST, Judged, TRIAL, TRIAL_RAYS, Tried, of_a_trial, of_photons, rays_of_a_photon, tried,
+    },
 };
 use crate::{
     error::Result,
@@ -98,8 +100,8 @@ impl Chosen {
         if !(paths.found.finds_light() || photons.found.finds_light()) {
             return by_photons("neither paths nor photons of a trial found light");
         }
-        let hardest = settings.tolerance.is_some();
-        let times = paths.cost(&photons, hardest) / photons.cost(&paths, hardest);
+        let judged = Judged::of(scene, settings);
+        let times = paths.cost(&photons, judged) / photons.cost(&paths, judged);
         // so many paths, over all faces, take as much work as one photon of a run of photons
         let per_photon = paths.unit as f64 * photons.work / paths.work;
         let least = (paths.unit * MIN_PATHS) as f64;

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::{BATCHES, Control, Keep, Run, Work, channel, faces};
 use crate::{
     error::Result,
-    math::{rng::Purpose, stats::Estimate},
+    math::{pattern::fits, rng::Purpose, stats::Estimate},
     scene::world::Scene,
     transport::{
         paths::{Face, Pilot},
-        settings::{Estimator, NearestCount, Settings},
+        settings::{Estimator, NearestCount, Settings, Target},
         tally::Totals,
     },
 };
@@ -174,6 +174,31 @@ impl Found {
         if all.is_empty() { vec![self.histories] } else { all }
     }
 
+    /// Returns the relative variance of the sum over all faces, as it is for a group of captors: what counts
+    /// is the light of each of them. It is that of one history wherever light was found.
+    pub(super) fn of_sum(&self, other: &Self) -> f64 {
+        let bands = self.brings.len();
+        let of_band = |band: usize| {
+            let both = self.values.iter().zip(&other.values).skip(band).step_by(bands);
+            let (mut sum, mut variance) = (0.0, 0.0);
+            for (mine, theirs) in both {
+                let flux = mine.flux.max(theirs.flux);
+                let own = match (mine.flux > 0.0, theirs.flux > 0.0) {
+                    (true, _) => mine.variance * mine.flux * mine.flux,
+                    // photons bring what they bring; paths vary by about their number
+                    (false, true) if self.brings[band] > 0.0 => self.brings[band] * flux,
+                    (false, true) => self.histories * flux * flux,
+                    (false, false) => 0.0,
+                };
+                (sum, variance) = (sum + flux, variance + own);
+            }
+            (sum > 0.0).then(|| variance / (sum * sum))
+        };
+        let all: Vec<f64> = (0..bands).filter_map(of_band).collect();
+        let worst = all.into_iter().reduce(f64::max).unwrap_or(self.histories);
+        worst.max(self.histories.recip())
+    }
+
     /// Returns the geometric mean of [`variances`](Self::variances) over all faces and over the
     /// tenth of them where the variance is largest, which counts as much as all. A few faces that
     /// hardly any light reaches, where all variances are alike, do not hide how the others differ,
@@ -182,6 +207,35 @@ impl Found {
         let all = self.variances(other);
         let mean = |some: &[f64]| some.iter().map(|v| v.ln()).sum::<f64>() / some.len() as f64;
         (0.5 * (mean(&all) + mean(&all[all.len() - all.len().div_ceil(10)..]))).exp()
+    }
+}
+
+/// The error by which ways to find the light are judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Judged {
+    /// That of all faces, as a geometric mean.
+    All,
+    /// That of the face where it is hardest to become small: all must meet a tolerance.
+    Hardest,
+    /// That of groups, where these alone must meet a tolerance.
+    Sum,
+}
+
+impl Judged {
+    /// Returns by which error a run is judged.
+    pub fn of(scene: &Scene, settings: &Settings) -> Self {
+        let is_group = |target: &Target| {
+            let captors = || scene.captors().iter().map(|captor| captor.id.as_str());
+            let mut groups = scene.groups().iter();
+            groups.any(|group| fits(&target.pattern, group))
+                && !captors().any(|id| fits(&target.pattern, id))
+        };
+        match (settings.tolerance, &settings.of[..]) {
+            (None, _) => Self::All,
+            (Some(_), []) => Self::Hardest,
+            (Some(_), of) if of.iter().all(is_group) => Self::Sum,
+            (Some(_), _) => Self::All,
+        }
     }
 }
 
@@ -207,12 +261,12 @@ impl Tried {
         Self { found, histories, work: totals.work() as f64 / histories as f64, unit }
     }
 
-    /// Returns the work for a relative error of 1, at the face where it is hardest to
-    /// reach or, as a geometric mean, at all faces.
-    pub fn cost(&self, other: &Self, hardest: bool) -> f64 {
-        let variance = match hardest {
-            true => *self.found.variances(&other.found).last().expect("one at least"),
-            false => self.found.typical(&other.found),
+    /// Returns the work for a relative error of 1.
+    pub fn cost(&self, other: &Self, judged: Judged) -> f64 {
+        let variance = match judged {
+            Judged::Hardest => *self.found.variances(&other.found).last().expect("one at least"),
+            Judged::Sum => self.found.of_sum(&other.found),
+            Judged::All => self.found.typical(&other.found),
         };
         self.work * variance
     }
@@ -340,6 +394,17 @@ mod tests {
         assert!(paths.variances(&photons).iter().all(|&variance| variance == 0.5));
         let lit = found(&[(1.0, 3.0)], 16_384.0, 1e6);
         assert_eq!(found(&[(0.0, 0.0)], 128.0, 0.0).variances(&lit), [128.0]);
+    }
+
+    /// Of four equal faces as a group, one history of relative variance 2 at each has 2 / 4; photons of 10 W
+    /// that have missed one of 1 W bring it the variance 10.
+    #[test]
+    fn groups_are_known_better_than_their_faces() {
+        let paths = found(&[(1.0, 2.0); 4], 128.0, 0.0);
+        let photons = found(&[(1.0, 10.0), (1.0, 10.0), (1.0, 10.0), (0.0, 0.0)], 1e4, 10.0);
+        assert_eq!((paths.of_sum(&photons), photons.of_sum(&paths)), (0.5, 2.5));
+        let missed = found(&[(1.0, 2.0), (0.0, 0.0)], 128.0, 0.0);
+        assert_eq!(missed.of_sum(&found(&[(1.0, 2.0); 2], 128.0, 0.0)), (2.0 + 128.0) / 4.0);
     }
 
     /// Faces at which one of two ways has no variance, such as the outer walls of a box under the sun,

@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{BATCHES, End, Outcome, Run, Work, lock, memory::most_open, parts, schedule::Schedule};
+use super::{BATCHES, End, Outcome, Run, Work, lock, memory::most_open, schedule::Schedule};
 use crate::{
     error::{Error, Result},
     math::machine::gib,
@@ -74,8 +74,7 @@ impl Run<'_> {
     /// Runs all batches side by side, task by task. The run can then end after any task, and its
     /// batches are as if it had been asked for just so many photons.
     pub(super) fn until_time(&self, schedule: &Schedule, limit: Duration) -> Result<Outcome> {
-        let bytes =
-            Tally::bytes(self.scene, parts(&self.part_of), usize::MAX) as u64 * schedule.batches;
+        let bytes = Tally::bytes(self.scene, self.parts(), usize::MAX) as u64 * schedule.batches;
         if bytes > most_open() {
             return Err(Error::input(
                 "max_time",

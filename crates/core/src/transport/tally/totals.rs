@@ -57,7 +57,7 @@ pub struct Totals {
     chance: Vec<Running>,
     captor_of_channel: Vec<u32>,
     group_values: Vec<f64>,
-    /// Totals of each part of the light, if the light is split.
+    /// Totals of each part of the light, if the light is split, or of each variant of the scene.
     parts: Vec<Totals>,
     /// For each parameter, channel and column the [moment](crate::transport::met) and the value.
     /// Empty if no moments are asked for; without the channels of captors if these are too many.
@@ -72,7 +72,7 @@ const MOST_MOMENTS: usize = 1_000_000;
 /// Returns the channels of captors and groups that have moments.
 fn channels_with_moments(scene: &Scene) -> Range<usize> {
     let columns = scene.bands().len() + scene.sums().len();
-    let each = columns * scene.parameters().all().len();
+    let each = columns * scene.parameters().moments().count();
     let groups = scene.groups().len() * scene.group_channels();
     let kept = scene.channels().saturating_mul(each) <= MOST_MOMENTS;
     (if kept { 0 } else { scene.channels() })..scene.channels() + groups
@@ -121,7 +121,7 @@ impl Totals {
     /// Returns the same totals, with room for the moments of the scene's parameters.
     pub fn with_moments(self, scene: &Scene) -> Self {
         let each = channels_with_moments(scene).len() * self.columns;
-        let moments = vec![RunningPair::default(); scene.parameters().all().len() * each];
+        let moments = vec![RunningPair::default(); scene.parameters().moments().count() * each];
         Self { moments, ..self }
     }
 
@@ -195,7 +195,8 @@ impl Totals {
                 }
             }
         }
-        Self { beside_paths: true, by_photons: all, ..self }
+        let parts = self.parts.into_iter().map(|part| part.beside_paths(scene, by_photons));
+        Self { beside_paths: true, by_photons: all, parts: parts.collect(), ..self }
     }
 
     /// Returns about how many bytes totals take for `scene`, split into so many parts.
@@ -208,7 +209,7 @@ impl Totals {
         let ledger = (scene.materials().len() + 3) * scene.bands().len() * size_of::<f64>();
         let channels = scene.channels() + groups + scene.stand().channels();
         let moments = channels_with_moments(scene).len() * columns * size_of::<RunningPair>();
-        let moments = moments * scene.parameters().all().len();
+        let moments = moments * scene.parameters().moments().count();
         let sums = channels * of_channel + groups * of_group + ledger + moments;
         (parts + 1) * (size_of::<Self>() + sums)
     }
@@ -330,9 +331,16 @@ impl Totals {
             && self.moments.iter().all(RunningPair::is_possible)
     }
 
-    /// Returns the totals of each part of the light; empty if the light is not split.
+    /// Returns the totals of each part of the light, or of each variant of the scene; empty if there are
+    /// none.
     pub fn parts(&self) -> &[Self] {
         &self.parts
+    }
+
+    /// Returns the totals of a part as those of a run of its own.
+    pub fn of_part(&self, part: usize) -> Self {
+        let Self { histories, segments, effort, cut_off, .. } = *self;
+        Self { histories, segments, effort, cut_off, ..self.parts[part].clone() }
     }
 
     /// Returns the totals with each part multiplied by its factors, per band, sum and ratio; they
