@@ -41,8 +41,8 @@ use phylux_results::{
     result::RunResult,
 };
 use phylux_studies::calibrate::{
-    CalibrationPlan, EvenPlan, Found, Numbers, Runs, Vary, calibrate, calibrated_scene, even,
-    search,
+    CalibrationPlan, EvenPlan, Found, Numbers, Runs, Vary, calibrate, calibrated_scene,
+    check_captors, even, search,
 };
 
 /// The most lamps that are listed.
@@ -176,6 +176,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     let bytes = read_bytes(measured).map_err(|why| Error::unreadable(measured.display(), why))?;
     let rows = measured_csv::parse(&bytes, measured)?;
+    check_captors(&loaded.scene, &rows, measured)?;
 
     let plan = CalibrationPlan {
         model: arguments.model.0,

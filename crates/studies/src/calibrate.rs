@@ -14,7 +14,11 @@ mod powers;
 mod tangent;
 mod vary;
 
-use std::{collections::HashMap, path::Path, slice};
+use std::{
+    collections::{HashMap, HashSet},
+    path::Path,
+    slice,
+};
 
 use glam::DVec3;
 
@@ -28,6 +32,7 @@ pub use vary::{Found, Numbers, Runs, Vary, search};
 use phylux_core::{
     error::{Error, Problem, Result, nearest},
     math::pattern,
+    scene::world::Scene,
 };
 use phylux_files::{
     input::quoted,
@@ -399,12 +404,10 @@ impl<'a> Readings<'a> {
         for row in rows {
             let place = format!("{}:{}", path.display(), row.line);
             let captor = match &row.at {
-                MeasuredAt::Captor(id) => of_id.get(id.as_str()).copied().ok_or_else(|| {
-                    let error = Error::input(&place, format!("no captor {}", quoted(id)));
-                    let near = nearest(id, of_id.keys().copied().take(10_000));
-                    let otherwise = "give ids as in the results, with the name of their entry";
-                    error.did_you_mean(near, otherwise)
-                })?,
+                MeasuredAt::Captor(id) => of_id
+                    .get(id.as_str())
+                    .copied()
+                    .ok_or_else(|| no_captor(place.clone(), id, of_id.keys().copied()))?,
                 MeasuredAt::Point(point) => {
                     captor_at(result, *point * plan.metres).ok_or_else(|| {
                         Error::input(
@@ -460,6 +463,30 @@ impl<'a> Readings<'a> {
 
     fn of(&self, purpose: Purpose) -> Vec<&Point> {
         self.all.iter().filter(|r| r.purpose == purpose).map(Reading::point).collect()
+    }
+}
+
+/// Makes the error that there is no captor of this id at a place, among those of these ids.
+fn no_captor<'a>(place: String, id: &str, ids: impl Iterator<Item = &'a str>) -> Error {
+    let error = Error::input(place, format!("no captor {}", quoted(id)));
+    let otherwise = "give ids as in the results, with the name of their entry";
+    error.did_you_mean(nearest(id, ids.take(10_000)), otherwise)
+}
+
+/// Checks, before anything is traced, that a scene has the captors of the readings in the file at `path`.
+/// Error: it has not.
+pub fn check_captors(scene: &Scene, rows: &[MeasuredRow], path: &Path) -> Result<()> {
+    let ids: HashSet<&str> = scene.captors().iter().map(|captor| captor.id.as_str()).collect();
+    let missing = rows.iter().find_map(|row| match &row.at {
+        MeasuredAt::Captor(id) if !ids.contains(id.as_str()) => Some((row.line, id)),
+        _ => None,
+    });
+    match missing {
+        None => Ok(()),
+        Some((line, id)) => {
+            let all = scene.captors().iter().map(|captor| captor.id.as_str());
+            Err(no_captor(format!("{}:{line}", path.display()), id, all))
+        }
     }
 }
 
