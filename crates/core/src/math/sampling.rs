@@ -143,9 +143,21 @@ impl Discrete {
             sum
         };
         let running_sums: Vec<f64> = weights.into_iter().map(add).collect();
-        let of = |i| weighted_choice(&running_sums, i as f64 / running_sums.len() as f64).index;
-        let first = (0..running_sums.len()).map(|i| of(i) as u32).collect();
+        let (last, mut index) = (running_sums.len() - 1, 0);
+        let mut of = |i: usize| {
+            let target = i as f64 / running_sums.len() as f64 * running_sums[last];
+            while index < last && running_sums[index] <= target {
+                index += 1;
+            }
+            index as u32
+        };
+        let first = (0..running_sums.len()).map(&mut of).collect();
         Self { running_sums, first }
+    }
+
+    /// Returns the sum of the weights.
+    pub fn total(&self) -> f64 {
+        self.running_sums[self.running_sums.len() - 1]
     }
 
     /// Chooses the same entry as [`weighted_choice`].
@@ -203,7 +215,7 @@ mod tests {
         let tiny = std::iter::once(1.0).chain([1e-30; 40]).chain([0.0, 3.0]);
         for weights in [vec![2.0], vec![0.1; 1000], uneven.collect(), tiny.collect()] {
             let table = Discrete::new(weights);
-            let total = table.running_sums[table.running_sums.len() - 1];
+            let total = table.total();
             let borders = table.running_sums.iter().map(|sum| sum / total);
             let beside = borders.flat_map(|u| [u.next_down(), u, u.next_up()]);
             let mut rng = Stream::new(1, 0, 0);

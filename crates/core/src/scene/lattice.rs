@@ -32,6 +32,12 @@ const FAR_REACHING: f64 = 1_000.0;
 /// Beyond this many periods, or heights, the probability of an image is that of its middle.
 const FAR: f64 = 50.0;
 
+/// Layers nearer to each other than this share of the shortest period are taken together for rays that
+/// rise or fall by at least [`STEEP`] with each metre: to cross a few more cells takes less time than
+/// to find the next of many layers. Rays nearer to level would run on through thousands of cells.
+const NEAR: f64 = 0.25;
+const STEEP: f64 = 0.01;
+
 /// Indices of a cell along x and y; (0, 0) is the one that the scene describes.
 pub type Cell = [i32; 2];
 
@@ -86,7 +92,7 @@ impl Lattice {
         let moved = |axis: usize| {
             self.periods[axis].map(|period| Period { from: period.from - center[axis], ..period })
         };
-        Self { periods: [moved(0), moved(1)] }
+        Self::new([moved(0), moved(1)])
     }
 
     /// Returns the period along x (0) or y (1).
@@ -114,8 +120,8 @@ impl Lattice {
     /// below it, where the hill is, no light comes. `None` if the ground neither rises nor falls from
     /// cell to cell.
     pub fn hillside(&self) -> Option<DVec3> {
-        let fall = |axis: usize| self.periods[axis].map_or(0.0, |p| -p.rise / p.length);
-        self.slopes().then(|| DVec3::new(fall(0), fall(1), 1.0).normalize())
+        let [x, y] = self.rises();
+        self.slopes().then(|| DVec3::new(-x, -y, 1.0).normalize())
     }
 
     /// Returns the way from a place to its image in a cell.
@@ -140,10 +146,12 @@ impl Lattice {
     /// Returns the height of a point above the slope on which the cells lie. It is the same for all
     /// images of a place.
     pub fn level(&self, point: DVec3) -> f64 {
-        (0..2).fold(point.z, |level, axis| match self.periods[axis] {
-            Some(Period { length, rise, .. }) => level - rise / length * point[axis],
-            None => level,
-        })
+        above(self.rises(), point)
+    }
+
+    /// Returns by how much the ground rises with each metre along x and y; 0 where nothing repeats.
+    fn rises(&self) -> [f64; 2] {
+        self.periods.map(|period| period.map_or(0.0, |p| p.rise / p.length))
     }
 
     /// Returns the whole periods between two points that are images of each other but for rounding.
@@ -353,12 +361,20 @@ impl Lattice {
     }
 }
 
+/// Returns the height of a point above a slope that rises by so much with each metre along x and y.
+#[inline]
+fn above([x, y]: [f64; 2], point: DVec3) -> f64 {
+    point.z - x * point.x - y * point.y
+}
+
 /// The heights at which a scene that repeats holds anything, and its ends along an axis on which it
 /// does not repeat.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layers {
     /// Disjoint ranges of heights above the slope, in rising order.
     heights: Vec<[f64; 2]>,
+    /// The same, of which those are taken together that are near to each other.
+    together: Vec<[f64; 2]>,
     /// Range along x and y; infinite where the scene repeats.
     ends: [[f64; 2]; 2],
     /// What rounding may put between a ray and the border of a cell that it meets, m.
@@ -393,19 +409,14 @@ impl Layers {
         let reach = reach.min(FAR_REACHING * lattice.shortest());
         let slack = 8.0 * f64::from(ROUNDING) * reach;
         heights.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let mut layers: Vec<[f64; 2]> = Vec::new();
-        for [low, high] in heights {
-            let [low, high] = [low - slack, high + slack];
-            match layers.last_mut() {
-                Some(layer) if low <= layer[1] => layer[1] = layer[1].max(high),
-                _ => layers.push([low, high]),
-            }
-        }
+        heights.iter_mut().for_each(|[low, high]| (*low, *high) = (*low - slack, *high + slack));
+        let heights = joined(&heights, 0.0);
+        let together = joined(&heights, NEAR * lattice.shortest());
         let end = |axis: usize| match lattice.period(axis) {
             Some(_) => [f64::NEG_INFINITY, f64::INFINITY],
             None => [ends[axis][0] - slack, ends[axis][1] + slack],
         };
-        Self { heights: layers, ends: [end(0), end(1)], slack }
+        Self { heights, together, ends: [end(0), end(1)], slack }
     }
 
     /// Returns the lowest and the highest height; `None` for an empty scene.
@@ -416,18 +427,31 @@ impl Layers {
     /// Returns how much farther a ray has to go from a height to come to a layer, if it rises by
     /// `slope` with each metre: 0 in a layer, `None` if it comes to none.
     fn way_to_layer(&self, height: f64, slope: f64) -> Option<f64> {
+        let layers = if slope.abs() < STEEP { &self.heights } else { &self.together };
         // the first layer that does not end below
-        let above = self.heights.partition_point(|layer| layer[1] < height);
-        if self.heights.get(above).is_some_and(|layer| layer[0] <= height) {
+        let above = layers.partition_point(|layer| layer[1] < height);
+        if layers.get(above).is_some_and(|layer| layer[0] <= height) {
             return Some(0.0);
         }
         let next = match slope {
-            _ if slope > 0.0 => self.heights.get(above)?[0],
-            _ if slope < 0.0 => self.heights[..above].last()?[1],
+            _ if slope > 0.0 => layers.get(above)?[0],
+            _ if slope < 0.0 => layers[..above].last()?[1],
             _ => return None,
         };
         Some((next - height) / slope)
     }
+}
+
+/// Joins ranges, in the order of their lower ends, that overlap or have at most a `gap` between them.
+fn joined(ranges: &[[f64; 2]], gap: f64) -> Vec<[f64; 2]> {
+    let mut joined: Vec<[f64; 2]> = Vec::new();
+    for &[low, high] in ranges {
+        match joined.last_mut() {
+            Some(last) if low <= last[1] + gap => last[1] = last[1].max(high),
+            _ => joined.push([low, high]),
+        }
+    }
+    joined
 }
 
 /// The piece of a ray within one cell, in the coordinates of the cell (0, 0).
@@ -450,6 +474,9 @@ pub struct Walk<'a> {
     layers: &'a Layers,
     origin: DVec3,
     direction: DVec3,
+    /// By how much the slope rises with each metre along x and y, and the ray above the slope.
+    rises: [f64; 2],
+    rise: f64,
     /// Distance at which the ray has come into the next cell.
     t: f64,
     cell: Cell,
@@ -462,8 +489,10 @@ impl<'a> Walk<'a> {
     /// Starts at the origin of a ray, which may lie in any cell.
     pub fn new(lattice: &'a Lattice, layers: &'a Layers, ray: &Ray) -> Self {
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let cell = lattice.cell_of(origin);
-        Self { lattice, layers, origin, direction, t: 0.0, cell, cells: 0, is_lost: false }
+        let (cell, rises) = (lattice.cell_of(origin), lattice.rises());
+        let rise = above(rises, direction);
+        let (t, cells, is_lost) = (0.0, 0, false);
+        Self { lattice, layers, origin, direction, rises, rise, t, cell, cells, is_lost }
     }
 
     /// Goes on to the next layer. Returns whether there is one.
@@ -476,8 +505,7 @@ impl<'a> Walk<'a> {
                 return false;
             }
         }
-        let slope = self.lattice.level(self.direction);
-        match self.layers.way_to_layer(self.lattice.level(at), slope) {
+        match self.layers.way_to_layer(above(self.rises, at), self.rise) {
             Some(0.0) => true,
             Some(way) => {
                 self.t += way;
@@ -602,5 +630,37 @@ impl Repeats {
     /// Follows a ray from cell to cell.
     pub fn walk(&self, ray: &Ray) -> Walk<'_> {
         Walk::new(&self.lattice, &self.layers, ray)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two level sheets a tenth of a period apart are one layer for a ray that rises through the gap
+    /// between them, and two for rays that are nearly level: the first piece of one that rises by a
+    /// tenth of what is steep begins at the upper sheet, and a level one meets nothing and is not
+    /// given up. Sheets half a period apart are two layers for all rays.
+    #[test]
+    fn layers_are_taken_together_unless_rays_are_level() {
+        let along = Some(Period { from: 0.0, length: 1.0, rise: 0.0 });
+        let lattice = Lattice::new([along, along]);
+        let first_piece = |gap: f64, rise: f64| {
+            let layers = Layers::new(&lattice, |visit| {
+                [0.0, gap].into_iter().for_each(|z| visit(&[DVec3::new(0.5, 0.5, z)]));
+            });
+            let direction = DVec3::new((1.0 - rise * rise).sqrt(), 0.0, rise).as_vec3();
+            let origin = Vec3::new(0.2, 0.2, 0.5 * gap as f32);
+            let mut walk = Walk::new(&lattice, &layers, &Ray { origin, direction });
+            let piece = walk.next();
+            assert!(!walk.is_lost);
+            piece.map(|piece| piece.start)
+        };
+        assert_eq!(first_piece(0.1, 0.5), Some(0.0));
+        let far = first_piece(0.1, 0.001).expect("a piece");
+        assert!((far - 50.0).abs() < 0.02, "{far}");
+        assert_eq!(first_piece(0.1, 0.0), None);
+        let apart = first_piece(0.5, 0.5).expect("a piece");
+        assert!((apart - 0.5).abs() < 1e-3, "{apart}");
     }
 }

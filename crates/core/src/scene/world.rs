@@ -110,6 +110,15 @@ impl Surface {
         (self.captor != NO_CAPTOR).then_some(self.captor as usize)
     }
 
+    /// Returns false where a hit is surely far enough from all edges of this triangle for the errors
+    /// of the triangle's points and of a ray that comes from afar. It takes less time than to look at
+    /// each edge.
+    #[inline]
+    fn may_be_near_edge(&self, hit: &Hit) -> bool {
+        let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
+        weights.min_element() < self.steepest * (MARGINS * (self.reach + hit.t))
+    }
+
     /// Returns the distance from the triangle at which rays that leave it at a point start, m: the
     /// bound of the error of the point and of the start of the ray across the triangle.
     #[inline(always)]
@@ -583,10 +592,7 @@ impl Scene {
     #[inline]
     fn surface_hit(&self, ray: &Ray, hit: &Hit) -> SurfaceHit {
         let triangle = hit.triangle as usize;
-        let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
-        // the errors of the triangle's points, and of a ray that comes from afar
-        let Surface { steepest, reach, .. } = self.surfaces[triangle];
-        if weights.min_element() < steepest * (MARGINS * (reach + hit.t)) {
+        if self.surfaces[triangle].may_be_near_edge(hit) {
             return SurfaceHit::from(self.hit_near_edge(ray, hit));
         }
         SurfaceHit { t: hit.t, triangle, point: hit.point }

@@ -430,7 +430,7 @@ impl Tally {
     fn balance_arrival<L: Lanes>(&mut self, scene: &Scene, weights: &[f64], event: &Event<'_, L>) {
         let Event::Arrival { at, power, scattered, .. } = *event else { return };
         let channel = |balance| scene.channels() + scene.stand().channel(balance);
-        let absorbed = power.clone().zip(scattered, |before, after| before - after);
+        let absorbed = absorbed_of(at, power, scattered);
         if scene.is_ground(at.hit.triangle) {
             if !scene.rises(at.interaction.direction) {
                 self.add(channel(Balance::OnGround), weights, power);

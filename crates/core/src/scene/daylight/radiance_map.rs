@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3, Vec2};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-use crate::math::{rng::Stream, sampling::weighted_choice};
+use crate::math::{rng::Stream, sampling::Discrete};
 
 /// Approximate limit on the number of entries of a table for sampling. Where there are more cells,
 /// runs of neighbouring cells in a row share an entry.
@@ -29,8 +29,8 @@ pub struct RadianceMap {
     density: Vec<f32>,
     /// Relative radiance of each cell, per band, or `None` where all bands have that of `density`.
     spectral: Option<Spectral>,
-    /// Running sums of density x solid angle over runs of cells.
-    running: Vec<f64>,
+    /// Chooses runs of cells by density x solid angle; `None` if the map is dark.
+    runs: Option<Discrete>,
     /// Hash of the radiances.
     hash: [u8; 32],
 }
@@ -68,7 +68,7 @@ pub struct Cell {
 #[derive(Clone)]
 pub struct MapEntry {
     view: View,
-    running: Vec<f64>,
+    runs: Discrete,
 }
 
 /// Writes only the view; the rest follows from the map.
@@ -154,19 +154,19 @@ impl RadianceMap {
             hash.update(bytes);
         }
         let hash = hash.finalize().into();
-        let mut map = Self { grid, density, spectral, running: Vec::new(), hash };
-        map.running = map.running_sums(|cell| map.grid.solid_angle(cell));
+        let mut map = Self { grid, density, spectral, runs: None, hash };
+        map.runs = map.runs_by(|cell| map.grid.solid_angle(cell));
         map
     }
 
     /// Returns whether the map is dark everywhere.
     pub fn is_dark(&self) -> bool {
-        self.running.is_empty()
+        self.runs.is_none()
     }
 
     /// Returns the integral of the density over all directions.
     pub fn total(&self) -> f64 {
-        self.running.last().copied().unwrap_or(0.0)
+        self.runs.as_ref().map_or(0.0, Discrete::total)
     }
 
     /// Returns the cell in a direction.
@@ -206,7 +206,8 @@ impl RadianceMap {
     /// and returns it with its cell. The map must not be dark.
     pub fn sample(&self, rng: &mut Stream) -> (DVec3, Cell) {
         let chance = |cell| self.grid.solid_angle(cell);
-        let cell = self.choose(&self.running, chance, rng.uniform_fine());
+        let runs = self.runs.as_ref().expect("a map that is not dark");
+        let cell = self.choose(runs, chance, rng.uniform_fine());
         (self.grid.direction(cell, rng.square()), cell)
     }
 
@@ -222,8 +223,7 @@ impl RadianceMap {
     pub fn entry(&self, normal: DVec3, hillside: Option<DVec3>) -> Option<(MapEntry, Vec<f64>)> {
         let view = View { normal, hillside };
         let (sums, irradiance) = self.seen(view);
-        let running = running(sums);
-        (!running.is_empty()).then_some((MapEntry { view, running }, irradiance))
+        Some((MapEntry { view, runs: choice(sums)? }, irradiance))
     }
 
     /// Returns sums of density x cosine over runs of cells, and the irradiance in each band.
@@ -256,7 +256,7 @@ impl RadianceMap {
     pub fn sample_entry(&self, entry: &MapEntry, rng: &mut Stream) -> (DVec3, Cell) {
         let View { normal, hillside } = entry.view;
         let chance = |cell| self.grid.projected(cell, entry.view);
-        let cell = self.choose(&entry.running, chance, rng.uniform_fine());
+        let cell = self.choose(&entry.runs, chance, rng.uniform_fine());
         let most = self.grid.largest_cosine(cell, normal);
         loop {
             let toward = self.grid.direction(cell, rng.square());
@@ -272,9 +272,8 @@ impl RadianceMap {
         self.density.len().div_ceil(MOST_RUNS)
     }
 
-    /// Returns running sums of density x `measure` over runs of cells, without dark runs at the
-    /// end.
-    fn running_sums(&self, measure: impl Fn(Cell) -> f64 + Sync) -> Vec<f64> {
+    /// Returns the choice among runs of cells by density x `measure`; `None` if the map is dark.
+    fn runs_by(&self, measure: impl Fn(Cell) -> f64 + Sync) -> Option<Discrete> {
         let (columns, run) = (self.grid.columns.len(), self.run());
         let weigh = |row: usize, first: usize| {
             let cells = (first..(first + run).min(columns)).map(|column| Cell { row, column });
@@ -285,7 +284,7 @@ impl RadianceMap {
             .flat_map_iter(|row| (0..columns).step_by(run).map(move |first| (row, first)))
             .map(|(row, first)| weigh(row, first))
             .collect();
-        running(sums)
+        choice(sums)
     }
 
     fn weight(&self, cell: Cell, measure: impl Fn(Cell) -> f64) -> f64 {
@@ -293,10 +292,10 @@ impl RadianceMap {
         if density > 0.0 { density * measure(cell) } else { 0.0 }
     }
 
-    /// Returns the cell that the number `u` in [0, 1) chooses from running sums of the same
+    /// Returns the cell that the number `u` in [0, 1) chooses by the choice among runs of the same
     /// `measure`.
-    fn choose(&self, running: &[f64], measure: impl Fn(Cell) -> f64, u: f64) -> Cell {
-        let chosen = weighted_choice(running, u);
+    fn choose(&self, among: &Discrete, measure: impl Fn(Cell) -> f64, u: f64) -> Cell {
+        let chosen = among.choose(u);
         let (columns, run) = (self.grid.columns.len(), self.run());
         let runs = columns.div_ceil(run);
         let (row, first) = (chosen.index / runs, chosen.index % runs * run);
@@ -324,20 +323,16 @@ impl RadianceMap {
 impl MapEntry {
     /// Returns the integral of density x cosine over the directions in front of the plane.
     pub fn total(&self) -> f64 {
-        self.running.last().copied().unwrap_or(0.0)
+        self.runs.total()
     }
 }
 
-/// Returns running sums, without those of nothing at the end.
-fn running(mut sums: Vec<f64>) -> Vec<f64> {
-    let bright = sums.iter().rposition(|&sum| sum > 0.0).map_or(0, |last| last + 1);
-    sums.truncate(bright);
-    let mut total = 0.0;
-    for sum in &mut sums {
-        total += *sum;
-        *sum = total;
-    }
-    sums
+/// Returns the choice by these weights, without those of nothing at the end; `None` if there are no
+/// others.
+fn choice(mut weights: Vec<f64>) -> Option<Discrete> {
+    let bright = weights.iter().rposition(|&weight| weight > 0.0)?;
+    weights.truncate(bright + 1);
+    Some(Discrete::new(weights))
 }
 
 /// Borders of the cells, and integrals over them.

@@ -161,7 +161,7 @@ impl Scene {
         let own = self.shapes.triangles.len();
         let of = |hit: &Hit| repeats.surfaces.origin(hit.triangle, own).0 as usize;
         let surface = &self.surfaces[of(&hit)];
-        let is_near_edge = self.is_near_edge(of(&hit), &hit);
+        let is_near_edge = surface.may_be_near_edge(&hit) && self.is_near_edge(of(&hit), &hit);
         if is_near_edge {
             let shape = |t| self.shapes.surface_shape(t);
             let bvh = &self.shapes.surface_bvh;
