@@ -287,10 +287,9 @@ impl Loaded {
                 settings.photons = None;
             }
             let control = Control { stop: &watch.stop, progress: &|_| {} };
-            let rendered =
+            let mut rendered =
                 RenderedScene::new(&loaded.scene, most, &settings, plan, &control, &|_, _| {})?;
-            let followed = following.follow(&loaded.scene, &settings, &control)?;
-            let rendered = RenderedScene { followed, ..rendered };
+            rendered.followed = following.follow(&loaded.scene, &settings, &control)?;
             file.write(&FilesRead::new(&loaded.files), |writer| write(&rendered, writer))
         })
     }

@@ -111,11 +111,11 @@ pub(super) fn write(
     };
     let control = Control { stop: interrupt.stop(), progress: &|_| {} };
     let rendered = RenderedScene::new(&scene, most, &settings, plan, &control, &progress);
-    let rendered = rendered.and_then(|rendered| {
+    let rendered = rendered.and_then(|mut rendered| {
         let progress = |p: Progress| progress(RenderStage::Histories, p);
         let control = Control { progress: &progress, ..control };
-        let followed = following.follow(&scene, &settings, &control)?;
-        Ok(RenderedScene { followed, ..rendered })
+        rendered.followed = following.follow(&scene, &settings, &control)?;
+        Ok(rendered)
     });
     if let Ok(Some((_, bar))) = bars.into_inner() {
         bar.finish_and_clear();

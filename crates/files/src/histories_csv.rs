@@ -29,12 +29,12 @@ pub fn write_histories_csv(result: &HistoriesResult, writer: &mut dyn Write) -> 
         let HistoriesPart { light, last_surface, material, histories, .. } = part;
         for (b, band) in result.bands.iter().enumerate() {
             let texts = [
-                &result.to,
+                result.to.as_str(),
                 result.face,
                 light.as_deref().unwrap_or_default(),
                 last_surface.as_deref().unwrap_or_default(),
                 material.as_deref().unwrap_or_default(),
-                &band.name,
+                band.name.as_str(),
             ];
             let texts = texts.into_iter().map(|text| csv_text::cell(text).into_owned());
             let numbers = [part.share[b], part.share_se[b], Some(part.flux[b]), part.flux_se[b]];
