@@ -76,6 +76,6 @@ fn extent<'l>(lines: impl Iterator<Item = &'l HistoryLine>) -> Extent {
     let mut points = lines.flat_map(|line| &line.points).copied().peekable();
     match points.peek() {
         Some(_) => Extent::of(points),
-        None => Extent::of([glam::Vec3::ZERO].into_iter()),
+        None => Extent::of([glam::Vec3::ZERO]),
     }
 }
