@@ -71,11 +71,12 @@ pub mod scene {
 /// The photon loop and its events, runs, estimators, tallies and photon maps.
 pub mod transport {
     pub use phylux_core::transport::{
-        Accuracy, Arrival, Choice, Control, Counted, Dark, End, Estimator, Event, FaceBand, Flight,
-        Guide, Guiding, Ledger, MapLimit, NearestCount, Neighbour, Onward, PackedDirection,
-        PhotonCount, PhotonMap, Progress, Settings, Shard, Simulation, StoredPhoton, SurfaceLight,
-        Target, ThreadCount, TimeLimit, Tolerance, Totals, Turn, Unseen, Way, Worst,
-        found_and_unseen, light_surfaces, simulate, trace,
+        Accuracy, Arrival, Choice, Contribution, Control, Counted, Dark, End, Estimator, Event,
+        FaceBand, Flight, Goal, Guide, Guiding, Histories, HistoryLine, LastSurface, Ledger,
+        MapLimit, NearestCount, Neighbour, Onward, Origin, PackedDirection, PhotonCount, PhotonMap,
+        Progress, Settings, Shard, Simulation, StoredPhoton, SurfaceLight, Target, ThreadCount,
+        TimeLimit, Tolerance, Totals, Turn, Unseen, Way, Worst, found_and_unseen, light_surfaces,
+        simulate, trace, trace_histories,
     };
 }
 
@@ -85,10 +86,11 @@ pub mod results {
         Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, Calibration, CanopyResult,
         CaptorResult, Comparison, DarkResult, Deviations, Difference, Electricity, Energy,
         EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity, GroupResult,
-        InputResult, LampElectricity, LayerResult, Lit, MapResult, Model, ModelErrors,
-        NearestResult, RatioResult, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings,
-        SensitivityResult, Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity,
-        Varied, Warning, WorstResult, YearFacts,
+        HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult, LampElectricity,
+        LayerResult, Lit, MapResult, Model, ModelErrors, NearestResult, RatioResult, Ratios,
+        ReadingResult, ResultsFile, RunResult, RunSettings, SensitivityResult, Share, Shares,
+        SlopeIntercept, SumUnit, ToleranceResult, Uniformity, Varied, Warning, WorstResult,
+        YearFacts,
     };
 }
 
@@ -127,10 +129,10 @@ pub mod formats {
 #[cfg(feature = "show")]
 pub mod show {
     pub use phylux_show::{
-        Chart, Colours, ExportFormat, FirstVisible, Fragments, Gather, Legend, Picture, Pixels,
-        PlotStyle, RenderPlan, RenderStage, RenderedScene, Sampling, Scale, Series, Show, Shown,
-        Stroke, Viewpoint, VtkKind, Width, YearLight, check_export, check_view, painted, render,
-        write_export, write_view,
+        Chart, Colours, ExportFormat, FirstVisible, Followed, Following, Fragments, Gather, Legend,
+        Picture, Pixels, PlotStyle, RenderPlan, RenderStage, RenderedScene, Sampling, Scale,
+        Series, Show, Shown, Stroke, Viewpoint, VtkKind, Width, YearLight, check_export,
+        check_view, painted, render, write_export, write_view,
     };
 }
 

@@ -31,6 +31,7 @@ mod figures;
 mod grazing;
 mod guiding;
 mod hard_to_reach;
+mod histories;
 mod in_memory;
 mod interrupts;
 mod invariance;

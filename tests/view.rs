@@ -4,6 +4,7 @@
 mod chromium;
 mod controls;
 mod copies;
+mod histories;
 mod hours;
 mod opening;
 mod photons;

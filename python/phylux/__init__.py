@@ -13,6 +13,7 @@ from pathlib import Path
 from . import _native, plots
 from .errors import InputError, RunError, SceneWarning
 from .geometry import Mesh, grid
+from .histories import Histories
 from .leaves import LeafSpectra, prospect
 from .result import Result, Values
 from .scene import Check, Scene
@@ -26,6 +27,7 @@ __all__ = [
     "Chart",
     "Check",
     "Comparison",
+    "Histories",
     "InputError",
     "LeafSpectra",
     "Mesh",

@@ -44,7 +44,12 @@ class Loaded:
         range: tuple[float, float] | None,
         log: bool,
     ) -> None: ...
-    def view(self, path: _Path, results: Found | None, trace: bool, threads: int | None) -> None: ...
+    def histories(
+        self, options: list[str], progress: Callable[[int, int | None], object] | None = None
+    ) -> tuple[str, list[str]]: ...
+    def view(
+        self, path: _Path, results: Found | None, trace: bool, threads: int | None, to: str | None
+    ) -> None: ...
 
 @final
 class Found:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from . import _native, html
 from .commands import pandas as _pandas
 from .errors import in_python, missing, wrong
+from .histories import Histories
 from .studies import Calibration, Comparison
 from .values import finite, plain
 
@@ -740,6 +741,19 @@ class Result:
             raise wrong(self.scene, _NO_SCENE, "use scene.to_pyvista(result=result)")
         return _to_pyvista(self._loaded, self, **options)
 
+    def histories(self, captor: str, **options: Any) -> Histories:
+        """Finds on which ways light reaches a captor or a group; `Scene.histories` has the options.
+
+        It traces photons of its own. Results that were loaded from a file do not contain their scene: use
+        ``scene.histories(captor)`` for them.
+        """
+        from .scene import _histories
+
+        if self._loaded is None:
+            raise wrong(self.scene, _NO_SCENE, "use scene.histories(captor)")
+        progress = options.pop("progress", False)
+        return _histories(self._loaded, {"to": captor, **options}, progress)
+
     def view(self, path: str | os.PathLike[str] = "view.html", **options: Any) -> Any:
         """Writes a page for the browser with the scene and these results; `Scene.view` has the options.
 
@@ -749,7 +763,7 @@ class Result:
 
         if self._loaded is None:
             raise wrong(self.scene, _NO_SCENE, "use scene.view(result=result)")
-        usual = {"trace": True, "threads": None, "inline": False, "width": "100%", "height": 600}
+        usual = {"trace": True, "threads": None, "to": None, "inline": False, "width": "100%", "height": 600}
         return _view(self._loaded, Path(path), self, **{**usual, **options})
 
     def save(self, path: str | os.PathLike[str]) -> None:

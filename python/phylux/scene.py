@@ -20,6 +20,7 @@ from . import _native, geometry, html
 from .commands import command
 from .commands import options as _options
 from .errors import InputError, in_python, missing, say, wrong
+from .histories import Histories
 from .result import Result, same_file
 from .studies import Calibration, Chart
 from .values import cells, columns, csv_table, finite, is_missing, numbers, plain
@@ -564,6 +565,42 @@ class Scene:
         width, bands, values = found
         return values.reshape(-1, width, bands)
 
+    def histories(
+        self,
+        captor: str,
+        *,
+        face: str | None = None,
+        band: str | None = None,
+        lines: int | None = None,
+        photons: float | None = None,
+        seed: int | None = None,
+        threads: int | None = None,
+        progress: bool | Callable[[int, int | None], object] = False,
+    ) -> Histories:
+        """Finds on which ways light reaches a captor or a group: from which lamp, by which last surface.
+
+        Args:
+            captor: the name of the captor, or of a group of captors.
+            face: the face at which light counts: ``"front"``, ``"back"`` or, if not given, all that count light.
+            band: the band or sum by which lines are drawn and rows are sorted; if not given, the first sum, or the first
+                band.
+            lines: the most histories that are kept as lines; 500 if not given.
+            photons: number of photons to trace; if not given, that of the scene's settings.
+            seed: seed of the random numbers: the same seed gives the same histories.
+            threads: number of threads; 0 uses all processors.
+            progress: as for `run`.
+
+        >>> scene = Scene("two lamps")
+        >>> for name, x, power in (("left", -1, 4), ("right", 1, 1)):
+        ...     scene.light(name, type="point", position=[x, 0, 1], power=power)
+        >>> scene.captor("sensor", disc={"center": [0, 0, 0], "normal": [0, 0, 1], "radius": 0.1})
+        >>> found = scene.histories("sensor", photons=10_000)
+        >>> [(group["light"], group["last_surface"], round(group["share"][0], 1)) for group in found.report["groups"]]
+        [('left', 'direct', 0.8), ('right', 'direct', 0.2)]
+        """
+        given = {"to": captor, "face": face, "band": band, "lines": lines, "photons": photons, "seed": seed, "threads": threads}
+        return _histories(self._load(), given, progress)
+
     def view(
         self,
         path: str | os.PathLike[str] = "view.html",
@@ -571,6 +608,7 @@ class Scene:
         result: Result | None = None,
         trace: bool = True,
         threads: int | None = None,
+        to: str | None = None,
         inline: bool = False,
         width: int | str = "100%",
         height: int = 600,
@@ -582,13 +620,15 @@ class Scene:
             result: the result of a run of this scene, for the captors; without it the scene is run first.
             trace: False traces no rays: surfaces that are not captors then have no values.
             threads: number of threads; 0 uses all processors.
+            to: a captor or a group: the page shows on which ways light reaches it. If not given, it shows that of all
+                captors of a scene that has at most 64.
             inline: put the whole page into the notebook (megabytes), and not a link to the file.
             width, height: size of the frame in a notebook, pixels or ``"100%"``.
 
         Returns:
             a frame of IPython if it is installed, otherwise the path.
         """
-        return _view(self._load(), Path(path), result, trace, threads, inline, width, height)
+        return _view(self._load(), Path(path), result, trace, threads, to, inline, width, height)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the scene file, with an OBJ file for each mesh and a CSV file for each table beside it.
@@ -872,6 +912,17 @@ def _export(
     loaded.export(os.fspath(path), found, trace, threads, absorbed, band, range, log)
 
 
+def _histories(
+    loaded: _native.Loaded, given: Mapping[str, Any], progress: bool | Callable[[int, int | None], object]
+) -> Histories:
+    """Finds on which ways light reaches a captor."""
+    with _progress(progress) as tell:
+        found, warned = loaded.histories(_texts(_options(dict(given))), tell)
+    sentences = [in_python(sentence) for sentence in warned]
+    say(*warned)
+    return Histories(found, sentences)
+
+
 def _to_pyvista(loaded: _native.Loaded, result: Result | None, *, trace: bool = True, threads: int | None = None) -> Any:
     """Returns a scene with its light as PolyData of PyVista."""
     try:
@@ -1022,11 +1073,12 @@ def _view(
     result: Result | None,
     trace: bool,
     threads: int | None,
+    to: str | None,
     inline: bool,
     width: int | str,
     height: int,
 ) -> Any:
-    loaded.view(path, None if result is None else result._found, trace, threads)
+    loaded.view(path, None if result is None else result._found, trace, threads, to)
     try:
         from IPython.display import HTML, IFrame
     except ImportError:

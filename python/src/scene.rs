@@ -13,7 +13,7 @@ use phylux::{
     Control, Error, LoadedScene, Scene, Settings,
     cli::embedded::{self, Rendering, Words},
     formats::{FilesRead, InMemory, Mesh, MeshGroup, OutputFile, Run, Sweep},
-    show::{Colours, ExportFormat, RenderPlan, RenderedScene},
+    show::{Colours, ExportFormat, Following, RenderPlan, RenderedScene},
     transport::ThreadCount,
 };
 use pyo3::prelude::*;
@@ -179,8 +179,27 @@ impl Loaded {
         Ok((picture.width, PyArray1::from_slice(py, picture.rgb()), numbers))
     }
 
-    /// Writes the page for a browser, with the light of a result or of a run of its own.
-    #[pyo3(signature = (path, results, trace, threads))]
+    /// Returns how light reaches a captor, found with options of `phylux trace`, as the JSON that the
+    /// command writes, and the warnings that it prints.
+    #[pyo3(signature = (options, progress=None))]
+    fn histories(
+        &self,
+        py: Python<'_>,
+        options: Vec<String>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<(String, Vec<String>)> {
+        let loaded = self.loaded.clone();
+        watched(py, progress, move |watch| {
+            let control = Control { stop: &watch.stop, progress: &|p| watch.note(p) };
+            let (result, warnings) = embedded::histories(&loaded, &options, &control)?;
+            let json = serde_json::to_string(&result);
+            Ok((json.map_err(|e| Error::run("histories", e))?, warnings))
+        })
+    }
+
+    /// Writes the page for a browser, with the light of a result or of a run of its own, and with the
+    /// ways on which it reaches the captor or the group `to`.
+    #[pyo3(signature = (path, results, trace, threads, to))]
     fn view(
         &self,
         py: Python<'_>,
@@ -188,9 +207,17 @@ impl Loaded {
         results: Option<&Found>,
         trace: bool,
         threads: Option<usize>,
+        to: Option<String>,
     ) -> PyResult<()> {
         let plan = plan(results, trace)?;
-        self.shown(py, path, plan, threads, phylux::show::check_view, |rendered, writer| {
+        let check = move |scene: &Scene| {
+            let following = match trace {
+                true => embedded::following(scene, to.as_deref())?,
+                false => Following::default(),
+            };
+            Ok((phylux::show::check_view(scene)?, following))
+        };
+        self.shown(py, path, plan, threads, check, |rendered, writer| {
             phylux::show::write_view(rendered, None, writer)
         })
     }
@@ -219,7 +246,10 @@ impl Loaded {
             _ => plan(results, trace)?,
         };
         let of_check = colours.clone();
-        let check = move |scene: &Scene| phylux::show::check_export(scene, format, &of_check);
+        let check = move |scene: &Scene| {
+            let most = phylux::show::check_export(scene, format, &of_check)?;
+            Ok((most, Following::default()))
+        };
         self.shown(py, path, plan, threads, check, move |rendered, writer| {
             phylux::show::write_export(rendered, format, &colours, writer)
         })
@@ -233,19 +263,19 @@ impl Loaded {
 
 impl Loaded {
     /// Finds the light of the scene as planned, and writes it to a file; `check` also returns the
-    /// most tiles of the file.
+    /// most tiles of the file, and the captors whose light is followed.
     fn shown(
         &self,
         py: Python<'_>,
         path: PathBuf,
         plan: RenderPlan,
         threads: Option<usize>,
-        check: impl Fn(&Scene) -> phylux::Result<usize> + Send + 'static,
+        check: impl Fn(&Scene) -> phylux::Result<(usize, Following)> + Send + 'static,
         write: impl Fn(&RenderedScene, &mut dyn Write) -> io::Result<()> + Send + Sync + 'static,
     ) -> PyResult<()> {
         let loaded = self.loaded.clone();
         watched(py, None, move |watch| {
-            let most = check(&loaded.scene)?;
+            let (most, following) = check(&loaded.scene)?;
             let file = OutputFile::create(&path)?;
             let own = &loaded.settings;
             let mut settings = Settings {
@@ -257,8 +287,9 @@ impl Loaded {
                 settings.photons = None;
             }
             let control = Control { stop: &watch.stop, progress: &|_| {} };
-            let rendered =
+            let mut rendered =
                 RenderedScene::new(&loaded.scene, most, &settings, plan, &control, &|_, _| {})?;
+            rendered.followed = following.follow(&loaded.scene, &settings, &control)?;
             file.write(&FilesRead::new(&loaded.files), |writer| write(&rendered, writer))
         })
     }

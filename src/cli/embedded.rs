@@ -8,18 +8,20 @@ use clap::{
     error::{ContextKind, ContextValue},
 };
 
-use super::{check, compare, mix, render, run, summary::summary};
+use super::{check, compare, mix, render, run, summary::summary, trace};
 use phylux_core::{
     error::{Error, Result},
+    scene::world::Scene,
     transport::{settings::Settings, simulate::Control},
 };
 use phylux_files::scene_file::LoadedScene;
 use phylux_results::{
     compare::Comparison,
+    histories::HistoriesResult,
     result::{Factor, RunResult},
     saved::ResultsFile,
 };
-use phylux_show::{picture::Picture, render::Pixels};
+use phylux_show::{following::Following, picture::Picture, render::Pixels};
 
 /// A text for a person, with warnings.
 pub struct Words {
@@ -41,6 +43,12 @@ pub struct Rendering {
 struct RunOptions {
     #[command(flatten)]
     arguments: run::Arguments,
+}
+
+#[derive(Parser)]
+struct TraceOptions {
+    #[command(flatten)]
+    arguments: trace::Arguments,
 }
 
 #[derive(Parser)]
@@ -124,6 +132,26 @@ pub fn picture(loaded: &LoadedScene, options: &[String], stop: &AtomicBool) -> R
     super::terminal::begin(true, false);
     let render::Made { picture, pixels, .. } = render::make(&parsed.arguments, loaded, stop)?;
     Ok(Rendering { picture, pixels })
+}
+
+/// Returns how light reaches a captor or a group, with options of `phylux trace` such as
+/// `["--to=sensor"]`, and the warnings that the command prints. Errors: those of the command.
+pub fn histories(
+    loaded: &LoadedScene,
+    options: &[String],
+    control: &Control,
+) -> Result<(HistoriesResult, Vec<String>)> {
+    let parsed: TraceOptions = parse(&["phylux", "scene"], options)?;
+    let result = parsed.arguments.found(loaded, control)?;
+    let warnings = trace::warnings(&result);
+    Ok((result, warnings))
+}
+
+/// Returns the captors whose light a page follows: the captor or the group of this name or, without a
+/// name, all captors of a scene that has few. Errors: there is no such name; there are too many of
+/// them.
+pub fn following(scene: &Scene, to: Option<&str>) -> Result<Following> {
+    trace::following(scene, to)
 }
 
 fn parse<T: Parser>(before: &[&str], options: &[String]) -> Result<T> {

@@ -12,7 +12,10 @@ use phylux_core::{
     error::{Error, Result},
     scene::world::Scene,
 };
-use phylux_show::export::{Colours, ExportFormat, check_export, write_export};
+use phylux_show::{
+    export::{Colours, ExportFormat, check_export, write_export},
+    following::Following,
+};
 
 #[derive(Args)]
 pub(super) struct Arguments {
@@ -66,6 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         &arguments.output,
         photons,
         &check,
+        &|_| Ok(Following::default()),
         |rendered, writer| write_export(rendered, format, &colours, writer),
     )
 }

@@ -57,6 +57,14 @@ pub const GROUPS: &[(&str, &[Examples])] = &[
                 &[
                     "phylux view scenes/box.json",
                     "phylux view scenes/box.json --results results.json -o page.html",
+                    "phylux view scenes/greenhouse.json --to bench-grid -o bench.html",
+                ],
+            ),
+            (
+                "trace",
+                &[
+                    "phylux trace scenes/box.json --to sensor",
+                    "phylux trace scenes/greenhouse.json --to bench-grid -o ways.csv -o ways.vtp",
                 ],
             ),
             (

@@ -26,6 +26,7 @@ mod summary;
 mod sweep;
 mod table;
 mod terminal;
+mod trace;
 mod tracing;
 mod view;
 mod year;
@@ -76,6 +77,8 @@ enum Command {
     Mix(mix::Arguments),
     /// Plot results: a map of sensors, a profile over height, what plants absorbed, spectra
     Plot(plot::Arguments),
+    /// Say on which ways light reaches a captor: from which lamp, by which last surface
+    Trace(trace::Arguments),
     /// Write a page that shows the scene and its light in a browser
     View(view::Arguments),
     /// Write surfaces, captors and their light, or photons, for ParaView, Blender and others
@@ -140,6 +143,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Compare(arguments) => return finish(compare::run(&arguments)),
         Command::Mix(arguments) => mix::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
+        Command::Trace(arguments) => trace::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),

@@ -28,7 +28,10 @@ use phylux_files::{
     output::FilesRead,
     scene_file::{self, LoadedScene},
 };
-use phylux_show::rendered::{RenderPlan, RenderStage, RenderedScene};
+use phylux_show::{
+    following::Following,
+    rendered::{RenderPlan, RenderStage, RenderedScene},
+};
 
 /// Arguments that name the scene and the source of its light.
 #[derive(Args)]
@@ -54,13 +57,14 @@ impl Source {
 
 /// Reads and checks the scene, finds its light (with `photons`, only photons to show), and writes
 /// it to `output`. `others` are files that were read besides; `check` also returns the most tiles of
-/// the file.
+/// the file, and `follow` the captors whose light is followed.
 pub(super) fn write(
     source: &Source,
     others: &[PathBuf],
     output: &Path,
     photons: bool,
     check: &dyn Fn(&Scene) -> Result<usize>,
+    follow: &dyn Fn(&Scene) -> Result<Following>,
     write: impl Fn(&RenderedScene, &mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
     let interrupt = Interrupt::install()?;
@@ -74,6 +78,7 @@ pub(super) fn write(
     let read = FilesRead::new(files.iter().chain(&source.results).chain(others));
     check_places(place.as_slice(), &read)?;
     let most = check(&scene)?;
+    let following = follow(&scene)?;
     super::terminal::warn(&warnings);
 
     let asked = source.tracing.settings(&settings);
@@ -95,6 +100,7 @@ pub(super) fn write(
                 RenderStage::Captors => "photons for captors",
                 RenderStage::Surfaces => "photons for surfaces",
                 RenderStage::Tiles => "places read",
+                RenderStage::Histories => "photons for histories",
             };
             let template = format!("{{bar:30}} {{percent}}% {{human_pos}} {what}{{left}}");
             *bars = Some((stage, terminal_bar(&template)));
@@ -105,6 +111,12 @@ pub(super) fn write(
     };
     let control = Control { stop: interrupt.stop(), progress: &|_| {} };
     let rendered = RenderedScene::new(&scene, most, &settings, plan, &control, &progress);
+    let rendered = rendered.and_then(|mut rendered| {
+        let progress = |p: Progress| progress(RenderStage::Histories, p);
+        let control = Control { progress: &progress, ..control };
+        rendered.followed = following.follow(&scene, &settings, &control)?;
+        Ok(rendered)
+    });
     if let Ok(Some((_, bar))) = bars.into_inner() {
         bar.finish_and_clear();
     }

@@ -4,9 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::rendered::{self, Source};
+use super::{
+    rendered::{self, Source},
+    trace::following,
+};
 use phylux_core::{error::Result, scene::world::Scene};
-use phylux_show::view::{YearLight, check_view, write_view};
+use phylux_show::{
+    following::Following,
+    view::{YearLight, check_view, write_view},
+};
 
 #[derive(Args)]
 pub(super) struct Arguments {
@@ -16,6 +22,10 @@ pub(super) struct Arguments {
     /// of any hour, day or month, and plays it
     #[arg(long, value_name = "DIR")]
     year: Option<PathBuf>,
+    /// Captor, or group of captors, whose light the page follows: on which ways it comes there. Without
+    /// this option the page follows the light of all captors of a scene that has at most 64
+    #[arg(long, value_name = "NAME", conflicts_with = "no_trace")]
+    to: Option<String>,
     /// Page to write; it opens in a browser and needs no network
     #[arg(short, long, value_name = "FILE", default_value = "view.html")]
     output: PathBuf,
@@ -29,6 +39,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         year.map_or(Ok(()), |year| year.check_scene(scene))?;
         Ok(most)
     };
+    let follow = |scene: &Scene| match arguments.source.traces() {
+        true => following(scene, arguments.to.as_deref()),
+        false => Ok(Following::default()),
+    };
     let files: Vec<PathBuf> = year.into_iter().flat_map(YearLight::paths).cloned().collect();
     rendered::write(
         &arguments.source,
@@ -36,6 +50,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         &arguments.output,
         false,
         &check,
+        &follow,
         |rendered, writer| write_view(rendered, year, writer),
     )
 }

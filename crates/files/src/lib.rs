@@ -5,7 +5,7 @@
 //! files that a scene names (`mesh_file`, `obj`, `captor_csv`, `instance_csv`, [`weather`], `environment_map`,
 //! `photometry`, `scatter_table`, `spectrum_file`, `rad`, pictures of `mask`), sweeps
 //! (`sweep_file`), results
-//! (`result_file`), shards and checkpoints (`work_file`) of runs (`run_work`) and of years
+//! (`result_file`), tables of how light reaches a captor (`histories_csv`), shards and checkpoints (`work_file`) of runs (`run_work`) and of years
 //! (`year_work`), tables
 //! of hours (`year_table`), controls of lamps (`control_file`), readings and calibrations
 //! (`measured_csv`, `calibration_file`). `json`, `csv_table`, `csv_text`, [`iso8601`] and `xml`
@@ -24,6 +24,7 @@ pub mod csv_table;
 pub mod csv_text;
 pub mod environment_map;
 pub mod held_file;
+pub mod histories_csv;
 pub mod input;
 pub mod instance_csv;
 pub mod iso8601;

@@ -2,7 +2,7 @@
 //!
 //! Read `result` first: it makes results from sums, groups them, rescales lamps and warns.
 //! `flat` holds the same numbers as arrays, `saved` results that were read from a file.
-//! `compare` compares two results. `year_facts` tells of the tables of a year. `calibration` holds factors on the powers of lamps that were
+//! `histories` says how light reaches a captor. `compare` compares two results. `year_facts` tells of the tables of a year. `calibration` holds factors on the powers of lamps that were
 //! found from readings.
 //!
 //! Nothing in this module reads or writes files.
@@ -12,6 +12,7 @@
 pub mod calibration;
 pub mod compare;
 pub mod flat;
+pub mod histories;
 pub mod result;
 pub mod saved;
 pub mod year_facts;
@@ -21,6 +22,7 @@ pub use calibration::{
 };
 pub use compare::{Comparison, Difference};
 pub use flat::FlatResult;
+pub use histories::{HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult};
 pub use result::{
     Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CanopyResult, CaptorResult,
     DarkResult, Deviations, Electricity, Energy, FaceResult, Factor, FactorErrors,

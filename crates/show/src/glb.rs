@@ -7,6 +7,7 @@
 
 mod copies;
 mod file;
+mod lines;
 
 use std::io::{self, Write};
 
@@ -15,6 +16,7 @@ use phylux_core::scene::{captor::Channel, tiles::TilePart};
 
 pub use file::Shown;
 use file::{FaceValue, GlbFile, Mesh, NODES, extras, node_name};
+pub use lines::write_glb_lines;
 
 /// Fraction of the values that lie below the upper end of a chosen range: a few bright spots would
 /// leave everything else dark.

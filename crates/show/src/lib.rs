@@ -11,6 +11,7 @@
 
 pub mod chart;
 pub mod export;
+pub mod following;
 pub mod glb;
 pub mod kinds;
 pub mod picture;
@@ -24,6 +25,7 @@ pub mod xml;
 
 pub use chart::{Chart, Series, Stroke, Width};
 pub use export::{Colours, ExportFormat, check_export, write_export};
+pub use following::{Followed, Following};
 pub use glb::Shown;
 pub use picture::{Legend, Picture, Scale};
 pub use plot::PlotStyle;

@@ -8,6 +8,7 @@ use std::{
 
 use rayon::prelude::*;
 
+use crate::following::Followed;
 use phylux_core::{
     error::{Error, NOTHING_WRITTEN, Result, catch_panic},
     math::{machine, stats::Estimate},
@@ -41,6 +42,8 @@ pub struct RenderedScene<'a> {
     pub groups: Vec<GroupValues>,
     /// Photons on all surfaces, if any were traced.
     pub light: Option<SurfaceLight<'a>>,
+    /// How light reaches some captors, if that was followed.
+    pub followed: Option<Followed>,
     /// Photon estimates for the tiles of surfaces, W/m2 or umol/m2/s, by tile, channel and band.
     local: Vec<f32>,
     /// Share of each light in the irradiance, by tile, face, light and band; 255 stands for 1.
@@ -77,6 +80,8 @@ pub enum RenderStage {
     Surfaces,
     /// Estimation of the light on each tile from these photons.
     Tiles,
+    /// Tracing of photons that say how light reaches captors.
+    Histories,
 }
 
 impl<'a> RenderedScene<'a> {
@@ -125,6 +130,7 @@ impl<'a> RenderedScene<'a> {
             captors,
             groups,
             light: None,
+            followed: None,
             local: Vec::new(),
             shares: Vec::new(),
         };

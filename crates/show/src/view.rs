@@ -1,6 +1,7 @@
 //! Writes a scene with its light as one HTML page that needs no network: WebGL by three.js, with
 //! all data in the page.
 
+mod histories;
 mod levels;
 mod photons;
 pub(crate) mod shapes;
@@ -46,11 +47,12 @@ const MOST_LIGHTS: usize = 10_000;
 
 const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
-const SCRIPTS: [&str; 11] = [
+const SCRIPTS: [&str; 12] = [
     include_str!("view/data.js"),
     include_str!("view/draw.js"),
     include_str!("view/smooth.js"),
     include_str!("view/photons.js"),
+    include_str!("view/histories.js"),
     include_str!("view/table.js"),
     include_str!("view/bar.js"),
     include_str!("view/year.js"),
@@ -224,6 +226,7 @@ fn arrays(
         arrays.add(values, shorts(series.value_levels.iter().copied()))?;
         arrays.add(errors, series.error_levels.iter().copied())?;
     }
+    histories::add(&mut arrays, rendered)?;
     if let Some(light) = &rendered.light {
         add_photons(&mut arrays, light, shown, &extent(rendered))?;
     }
@@ -336,6 +339,7 @@ fn facts(
             // the names of their lights
             "lights": scene.lights().iter().map(|light| &light.name).collect::<Vec<_>>(),
         })),
+        "histories": histories::facts(rendered),
         "colours": STANDARD.encode(colours().as_flattened()),
     })
 }

@@ -4,6 +4,8 @@
 //! They are written with quick-xml, because vtkio (0.6.3, 0.7.0-rc2) has no field data in XML, so
 //! that names and the unit would be lost, and because it holds the whole file in memory.
 
+mod lines;
+
 use std::{
     collections::HashMap,
     io::{self, Write},
@@ -13,6 +15,7 @@ use base64::{engine::general_purpose::STANDARD, write::EncoderWriter};
 use quick_xml::events::{BytesDecl, Event};
 
 use crate::{rendered::RenderedScene, xml::allowed};
+pub use lines::write_vtk_lines;
 use phylux_core::scene::{captor::CHANNELS, tiles::TilePart};
 
 /// The kinds of VTK file.
@@ -47,6 +50,18 @@ pub fn write_vtk(
         VtkKind::PolyData => "PolyData",
         VtkKind::UnstructuredGrid => "UnstructuredGrid",
     };
+    file(grid, writer, |xml| {
+        element(xml, "FieldData", &[], |xml| field_data(rendered, kind, xml))?;
+        piece(rendered, kind, xml)
+    })
+}
+
+/// Writes a file that holds a data set of this type, with its content.
+fn file(
+    grid: &str,
+    writer: &mut dyn Write,
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
     let file = [
         ("type", grid),
         ("version", "1.0"),
@@ -55,12 +70,7 @@ pub fn write_vtk(
     ];
     let mut xml = Xml::new_with_indent(writer, b' ', 1);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", None, None)))?;
-    element(&mut xml, "VTKFile", &file, |xml| {
-        element(xml, grid, &[], |xml| {
-            element(xml, "FieldData", &[], |xml| field_data(rendered, kind, xml))?;
-            piece(rendered, kind, xml)
-        })
-    })
+    element(&mut xml, "VTKFile", &file, |xml| element(xml, grid, &[], content))
 }
 
 fn piece(rendered: &RenderedScene, kind: VtkKind, xml: &mut Xml) -> io::Result<()> {

@@ -50,6 +50,10 @@ pub enum Purpose {
     Focused,
     /// Photons beside the paths of a run, which find the light that these leave to them.
     Beside,
+    /// Photons whose ways to chosen captors are kept.
+    Histories,
+    /// The choice among these ways.
+    Choice,
 }
 
 /// The streams of all histories of a batch.

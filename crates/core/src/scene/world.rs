@@ -249,6 +249,8 @@ impl From<PackedHit> for SurfaceHit {
 /// The place where a ray crosses a virtual captor.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
+    /// Distance along the ray, m.
+    pub t: f32,
     /// Index of the captor.
     pub captor: usize,
     /// Index of the triangle in the list of captor triangles.
@@ -646,7 +648,7 @@ impl Scene {
             let captor = self.shapes.captor_of_triangle[triangle] as usize;
             let front = shape.cross().dot(ray.direction) < 0.0;
             if !tied || (front && self.lift(captor) > 0.0) {
-                visit(Crossing { captor, triangle, front, point: hit.point });
+                visit(Crossing { t: hit.t, captor, triangle, front, point: hit.point });
             }
         }
     }

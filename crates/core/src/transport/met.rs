@@ -141,7 +141,7 @@ impl Account {
                     parameters.of_way(material, front, Sent::scattered(crosses))
                 }));
             }
-            Event::Turn(Turn::SentOn { material, front, lobe }) => {
+            Event::Turn(Turn::SentOn { material, front, lobe, .. }) => {
                 self.aimed.add(of_lobe((material, front), lobe));
             }
             Event::Turn(Turn::Waits) => self.waiting.push((self.before.clone(), self.at)),

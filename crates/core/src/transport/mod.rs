@@ -4,7 +4,7 @@
 //! aimed at captors which photons hardly reach. `paths` traces backward paths, from the captors
 //! to the lights. `tally` and `photon_map` hold what is counted and stored; `nearest` and
 //! `surface_light` make radiance estimates of the stored photons; `direct_sun` finds direct
-//! sunlight by shadow rays.
+//! sunlight by shadow rays; `histories` tells on which ways light reaches a captor.
 //!
 //! `met` keeps account of how often light has met the parameters on which results depend.
 //!
@@ -15,6 +15,7 @@
 
 pub mod direct_sun;
 pub mod guiding;
+pub mod histories;
 pub mod met;
 pub mod nearest;
 pub mod paths;
@@ -26,6 +27,9 @@ pub mod surface_light;
 pub mod tally;
 pub mod trace;
 
+pub use histories::{
+    Contribution, Goal, Histories, HistoryLine, LastSurface, Origin, trace_histories,
+};
 pub use paths::Unseen;
 pub use photon_map::{Arrival, Neighbour, PackedDirection, PhotonMap, StoredPhoton, Way};
 pub use settings::{

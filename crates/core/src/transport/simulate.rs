@@ -422,16 +422,8 @@ impl<'a> Run<'a> {
             let beside = self.beside;
             return Ok(Schedule { cuts, beside, ..Schedule::new(each, 1, self.full_task()) });
         }
+        check_photons(self.scene, histories)?;
         let lights = self.scene.sources() as u64;
-        if histories < lights {
-            let (what, each) = match self.scene.has_daylight() {
-                true => ("lights and faces that daylight enters by", "each of them"),
-                false => ("lights", "every light"),
-            };
-            let problem = format!("{histories} photons for {lights} {what}");
-            return Err(Error::input("photons", problem)
-                .remedy(format!("{each} needs one: ask for at least {lights}")));
-        }
         Ok(Schedule::new(histories, lights, self.full_task()))
     }
 
@@ -599,6 +591,21 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
+}
+
+/// Checks that there are enough photons for each light to have one.
+pub fn check_photons(scene: &Scene, photons: u64) -> Result<()> {
+    let lights = scene.sources() as u64;
+    if photons >= lights {
+        return Ok(());
+    }
+    let (what, each) = match scene.has_daylight() {
+        true => ("lights and faces that daylight enters by", "each of them"),
+        false => ("lights", "every light"),
+    };
+    let problem = format!("{photons} photons for {lights} {what}");
+    Err(Error::input("photons", problem)
+        .remedy(format!("{each} needs one: ask for at least {lights}")))
 }
 
 /// Returns the faces of all captors.

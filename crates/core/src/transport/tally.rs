@@ -253,7 +253,7 @@ impl Tally {
             }
         }
         match *event {
-            Event::Crossing { .. } | Event::Turn(_) => {}
+            Event::Crossing { .. } | Event::ArrivalBeside { .. } | Event::Turn(_) => {}
             Event::FlightBeside => self.segments += 1,
             Event::Chance { before, after } => {
                 self.ledger.chance.resize(self.bands, 0.0);

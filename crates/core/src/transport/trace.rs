@@ -14,7 +14,7 @@ use crate::{
     scene::{
         captor::{Captor, Channel},
         material::{BsdfSample, Interaction, Lambert, LobeKind, Material, Scatterer, Transport},
-        world::{Arrived, Crossing, Scene},
+        world::{Arrived, Crossing, Scene, SurfaceHit},
     },
 };
 
@@ -40,6 +40,14 @@ pub enum Event<'a, L> {
     },
     /// A straight flight that accompanies the photon has ended.
     FlightBeside,
+    /// A flight that accompanies the photon arrives at a surface. Only flights that are also aimed at
+    /// surfaces tell of it.
+    ArrivalBeside {
+        /// The point, the surface and its material, and how the flight comes there.
+        at: &'a Arrived<'a>,
+        /// The power that the arrival counts for.
+        power: &'a Spectrum<L>,
+    },
     /// The photon arrives at a surface, which absorbs what the photon does not carry on.
     Arrival {
         /// The point, the surface and its material, and how the photon comes there.
@@ -84,6 +92,8 @@ pub enum Turn {
     },
     /// That of the same flight, which a surface without diffuse scattering has sent on.
     SentOn {
+        /// Where it has met the surface.
+        hit: SurfaceHit,
         /// Index of the material.
         material: u32,
         /// Whether the flight has come to the front.
@@ -128,7 +138,7 @@ impl<L: Lanes> Event<'_, L> {
                 let triangle = &scene.captor_triangles()[crossing.triangle];
                 triangle.normal().dot(direction).abs()
             }
-            Self::Arrival { at, .. } => at.interaction.cos,
+            Self::Arrival { at, .. } | Self::ArrivalBeside { at, .. } => at.interaction.cos,
             Self::FlightBeside
             | Self::Chance { .. }
             | Self::Turn(_)
@@ -143,7 +153,9 @@ impl<L: Lanes> Event<'_, L> {
     pub fn counted<'e>(&'e self, scene: &'e Scene) -> Option<Counted<'e, L>> {
         let (captor, front, power) = match *self {
             Self::Crossing { crossing, power, .. } => (crossing.captor, crossing.front, power),
-            Self::Arrival { at, power, .. } => (at.surface.captor()?, at.interaction.front, power),
+            Self::Arrival { at, power, .. } | Self::ArrivalBeside { at, power } => {
+                (at.surface.captor()?, at.interaction.front, power)
+            }
             Self::FlightBeside
             | Self::Chance { .. }
             | Self::Turn(_)

@@ -1,6 +1,6 @@
 // The page that `phylux view` writes: surfaces and captors in tiles, coloured by their light. This file
 // reads the data, which view.rs writes into script elements of the page, and holds the user's choices.
-// Then come draw.js, smooth.js, photons.js, table.js, bar.js, year.js, link.js, panel.js, keys.js and start.js.
+// Then come draw.js, smooth.js, photons.js, histories.js, table.js, bar.js, year.js, link.js, panel.js, keys.js and start.js.
 "use strict";
 
 // --- the data ---
@@ -60,6 +60,7 @@ async function readData() {
     const slots = await unpack(`${id}Slots`, Uint32Array);
     year[step] = readSeries(facts.year[step], slots, await unpack(`${id}Values`, Uint16Array), await unpack(`${id}Errors`, Uint8Array));
   }
+  await readWays();
   photons = facts.photons && {
     ...facts.photons,
     places: await unpack("photonPlaces", Uint16Array),

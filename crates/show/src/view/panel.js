@@ -118,6 +118,7 @@ function find(text) {
 }
 
 function markFound() {
+  showWays();
   markTiles(parts.filter((part) => part.captor === state.found && state.found >= 0).flatMap(tilesOf));
 }
 
@@ -272,6 +273,7 @@ function makePanel() {
   on("clearListed", "click", clearListed);
   on("listFound", "click", () => list(parts.find((part) => part.captor === state.found).first));
   watchCourse();
+  watchWays();
 
   element("photonSection").hidden = !photons;
   if (photons) makePhotonPanel();

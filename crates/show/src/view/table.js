@@ -172,7 +172,7 @@ function list(tile) {
   const same = (row) => (part.captor >= 0 ? row.captor === part.captor : row.tile === tile);
   if (state.listed.some(same)) state.listed = state.listed.filter((row) => !same(row));
   else state.listed.push({ tile, part, captor: part.captor });
-  courseOff = false;
+  courseOff = shownWays.off = false;
   say(`${nameOf(part)} ${state.listed.some(same) ? "is listed" : "is no longer listed"}`);
   relist();
 }
@@ -195,6 +195,7 @@ function showListed() {
     });
   }
   showCourse();
+  showWays();
 }
 
 /** Lists or takes away, and marks what is listed. */

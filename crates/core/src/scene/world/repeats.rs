@@ -143,7 +143,11 @@ impl Scene {
                 crossed.triangle = triangle;
                 crossed.point -= repeats.lattice.shift(cell).as_vec3();
             }
-            self.crossing(&stretch.ray, &mut &mut *visit)(crossed, hit == Some(crossed.t));
+            let mut visit = |crossing: Crossing| {
+                let t = (stretch.start + f64::from(crossing.t)) as f32;
+                visit(Crossing { t, ..crossing });
+            };
+            self.crossing(&stretch.ray, &mut visit)(crossed, hit == Some(crossed.t));
         });
     }
 

@@ -203,7 +203,7 @@ impl<'a> Aimed<'a> {
         on: &mut impl FnMut(Event<'_, L>),
     ) {
         let scene = self.scene;
-        if !self.targets.passes_surfaces {
+        if !(self.targets.passes_surfaces || self.targets.are_surfaces) {
             let (direction, power) = (ray.direction, &power);
             scene.glance(&ray, |crossing| {
                 on(Event::Crossing { crossing, direction, power, carried: None });
@@ -219,6 +219,9 @@ impl<'a> Aimed<'a> {
             on(Event::FlightBeside);
             let Some(hit) = hit else { return };
             let at = scene.arrived(hit, direction);
+            if self.targets.are_surfaces {
+                on(Event::ArrivalBeside { at: &at, power: &power });
+            }
             if at.material.is_diffuse() {
                 return;
             }
@@ -227,7 +230,7 @@ impl<'a> Aimed<'a> {
             let Some(onward) = onward else { return };
             power = scattered;
             let (material, front) = (at.surface.material, at.interaction.front);
-            on(Event::Turn(Turn::SentOn { material, front, lobe: onward.lobe }));
+            on(Event::Turn(Turn::SentOn { hit, material, front, lobe: onward.lobe }));
             total_reflections =
                 if onward.lobe == LobeKind::TotalReflection { total_reflections + 1 } else { 0 };
             if total_reflections == MAX_TOTAL_REFLECTIONS {
@@ -237,7 +240,14 @@ impl<'a> Aimed<'a> {
         }
     }
 
-    /// Returns the weight q / (p + q) of the photon's own crossings.
+    /// Returns the weight q / (p + q) with which the photon itself counts where it now comes to a
+    /// captor at which flights are aimed.
+    pub fn share<L: Lanes>(&mut self) -> f32 {
+        let share = self.share.unwrap_or_else(|| self.own_share::<L>());
+        self.share = Some(share);
+        share
+    }
+
     #[inline(never)]
     fn own_share<L: Lanes>(&self) -> f32 {
         let Some(Leg { from, seen, ray }) = &self.leg else { return 1.0 };
@@ -259,8 +269,7 @@ impl<'a> Aimed<'a> {
         power: &Spectrum<L>,
         on: &mut impl FnMut(Event<'_, L>),
     ) {
-        let share = self.share.unwrap_or_else(|| self.own_share::<L>());
-        self.share = Some(share);
+        let share = self.share::<L>();
         let counts = power.clone().scaled(share);
         on(Event::Crossing { crossing, direction, power: &counts, carried: Some(power) });
     }

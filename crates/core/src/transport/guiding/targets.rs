@@ -163,7 +163,7 @@ pub struct Chosen {
     by: Option<usize>,
 }
 
-/// The virtual captors of a scene.
+/// The captors of a scene at which flights are aimed.
 #[derive(Clone, Debug)]
 pub struct Targets {
     targets: Vec<Target>,
@@ -176,15 +176,23 @@ pub struct Targets {
     wide_share: f32,
     /// Whether a flight may pass glass or covers, or be mirrored.
     pub(super) passes_surfaces: bool,
+    /// Whether flights are aimed at surfaces, too, and tell of their arrivals there.
+    pub(super) are_surfaces: bool,
 }
 
 impl Targets {
-    /// Builds the targets of a scene; `None` if it has no virtual captor.
+    /// Builds the targets of a scene, its virtual captors; `None` if there are none.
     pub fn of(scene: &Scene) -> Option<Self> {
-        let captors = scene.captors().iter().enumerate();
-        let sensors = captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface);
+        Self::among(scene, |c| scene.captors()[c].kind != CaptorKind::Surface)
+    }
+
+    /// Builds targets of the captors, virtual or not, whose indices are `chosen`; `None` if there are
+    /// none.
+    pub fn among(scene: &Scene, chosen: impl Fn(usize) -> bool) -> Option<Self> {
+        let captors = || scene.captors().iter().enumerate().filter(|(c, _)| chosen(*c));
         let targets: Vec<Target> =
-            sensors.map(|(c, captor)| Target::new(scene, c, captor)).collect();
+            captors().map(|(c, captor)| Target::new(scene, c, captor)).collect();
+        let are_surfaces = captors().any(|(_, captor)| captor.kind == CaptorKind::Surface);
         if targets.is_empty() {
             return None;
         }
@@ -199,7 +207,8 @@ impl Targets {
         let whole: f32 = planes.iter().map(MirrorPlane::mirrored_area).sum();
         let share = |plane: MirrorPlane| (plane, plane.mirrored_area() / whole);
         let planes = planes.into_iter().map(share).collect();
-        let mut all = Self { targets, planes, nodes: Vec::new(), wide_share, passes_surfaces };
+        let nodes = Vec::new();
+        let mut all = Self { targets, planes, nodes, wide_share, passes_surfaces, are_surfaces };
         let whole = all.node(0, all.targets.len(), reach);
         all.nodes.push(whole);
         let mut next = 0;

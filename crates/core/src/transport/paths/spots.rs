@@ -19,7 +19,7 @@ use crate::{
         captor::CaptorKind,
         light::{EmitterHit, Light},
         material::{LobeKind, Scatterer, Transport},
-        world::{Arrived, Crossing, Scene},
+        world::{Arrived, Crossing, Scene, SurfaceHit},
     },
     transport::trace::MAX_INTERACTIONS,
 };
@@ -217,8 +217,9 @@ pub(super) fn straight<L: Lanes>(
         let hit = scene.meet(&ray, |crossing| cross(&crossing, &through))?;
         let at = scene.arrived(hit, ray.direction);
         if let Some(captor) = at.surface.captor() {
-            let (triangle, front, point) = (hit.triangle, at.interaction.front, hit.point);
-            cross(&Crossing { captor, triangle, front, point }, &through);
+            let SurfaceHit { t, triangle, point } = hit;
+            let front = at.interaction.front;
+            cross(&Crossing { t, captor, triangle, front, point }, &through);
         }
         let passed = at.material.straight::<L>(ray.direction, at.surface.normal);
         let Some(passed) = passed else { return Some((at, through)) };

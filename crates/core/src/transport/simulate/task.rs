@@ -321,6 +321,7 @@ impl Keep<'_> {
             Event::Arrival { at, .. } => (at.hit.point, at.interaction.direction, at.hit.triangle),
             Event::Crossing { carried: None, .. }
             | Event::FlightBeside
+            | Event::ArrivalBeside { .. }
             | Event::Chance { .. }
             | Event::Turn(_)
             | Event::Escaped { .. }

@@ -1,0 +1,304 @@
+//! `phylux trace`: says on which ways light reaches a captor or a group of captors.
+
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::atomic::Ordering,
+};
+
+use clap::{Args, ValueEnum};
+
+use super::{
+    interrupt::{Interrupt, STANDARD_OUTPUT},
+    outputs::{check_places, place_of},
+    progress::{during, show, terminal_bar},
+    summary::with_error,
+    table::Table,
+    terminal,
+    tracing::TracingArguments,
+};
+use phylux_core::{
+    error::{Error, NOTHING_WRITTEN, Result, nearest},
+    math::units::printed,
+    scene::{captor::Channel, world::Scene},
+    transport::{
+        histories::{Goal, trace_histories},
+        simulate::{Control, Progress},
+    },
+};
+use phylux_files::{
+    histories_csv::write_histories_csv,
+    output::{FilesRead, OutputFile},
+    result_file::write_lines,
+    scene_file::{self, LoadedScene},
+};
+use phylux_results::histories::{HistoriesPart, HistoriesResult};
+use phylux_show::{following::Following, glb::write_glb_lines, vtk::write_vtk_lines};
+
+/// The most rows of a table, unless all are asked for.
+const ROWS: usize = 20;
+/// Fewer histories than this find shares too roughly to rely on their errors.
+const FEW: u64 = 100;
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Scene file (JSON)
+    scene: PathBuf,
+    /// Captor, or group of captors, whose light is followed
+    #[arg(long, value_name = "NAME")]
+    to: String,
+    /// The face at which light counts
+    #[arg(long, value_enum, default_value = "both")]
+    face: Face,
+    /// Band, or sum over bands, that the tables show and by which lines are drawn; files have the
+    /// shares in all bands [default: the first sum, or the first band]
+    #[arg(long, value_name = "NAME")]
+    band: Option<String>,
+    /// The most histories that are kept as lines, each with a chance in proportion to what it brings
+    #[arg(long, value_name = "N", default_value = "500", value_parser = lines, allow_hyphen_values = true)]
+    lines: usize,
+    #[command(flatten)]
+    tracing: TracingArguments,
+    /// File to write; can be given several times. Its ending chooses the form: .csv (a table of
+    /// shares), .json (shares and lines), .vtp (lines, for ParaView), .glb (lines, for Blender); `-` is
+    /// the standard output, for JSON
+    #[arg(short, long, value_name = "FILE")]
+    output: Vec<PathBuf>,
+}
+
+impl Arguments {
+    /// Follows the light that is asked for. Errors: there is no such captor, face or band; those of
+    /// [`trace_histories`].
+    pub(super) fn found(&self, loaded: &LoadedScene, control: &Control) -> Result<HistoriesResult> {
+        let LoadedScene { scene, settings, .. } = loaded;
+        let face = match self.face {
+            Face::Front => Some(Channel::Front),
+            Face::Back => Some(Channel::Back),
+            Face::Both => None,
+        };
+        let goal = goal(scene, &self.to, face)?;
+        let column = column(scene, self.band.as_deref())?;
+        let settings = self.tracing.settings(settings);
+        let goals = std::slice::from_ref(&goal);
+        let found = trace_histories(scene, goals, (column, self.lines), &settings, control);
+        let found = found.map_err(|error| match (error.place(), self.tracing.photons) {
+            ("photons", Some(_)) => error.at("--photons"),
+            _ => loaded.placed(error),
+        })?;
+        Ok(HistoriesResult::new(scene, &self.to, &goal, column, settings.seed, &found[0]))
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Face {
+    /// The side that normals point away from
+    Front,
+    /// The other side
+    Back,
+    /// All that count light
+    Both,
+}
+
+/// The most lines.
+const MOST_LINES: u64 = 100_000;
+
+fn lines(text: &str) -> std::result::Result<usize, String> {
+    match super::run::count(text)? {
+        lines if lines <= MOST_LINES => Ok(lines as usize),
+        _ => Err(format!("must be at most {MOST_LINES}")),
+    }
+}
+
+/// The forms of a file.
+#[derive(Clone, Copy)]
+enum Form {
+    Csv,
+    Json,
+    Vtk,
+    Glb,
+}
+
+impl Form {
+    fn of(path: &Path) -> Result<Self> {
+        if path == Path::new(STANDARD_OUTPUT) {
+            return Ok(Self::Json);
+        }
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some("csv") => Ok(Self::Csv),
+            Some("json") => Ok(Self::Json),
+            Some("vtp") => Ok(Self::Vtk),
+            Some("glb") => Ok(Self::Glb),
+            _ => Err(Error::input(path.display(), "its ending names no form to write")
+                .remedy("end it in .csv, .json, .vtp or .glb")),
+        }
+    }
+
+    fn write(self, result: &HistoriesResult, writer: &mut dyn Write) -> io::Result<()> {
+        match self {
+            Self::Csv => write_histories_csv(result, writer),
+            Self::Json => write_lines(result, writer),
+            Self::Vtk => write_vtk_lines(result, writer),
+            Self::Glb => write_glb_lines(result, writer),
+        }
+    }
+}
+
+/// Returns the captor, or the captors of the group, of this name. Errors: there is none; it counts no
+/// light at its back, where that is asked for.
+fn goal(scene: &Scene, name: &str, face: Option<Channel>) -> Result<Goal> {
+    let captors = scene.captors();
+    let own = captors.iter().position(|captor| captor.id == name);
+    let group = scene.groups().iter().position(|group| group == name);
+    let chosen: Vec<usize> = match (own, group) {
+        (Some(captor), _) => vec![captor],
+        (None, Some(group)) => {
+            (0..captors.len()).filter(|c| captors[*c].groups.contains(&group)).collect()
+        }
+        (None, None) => {
+            let problem = format!("the scene has no captor or group `{name}`");
+            let ids = captors.iter().map(|captor| captor.id.as_str());
+            let near = nearest(name, scene.groups().iter().map(String::as_str).chain(ids));
+            let otherwise = match captors.is_empty() {
+                true => "it has no captors: add one",
+                false => "`phylux run` and `phylux check` name them",
+            };
+            return Err(Error::input("--to", problem).did_you_mean(near, otherwise));
+        }
+    };
+    if face == Some(Channel::Back) && !chosen.iter().any(|c| captors[*c].kind.has_back()) {
+        let problem = format!("`{name}` counts no light at its back");
+        return Err(Error::input("--face", problem).remedy("leave --face out"));
+    }
+    Ok(Goal { captors: chosen, face })
+}
+
+/// Returns the captors whose light a page follows: those of this name or, without a name, all of a
+/// scene that has few. Errors: those of [`goal`]; there are too many of them.
+pub(super) fn following(scene: &Scene, name: Option<&str>) -> Result<Following> {
+    let named = name.map(|name| goal(scene, name, None)).transpose()?;
+    Following::of(scene, named.as_ref().map(|goal| &*goal.captors))
+}
+
+/// Returns the index of the band or sum of this name; without a name that of the first sum, or of the
+/// first band. Error: there is none.
+fn column(scene: &Scene, name: Option<&str>) -> Result<usize> {
+    let Some(name) = name else {
+        return Ok(if scene.sums().is_empty() { 0 } else { scene.bands().len() });
+    };
+    scene.band_names().position(|band| band == name).ok_or_else(|| {
+        Error::input("--band", format!("the scene has no band `{name}`"))
+            .did_you_mean(nearest(name, scene.band_names()), "name one of /bands or /sums")
+    })
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let interrupt = Interrupt::install()?;
+    let forms: Vec<Form> =
+        arguments.output.iter().map(|path| Form::of(path)).collect::<Result<_>>()?;
+    let files: Vec<OutputFile> =
+        arguments.output.iter().map(|path| interrupt.file(path)).collect::<Result<_>>()?;
+    let places: Vec<PathBuf> =
+        files.iter().filter_map(OutputFile::place).map(Path::to_path_buf).collect();
+    check_places(&places, &FilesRead::default())?;
+    let loaded = during("reading the scene", || scene_file::load(&arguments.scene))?;
+    let read = FilesRead::new(&loaded.files);
+    check_places(&places, &read)?;
+    terminal::warn(&loaded.warnings);
+
+    let bar = terminal_bar("{bar:30} {percent}% {human_pos} photons{left}");
+    let progress = |progress: Progress| show(&bar, progress);
+    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let result = arguments.found(&loaded, &control);
+    bar.finish_and_clear();
+    let result = result?;
+    if interrupt.stop().load(Ordering::Relaxed) {
+        return Err(Error::interrupted("trace", NOTHING_WRITTEN));
+    }
+    interrupt.writing();
+    terminal::warn(&warnings(&result));
+    let mut text = tables(&result);
+    // all are completed before the first has its place
+    let complete = during("writing", || {
+        let files = files.into_iter().zip(&forms);
+        let complete =
+            files.map(|(file, form)| file.complete(&read, |writer| form.write(&result, writer)));
+        complete.collect::<Result<Vec<_>>>()
+    })?;
+    for (file, path) in complete.into_iter().zip(&arguments.output) {
+        file.put()?;
+        text += &format!("wrote {}\n", place_of(path));
+    }
+    terminal::print(&text)
+}
+
+/// Returns what is to be said where little light has come.
+pub(super) fn warnings(result: &HistoriesResult) -> Vec<String> {
+    let HistoriesResult { to, photons, whole, .. } = result;
+    let text = match whole.histories {
+        0 => format!(
+            "no light has come to {to} in {photons} photons: trace more, or see by `phylux check` and \
+            `phylux view` whether a light can reach it"
+        ),
+        few @ ..FEW => format!(
+            "only {few} histories have come to {to}, so that shares and their errors are rough: trace more \
+            photons (--photons)"
+        ),
+        _ => return Vec::new(),
+    };
+    vec![text]
+}
+
+/// Returns the tables: by light, by last surface, and by both where there are several of both.
+fn tables(result: &HistoriesResult) -> String {
+    let HistoriesResult { to, face, photons, whole, by_light, by_surface, groups, .. } = result;
+    let column = result.column;
+    let band = &result.bands[column];
+    let flux = with_error(whole.flux[column], whole.flux_se[column].unwrap_or(0.0));
+    let unit = printed(&band.unit);
+    let on = match *face {
+        "both" => String::new(),
+        face => format!(", {face}"),
+    };
+    let mut text = format!(
+        "{to}{on}: {flux} {unit} in {}, {} histories of {photons} photons\n",
+        band.name, whole.histories
+    );
+    let mut add =
+        |title: &str, parts: &[HistoriesPart], name: &dyn Fn(&HistoriesPart) -> String| {
+            let share = "share, %".to_string();
+            let mut table = Table::new(title, [share, unit.clone(), "histories".into()], "");
+            for part in parts.iter().take(terminal::shown(ROWS)) {
+                let error = |errors: &[Option<f64>]| errors[column].unwrap_or(0.0);
+                let share = part.share[column].map_or("-".into(), |share| {
+                    with_error(100.0 * share, 100.0 * error(&part.share_se))
+                });
+                let flux = with_error(part.flux[column], error(&part.flux_se));
+                table.row(name(part), [share, flux, part.histories.to_string()], "");
+            }
+            text.push('\n');
+            table.write(&mut text, terminal::width(), terminal::is_full());
+            text += &terminal::more(parts.len(), ROWS);
+        };
+    let light = |part: &HistoriesPart| format!("  {}", part.light.as_deref().unwrap_or_default());
+    let surface = |part: &HistoriesPart| format!("  {}", surface_name(part));
+    let both = |part: &HistoriesPart| format!("{}, {}", light(part), surface_name(part));
+    if by_light.len() != 1 {
+        add("light", by_light, &light);
+    }
+    add("last surface", by_surface, &surface);
+    if by_light.len() > 1 && by_surface.len() > 1 {
+        add("light, last surface", groups, &both);
+    }
+    text.push('\n');
+    text
+}
+
+/// Returns the name of a last surface with its material, where this is not the same.
+fn surface_name(part: &HistoriesPart) -> String {
+    let surface = part.last_surface.as_deref().unwrap_or_default();
+    match &part.material {
+        Some(material) if material != surface => format!("{surface} ({material})"),
+        _ => surface.into(),
+    }
+}
