@@ -380,7 +380,7 @@ impl Tally {
                 score(Event::Escaped { power: &scaled(power), missed, direction });
             }
             Event::Lost(power) => score(Event::Lost(&scaled(power))),
-            Event::FlightBeside | Event::Turn(_) => {}
+            Event::FlightBeside | Event::ArrivalBeside { .. } | Event::Turn(_) => {}
         }
     }
 
