@@ -91,7 +91,7 @@ impl Arguments {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Face {
-    /// The side that normals point away from
+    /// The side that normals point out of
     Front,
     /// The other side
     Back,
