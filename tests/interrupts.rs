@@ -115,7 +115,7 @@ fn ends_soon(folder: &Path, line: &str, whole: u64, fraction: f64) {
 #[test]
 fn commands_that_trace_end() {
     let scene = TestScene::new(ROOM, &[("box.obj", BOX)]);
-    fs::write(scene.path("m.csv"), "captor,value\ng/0,10\n").expect("readings");
+    fs::write(scene.path("m.csv"), "captor,value\ng/0-0,10\n").expect("readings");
     let folder = scene.path("");
     let read = whole(&folder, "check scene.json");
     for line in [

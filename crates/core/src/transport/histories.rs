@@ -28,7 +28,6 @@ use std::{
     },
 };
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::{
@@ -48,6 +47,7 @@ use crate::{
     },
 };
 use course::Course;
+pub use course::{HistoryLine, LastSurface, Origin};
 use steered::Steered;
 
 /// Number of photons between two looks at whether the user stops the work.
@@ -62,24 +62,6 @@ pub struct Goal {
     pub face: Option<Channel>,
 }
 
-/// The last surface that scattered or mirrored light on its way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct LastSurface {
-    /// Index of its object, of which all copies have the same; `None` for a surface without a name.
-    pub object: Option<usize>,
-    /// Index of its material.
-    pub material: usize,
-}
-
-/// Where light comes from: its lamp, and the last surface before the captor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Origin {
-    /// Index of the light.
-    pub light: usize,
-    /// The last surface; `None` for direct light.
-    pub last: Option<LastSurface>,
-}
-
 /// What some of the histories bring, per band and sum over bands, in this order.
 #[derive(Clone, Debug)]
 pub struct Contribution {
@@ -89,23 +71,6 @@ pub struct Contribution {
     pub flux: Vec<Estimate>,
     /// Its share in the flux of all histories, in [0, 1]; `None` where no light arrives.
     pub share: Vec<Option<Estimate>>,
-}
-
-/// The way of one history, for drawing.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HistoryLine {
-    /// Where its light comes from.
-    pub origin: Origin,
-    /// Index of the captor.
-    pub captor: usize,
-    /// Whether it arrives at the front.
-    pub front: bool,
-    /// Its places, m from the centre of the scene: on the lamp, or where light from afar comes into
-    /// the scene; on each surface that it meets; on the captor. Where the scene repeats, the captor is
-    /// where the scene describes it, and what comes before lies in the cells around.
-    pub points: Vec<Vec3>,
-    /// The surface at each place between the first and the last.
-    pub met: Vec<LastSurface>,
 }
 
 /// The histories that bring the light of a goal.

@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 
-use super::{HistoryLine, LastSurface, Origin};
 use crate::{
     scene::{
         light::{Emission, EntryFace},
@@ -11,6 +10,41 @@ use crate::{
     },
     transport::trace::{Event, Turn},
 };
+
+/// The last surface that scattered or mirrored light on its way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct LastSurface {
+    /// Index of its object, of which all copies have the same; `None` for a surface without a name.
+    pub object: Option<usize>,
+    /// Index of its material.
+    pub material: usize,
+}
+
+/// Where light comes from: its lamp, and the last surface before the captor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Origin {
+    /// Index of the light.
+    pub light: usize,
+    /// The last surface; `None` for direct light.
+    pub last: Option<LastSurface>,
+}
+
+/// The way of one history, for drawing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HistoryLine {
+    /// Where its light comes from.
+    pub origin: Origin,
+    /// Index of the captor.
+    pub captor: usize,
+    /// Whether it arrives at the front.
+    pub front: bool,
+    /// Its places, m from the centre of the scene: on the lamp, or where light from afar comes into
+    /// the scene; on each surface that it meets; on the captor. Where the scene repeats, the captor is
+    /// where the scene describes it, and what comes before lies in the cells around.
+    pub points: Vec<Vec3>,
+    /// The surface at each place between the first and the last.
+    pub met: Vec<LastSurface>,
+}
 
 /// The places of one history so far.
 pub struct Course<'s> {
