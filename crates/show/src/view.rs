@@ -1,6 +1,7 @@
 //! Writes a scene with its light as one HTML page that needs no network: WebGL by three.js, with
 //! all data in the page.
 
+mod arrays;
 mod histories;
 mod levels;
 mod photons;
@@ -9,8 +10,7 @@ mod year;
 
 use std::io::{self, Write};
 
-use base64::{Engine, engine::general_purpose::STANDARD, write::EncoderWriter};
-use flate2::{Compression, write::ZlibEncoder};
+use base64::{Engine, engine::general_purpose::STANDARD};
 use glam::Vec3;
 use serde_json::{Value, json};
 
@@ -19,6 +19,7 @@ use crate::{
     rendered::{MOST_TILES, RenderedScene},
     xml::allowed,
 };
+use arrays::{Arrays, shorts};
 use levels::Levels;
 use photons::Shown;
 use phylux_core::{
@@ -40,8 +41,6 @@ use year::{Series, daily_unit};
 
 /// Limit on the number of captors.
 const MOST_CAPTORS: usize = 500_000;
-/// Bytes of an array that are deflated at a time.
-const PIECE: usize = 1 << 16;
 /// Limit on the number of lights that are outlined.
 const MOST_LIGHTS: usize = 10_000;
 
@@ -114,31 +113,6 @@ pub fn write_view(
 /// Escapes text, so that it contains no markup.
 fn escaped(text: &str) -> String {
     allowed(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
-/// Long lists of numbers, deflated (zlib) in base64, with their names.
-#[derive(Default)]
-struct Arrays(Vec<(&'static str, Vec<u8>)>);
-
-impl Arrays {
-    /// Adds an array, piece by piece, because it can be as large as all the light.
-    fn add(&mut self, name: &'static str, mut bytes: impl Iterator<Item = u8>) -> io::Result<()> {
-        let mut text = Vec::new();
-        let encoder = EncoderWriter::new(&mut text, &STANDARD);
-        let mut deflated = ZlibEncoder::new(encoder, Compression::default());
-        let mut piece = Vec::with_capacity(PIECE);
-        loop {
-            piece.extend(bytes.by_ref().take(PIECE));
-            if piece.is_empty() {
-                break;
-            }
-            deflated.write_all(&piece)?;
-            piece.clear();
-        }
-        deflated.finish()?.finish()?;
-        self.0.push((name, text));
-        Ok(())
-    }
 }
 
 /// Writes the facts as JSON, then the arrays. The facts say how long these are, so that the page can
@@ -372,10 +346,6 @@ fn levels(rendered: &RenderedScene, most: f32) -> Levels {
         0..=MOST_FINE => Levels::fine(most),
         _ => Levels::coarse(most, error / 3.0),
     }
-}
-
-fn shorts(values: impl Iterator<Item = u16>) -> impl Iterator<Item = u8> {
-    values.flat_map(u16::to_le_bytes)
 }
 
 fn floats(values: impl Iterator<Item = f32>) -> impl Iterator<Item = u8> {

@@ -4,7 +4,10 @@ use std::io;
 
 use serde_json::{Value, json};
 
-use super::{Arrays, shapes::quantised, shorts};
+use super::{
+    arrays::{Arrays, shorts},
+    shapes::quantised,
+};
 use crate::{following::Followed, rendered::RenderedScene};
 use phylux_core::{
     math::{geometry::Extent, stats::Estimate},
