@@ -10,6 +10,7 @@ mod even;
 mod fit;
 mod grid;
 mod hull;
+mod numbers;
 mod powers;
 mod tangent;
 mod vary;
@@ -26,8 +27,9 @@ use choose::{blocked, each_block, line, on_lines, relative_rmse, simplest};
 pub use even::{EvenPlan, even};
 use fit::{Fit, Point};
 use hull::Hull;
+pub use numbers::{Numbers, Vary};
 pub use powers::calibrated_scene;
-pub use vary::{Found, Numbers, Runs, Vary, search};
+pub use vary::{Found, Runs, search};
 
 use phylux_core::{
     error::{Error, Problem, Result, nearest},

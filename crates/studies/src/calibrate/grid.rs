@@ -2,7 +2,7 @@
 //! best node gives the minimum of the deviance D. Its curvature H gives the uncertainty: the
 //! covariance is 2 H⁻¹.
 
-use super::vary::{Numbers, Vary};
+use super::numbers::{Numbers, Vary};
 use phylux_core::math::least_squares::inverse;
 use phylux_results::calibration::Varied;
 
@@ -111,7 +111,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::calibrate::vary::{PRIOR, warnings};
+    use crate::calibrate::numbers::{PRIOR, warnings};
 
     fn vary(text: &str) -> Vary {
         Vary::parse(text).unwrap_or_else(|e| panic!("{text}: {e}"))

@@ -15,13 +15,13 @@ use serde_json::{Value, json};
 use super::{
     CalibrationPlan, Lamps, MeasuredBands, Purpose, Reading, Readings,
     fit::{Fit, Point},
-    vary::{Numbers, Runs, Vary},
+    numbers::{Numbers, Vary},
 };
 use phylux_core::{
     error::{Error, Result},
     math::least_squares::inverse,
 };
-use phylux_files::{json, measured_csv::MeasuredRow};
+use phylux_files::{json, measured_csv::MeasuredRow, scene_file::LoadedScene};
 use phylux_results::{
     calibration::Model,
     result::{BandResult, FaceResult, RunResult, SensitivityResult},
@@ -48,13 +48,13 @@ fn material(vary: &Vary) -> Option<String> {
     Some(json::unescaped(name))
 }
 
-/// Returns whether runs tell how the light depends on all of the numbers. Errors: those of loading the
-/// scene.
-pub fn knows(numbers: &Numbers, runs: &Runs) -> Result<bool> {
+/// Returns whether runs of the scene, which is loaded by `load`, tell how the light depends on all of the
+/// numbers. Errors: those of loading the scene.
+pub fn knows(numbers: &Numbers, load: &dyn Fn(&Value) -> Result<LoadedScene>) -> Result<bool> {
     if !numbers.varies().iter().all(|vary| material(vary).is_some()) {
         return Ok(false);
     }
-    let loaded = (runs.load)(&counting(numbers, numbers.document(&numbers.start())))?;
+    let loaded = load(&counting(numbers, numbers.document(&numbers.start())))?;
     let parameters = loaded.scene.parameters().all();
     Ok(numbers.varies().iter().all(|vary| {
         let own = parameters.iter().find(|parameter| parameter.name == vary.pointer);
