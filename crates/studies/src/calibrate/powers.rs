@@ -84,7 +84,8 @@ impl Scale {
             Some(Self { light: light.name.clone(), factor, power })
         };
         let scales: Vec<Self> = loaded.scene.lights().iter().filter_map(scale).collect();
-        match scales.iter().any(|scale| (scale.factor - 1.0).abs() > Self::LEAST) {
+        let differs = |scale: &Self| (scale.factor - 1.0).abs() > Self::LEAST;
+        match middle > 0.0 && scales.iter().any(differs) {
             true => scales,
             false => Vec::new(),
         }

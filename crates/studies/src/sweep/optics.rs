@@ -78,6 +78,8 @@ pub fn is_possible(sweep: &Sweep, run: usize, scale: &[bool]) -> bool {
 pub struct Brightest {
     /// The scene file. Its runs keep account of these numbers.
     pub document: Value,
+    /// The places of these numbers, as JSON pointers.
+    pub places: Vec<String>,
 }
 
 impl Brightest {
@@ -108,6 +110,7 @@ impl Brightest {
                 }
             }
         }
+        let places = largest.keys().cloned().collect();
         let mut names: Vec<String> = Vec::new();
         for (place, value) in largest {
             *document.pointer_mut(&place)? = value;
@@ -116,7 +119,7 @@ impl Brightest {
         names.sort();
         names.dedup();
         document.as_object_mut()?.insert("sensitivity".into(), json!(names));
-        Some(Self { document })
+        Some(Self { document, places })
     }
 
     /// Returns the scene file of a run that keeps account of the same numbers.
@@ -158,13 +161,25 @@ fn name_of(document: &Value, place: &str) -> Option<String> {
     }
 }
 
-/// Makes the brightest scene of runs ready to be run for all of them. `None` if one of them is no scene,
-/// or if it cannot tell what that finds: they are then run one by one.
+/// Makes the brightest scene of runs, whose numbers stand at these places, ready to be run for all of
+/// them. `None` if one of them is no scene, or if it cannot tell what that finds, as of solid leaves:
+/// they are then run one by one.
 pub fn shared(
     brightest: LoadedScene,
+    places: &[String],
     runs: impl Iterator<Item = Option<LoadedScene>>,
 ) -> Option<LoadedScene> {
     let LoadedScene { mut scene, .. } = brightest;
+    let is_known = |place: &String| {
+        scene.parameters().all().iter().any(|parameter| {
+            let rest = place.strip_prefix(&parameter.name);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+                && !parameter.values.is_empty()
+        })
+    };
+    if !places.iter().all(is_known) {
+        return None;
+    }
     for run in runs {
         scene = scene.with_variant(&run?.scene).ok()?;
     }

@@ -250,7 +250,7 @@ impl<'a> Work<'a> {
         let variant =
             |&run: &usize| load(brightest.counting(self.sweep.document(&self.sweep.run(run)))).ok();
         let variants = job.runs.iter().map(variant);
-        Ok(optics::shared(base, variants).map(SharedScene::Histories))
+        Ok(optics::shared(base, &brightest.places, variants).map(SharedScene::Histories))
     }
 
     /// Does the simulation that all runs of a job share.
