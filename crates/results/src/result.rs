@@ -90,7 +90,7 @@ pub struct RunResult {
     pub chosen: Option<String>,
     /// In a sweep, where runs that differ in reflectances and transmittances share their histories: how
     /// much one is worth here, relative to what it is worth in the scene in which it was traced, the
-    /// brightest of these runs; in the median over captors.
+    /// brightest of these runs, in [0.1, 1]; in the median over captors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shared: Option<f64>,
     /// In a mix: factors on the powers that the lights had in the run, each one number for all

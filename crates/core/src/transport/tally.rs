@@ -169,7 +169,8 @@ impl Tally {
 
     /// Returns whether it counts by what light has met: moments of parameters, or variants of the scene.
     pub fn keeps_account(&self, scene: &Scene) -> bool {
-        !self.moments.is_empty() || !scene.parameters().variants().is_empty()
+        let variants = !scene.parameters().variants().is_empty() && !self.parts.is_empty();
+        variants || !self.moments.is_empty()
     }
 
     /// Returns the same tally, which now also records how many equal histories its counts

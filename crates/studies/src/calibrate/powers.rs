@@ -69,11 +69,11 @@ impl Scale {
     /// The smallest change that is worth a mix of its own.
     const LEAST: f64 = 0.05;
 
-    /// Returns the powers of the lights of a scene times the factors that a calibration has found,
+    /// Returns the powers of the lights of a scene, whose JSON is `document`, times the factors that a calibration has found,
     /// relative to the mean of these. The powers of daylight, and of lights of OBJ files, stay. No
     /// light stays dark, so that it can be told what each brings. Empty where the factors differ by
     /// less than 5 %.
-    pub fn all(calibration: &Calibration, loaded: &LoadedScene) -> Vec<Self> {
+    pub fn all(calibration: &Calibration, document: &Value, loaded: &LoadedScene) -> Vec<Self> {
         let mean = |factors: &[f64]| factors.iter().sum::<f64>() / factors.len().max(1) as f64;
         let means: Vec<f64> = calibration.factors.values().map(|factors| mean(factors)).collect();
         let middle = mean(&means);
@@ -83,7 +83,12 @@ impl Scale {
             let power = light.power.iter().map(|power| power * factor).collect();
             Some(Self { light: light.name.clone(), factor, power })
         };
-        let scales: Vec<Self> = loaded.scene.lights().iter().filter_map(scale).collect();
+        let can_be_set = |light: &&Light| {
+            let own = entry_in(document, &light.name);
+            own.is_some_and(|own| own.get("power").or(own.get("radiance")).is_some())
+        };
+        let lights = loaded.scene.lights().iter().filter(can_be_set);
+        let scales: Vec<Self> = lights.filter_map(scale).collect();
         let differs = |scale: &Self| (scale.factor - 1.0).abs() > Self::LEAST;
         match middle > 0.0 && scales.iter().any(differs) {
             true => scales,
@@ -112,13 +117,23 @@ fn entry<'a>(
     document: &'a mut Value,
     name: &str,
 ) -> Option<&'a mut serde_json::Map<String, Value>> {
-    let lights = document.get_mut("lights")?.as_array_mut()?;
+    let index = index_of(document, name)?;
+    document.get_mut("lights")?.get_mut(index)?.as_object_mut()
+}
+
+/// Returns the same, for reading.
+fn entry_in<'a>(document: &'a Value, name: &str) -> Option<&'a Value> {
+    document.get("lights")?.get(index_of(document, name)?)
+}
+
+/// Returns the index of the entry of a light.
+fn index_of(document: &Value, name: &str) -> Option<usize> {
+    let lights = document.get("lights")?.as_array()?;
     let is_named = |(i, light): (usize, &Value)| match light.get("name").and_then(Value::as_str) {
         Some(own) => own == name,
         None => name == format!("light{i}"),
     };
-    let index = lights.iter().enumerate().position(is_named)?;
-    lights[index].as_object_mut()
+    lights.iter().enumerate().position(is_named)
 }
 
 /// Replaces every text that names a file of the scene by the full path of that file.

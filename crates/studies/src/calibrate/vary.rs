@@ -107,7 +107,7 @@ fn by_tangents(
         let restless = count > 3 && far > before / 2.0;
         if far > NEAR && !restless && count < MOST_RUNS {
             if first.is_none() {
-                scales = Scale::all(&calibration, &(runs.load)(&document)?);
+                scales = Scale::all(&calibration, &document, &(runs.load)(&document)?);
                 first = Some(calibration);
             }
             values = least.values;

@@ -186,12 +186,15 @@ pub fn shared(
     Some(LoadedScene { scene, ..brightest })
 }
 
-/// Returns the results of a run from the simulation that it shares, by its index among those; `None`
-/// if the histories tell too little about it.
-pub fn of_run(simulation: &Simulation, index: usize, run: &LoadedScene) -> Option<RunResult> {
+/// Returns the results of a run from the simulation that it shares, and of which `brightest` are the
+/// results, by its index among those that share it; `None` if the histories tell too little about it.
+pub fn of_run(
+    (simulation, brightest): (&Simulation, &RunResult),
+    index: usize,
+    run: &LoadedScene,
+) -> Option<RunResult> {
     let own = RunResult::new(&simulation.of_variant(index, &run.scene));
-    let all = RunResult::new(simulation);
-    let worth = worth(&all, &own);
+    let worth = worth(brightest, &own);
     (worth >= LEAST_WORTH).then(|| RunResult { shared: Some(worth.min(1.0)), ..own })
 }
 

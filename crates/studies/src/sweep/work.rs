@@ -75,7 +75,7 @@ enum SharedScene {
 /// The simulation that several runs share, when it is done.
 enum Shared<'s> {
     Powers { part_of: &'s [usize], simulation: Simulation<'s> },
-    Histories(Simulation<'s>),
+    Histories { simulation: Simulation<'s>, brightest: Box<RunResult> },
 }
 
 /// A worker, which does one job at a time, and the number of its threads.
@@ -200,9 +200,9 @@ impl<'a> Work<'a> {
                 Some(Ok(Shared::Powers { part_of, simulation })) => {
                     Some(at_powers(simulation, part_of, &loaded))
                 }
-                Some(Ok(Shared::Histories(simulation))) => {
+                Some(Ok(Shared::Histories { simulation, brightest })) => {
                     let index = job.runs.iter().position(|&index| index + 1 == run.number);
-                    index.and_then(|index| optics::of_run(simulation, index, &loaded))
+                    index.and_then(|index| optics::of_run((simulation, brightest), index, &loaded))
                 }
                 Some(Err(error)) => return Err(error.clone()),
                 None => None,
@@ -274,7 +274,8 @@ impl<'a> Work<'a> {
                 let simulation = self.watched(all, worker, todo.runs.len(), |control| {
                     simulate(&loaded.scene, &settings(loaded), control)
                 })?;
-                Ok(Shared::Histories(simulation))
+                let brightest = Box::new(RunResult::new(&simulation));
+                Ok(Shared::Histories { simulation, brightest })
             }
         }
     }
