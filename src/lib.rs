@@ -141,10 +141,10 @@ pub mod show {
 pub mod studies {
     pub use phylux_studies::{
         Bounces, ConvergencePlan, ConvergenceStudy, EvenPlan, Forecast, HoursOf, Kept, Lamp,
-        MaterialSummary, Needs, ObjectSummary, Outcome, Places, Reference, Row, Rung, SceneSummary,
-        State, StateScene, Step, SweepControl, SweepPlan, SweepProgress, TrueValue, Value, Values,
-        Within, Year, YearOptions, YearScenes, check, check_meshes, even, join, load_base, merge,
-        study, sweep,
+        LeafOptics, LeafSummary, MaterialSummary, Needs, ObjectSummary, Outcome, Places, Reference,
+        Row, Rung, SceneSummary, State, StateScene, Step, SweepControl, SweepPlan, SweepProgress,
+        TrueValue, Value, Values, Within, Year, YearOptions, YearScenes, check, check_meshes, even,
+        join, load_base, merge, study, sweep,
     };
 }
 

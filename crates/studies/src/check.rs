@@ -3,6 +3,7 @@
 mod copies;
 mod inside;
 mod lamps;
+mod leaves;
 mod mesh;
 mod objects;
 mod remarks;
@@ -14,6 +15,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
+pub use leaves::{LeafOptics, LeafSummary};
 pub use objects::ObjectSummary;
 pub use remarks::decimals;
 use remarks::{Remarks, length, quoted};
@@ -57,6 +59,8 @@ pub struct SceneSummary {
     pub size: DVec3,
     /// The surfaces by material.
     pub surfaces: Vec<MaterialSummary>,
+    /// What the leaves among the materials do with light.
+    pub leaves: Vec<LeafSummary>,
     /// The objects that have surfaces.
     pub objects: Vec<ObjectSummary>,
     /// Probable mistakes. Each warning names the thing and says what to do.
@@ -130,7 +134,14 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     solids::check_sheets(scene, &vertices, &mut remarks);
     objects::check_slips(scene, &mut remarks);
     let Remarks { warnings, notes } = remarks;
-    SceneSummary { size, surfaces, objects: objects::objects(scene), warnings, notes }
+    SceneSummary {
+        size,
+        surfaces,
+        leaves: leaves::leaves(scene),
+        objects: objects::objects(scene),
+        warnings,
+        notes,
+    }
 }
 
 fn surfaces(scene: &Scene) -> Vec<MaterialSummary> {
