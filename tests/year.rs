@@ -647,7 +647,7 @@ fn wrong_years_have_their_sentence() {
         (r#"{"lights": "lamp", "watts": -1}"#, "/lamps/0/watts: -1, must be 0 to 1e9"),
         (
             r#"{"lights": "lamp", "below": 5}"#,
-            "/lamps/0: `below` and `until_dli` need to know where",
+            "/lamps/0: `below`, `until_dli`, `fill_day` and `fill_to` need to know where",
         ),
         (
             r#"{"lights": "lamp", "below": 5, "of": "upp"}"#,
@@ -655,7 +655,7 @@ fn wrong_years_have_their_sentence() {
         ),
         (
             r#"{"lights": "lamp", "of": "up"}"#,
-            "/lamps/0/of: goes with `below` or `until_dli` only, or `fill_to`",
+            "/lamps/0/of: goes with `below`, `until_dli`, `fill_day` or `fill_to` only",
         ),
         (
             r#"{"lights": "lamp", "until_dli": 5, "of": "up", "band": "far"}"#,

@@ -12,6 +12,7 @@
 //! [`product`] for the light of the hours, `interpolated` for what the grid costs and [`tables`]
 //! for what is written.
 
+mod burning;
 mod conditions;
 mod control;
 mod head;
