@@ -13,6 +13,7 @@ use phylux::{
 };
 use serde_json::{Value, json};
 
+mod from;
 mod leaves;
 mod periodic;
 mod ratios;

@@ -327,6 +327,8 @@ class Scene:
         results: bool = False,
         sun_rays: int | None = None,
         checkpoint: str | os.PathLike[str] | None = None,
+        from_: str | os.PathLike[str] | None = None,
+        keep_light: bool = False,
         width: float | None = None,
         png: bool = False,
         shards: int | None = None,
@@ -349,6 +351,9 @@ class Scene:
             results: also write the mean light of each month as results, for `Year.result` and maps.
             sun_rays: number of points of each captor from which the sun of an hour is looked for.
             checkpoint: a file that keeps what is done: after a kill, the same call goes on from there.
+            from_: the folder of an earlier year of this scene, whose light is taken: another control of the lamps then takes
+                seconds, and traces nothing. Settings of the light are those of that year.
+            keep_light: keep the light for ``from_``, however large it is; up to 256 MB of it are always kept.
             width: width of the plots, inches: 7, which is the default, or 3.5.
             png: write the plots as PNG and not as SVG.
             shards: with ``executor``: the number of shards into which the work is divided.
@@ -361,6 +366,8 @@ class Scene:
         """
         if (executor is None) != (shards is None):
             raise wrong("shards", "goes with `executor`", "give both, or neither")
+        if executor is not None and from_ is not None:
+            raise wrong("from_", "nothing is traced, so that there is nothing to share out", "leave out `executor` and `shards`")
         # beside the tables, where all machines see it
         near = Path(output).absolute().parent if executor is not None else None
         with tempfile.TemporaryDirectory(dir=near) as folder:
@@ -371,6 +378,7 @@ class Scene:
             given: dict[str, Any] = {"control": control, "patches": patches, "photons": photons, "seed": seed}
             given |= {"guiding": guiding, "csv": csv, "hours": hours, "results": results, "sun_rays": sun_rays}
             given |= {"checkpoint": None if checkpoint is None else Path(checkpoint), "threads": threads}
+            given |= {"from": None if from_ is None else Path(from_), "keep_light": keep_light}
             options, style = _options(given), _options({"width": _inches(width), "png": png})
             if executor is None:
                 year, warned = run_year(scene, Path(output), options + style)

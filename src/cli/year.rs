@@ -41,7 +41,8 @@ use phylux_files::{
 };
 use phylux_show::plot::PlotStyle;
 use phylux_studies::year::{
-    HoursOf, Kept, Needs, Year, YearOptions, YearShards, gigabytes, months_of,
+    HoursOf, Kept, KeptLight, Needs, USUAL_LIGHT, Year, YearOptions, YearShards, gigabytes,
+    months_of,
     tables::{YearTables, write},
     trace_shard as trace_shard_of,
 };
@@ -61,6 +62,14 @@ pub(super) struct Arguments {
     /// Control file (JSON): when lamps are on and when screens close. Without it all lamps are off
     #[arg(long, value_name = "FILE")]
     control: Option<PathBuf>,
+    /// Take the light from this folder, which an earlier `phylux year` of the same scene has written,
+    /// and trace none: another control of the lamps then takes seconds. The folder stays as it is
+    #[arg(long, value_name = "DIR", conflicts_with_all = [
+        "patches", "photons", "seed", "guiding", "splitting", "sun_rays", "shard", "checkpoint"])]
+    from: Option<PathBuf>,
+    /// Keep the light in DIR for --from, however large it is; up to 256 MB of it are always kept
+    #[arg(long)]
+    keep_light: bool,
     /// Patches that the sky is divided into: 577 of some 6 degrees, or 145 of 12
     #[arg(long, value_enum, default_value = "577")]
     patches: Patches,
@@ -155,17 +164,41 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     }
     let asked = arguments.asked();
     let checkpoint = arguments.checkpoint.as_deref();
-    match arguments.shard {
-        Some(shard) => trace_shard(&asked, &arguments.output, shard, checkpoint, &interrupt),
-        None => in_folder(&asked, &arguments.output, &interrupt, |tables, places| {
+    let most = if arguments.keep_light { u64::MAX } else { USUAL_LIGHT };
+    match (arguments.shard, &arguments.from) {
+        (Some(shard), _) => trace_shard(&asked, &arguments.output, shard, checkpoint, &interrupt),
+        (None, Some(from)) => find_from(asked, from, &arguments.output, &interrupt),
+        (None, None) => in_folder(&asked, &arguments.output, &interrupt, |tables, places| {
             let mut ready = asked.load(places)?;
             let kept = match checkpoint {
-                None => None,
-                Some(path) => Some(YearWork::checkpoint(path, asked.head(&ready)?)?),
+                None => YearWork::temporary(&arguments.output, asked.head(&ready)?, most)?,
+                Some(path) => YearWork::checkpoint(path, asked.head(&ready)?)?,
             };
-            find(&asked, &mut ready, tables, places, (&[], kept.as_ref()), &interrupt)
+            find(&asked, &mut ready, tables, places, (&[], Some(&kept), most), &interrupt)
         }),
     }
+}
+
+/// Finds a year from the light in the folder of another one.
+fn find_from(asked: Asked, from: &Path, output: &Path, interrupt: &Interrupt) -> Result<()> {
+    let same = fs::canonicalize(from).is_ok_and(|a| fs::canonicalize(output).is_ok_and(|b| a == b));
+    if same {
+        return Err(Error::input(output.display(), "is the folder that the light comes from")
+            .remedy("write into another folder: that one stays as it is"));
+    }
+    let path = KeptLight::path(from)?;
+    let (light, _) = YearWork::shard(&path)?;
+    let asked = asked.with_light_of(&light.head.settings(&path)?);
+    let light = [light];
+    in_folder(&asked, output, interrupt, |tables, places| {
+        let mut ready = asked.load(places)?;
+        asked.head_of_light(&ready)?.check(
+            &path,
+            &light[0].head,
+            "leave out --from, and the light is traced; only the control of lamps may differ",
+        )?;
+        find(&asked, &mut ready, tables, places, (&light, None, u64::MAX), interrupt)
+    })
 }
 
 /// Joins the shards of a year.
@@ -189,7 +222,7 @@ pub(super) fn merge(
         let mut ready = asked.load(places)?;
         let head = asked.head(&ready)?;
         shards.files.iter().try_for_each(|file| file.check(&head))?;
-        find(&asked, &mut ready, tables, places, (&shards.files, None), &interrupt)
+        find(&asked, &mut ready, tables, places, (&shards.files, None, USUAL_LIGHT), &interrupt)
     })
 }
 
@@ -290,13 +323,13 @@ fn find(
     ready: &mut Ready,
     mut tables: YearTables,
     places: &mut Vec<PathBuf>,
-    kept: (&[YearWork], Option<&YearWork>),
+    (done, now, most): (&[YearWork], Option<&YearWork>, u64),
     interrupt: &Interrupt,
 ) -> Result<()> {
     let scratch = tables.folder().to_path_buf();
-    let shards: Vec<PathBuf> = kept.0.iter().map(|file| file.path().to_path_buf()).collect();
+    let shards: Vec<PathBuf> = done.iter().map(|file| file.path().to_path_buf()).collect();
     ready.read = FilesRead::new(ready.scenes.files.iter().chain(&shards));
-    places.extend(kept.1.and_then(YearWork::place).map(Path::to_path_buf));
+    places.extend(now.and_then(YearWork::place).map(Path::to_path_buf));
     let loaded = &ready.scenes.scenes[0].loaded;
     let mut file = |path: &Path| {
         let file = interrupt.file(path)?;
@@ -310,25 +343,31 @@ fn find(
         tables = tables.with_results(months_of(&hourly.slots).iter(), &mut file)?;
     }
     check_places(places, &ready.read)?;
-    let mut year = watched(asked, ready, &scratch, kept, interrupt, |options, control, _| {
-        say_needs(&Year::needs(&ready.scenes, options, &ready.settings)?);
-        Year::find(&ready.scenes, options, &ready.settings, control)
-    })?;
+    let mut year =
+        watched(asked, ready, &scratch, (done, now), interrupt, |options, control, _| {
+            say_needs(&Year::needs(&ready.scenes, options, &ready.settings)?);
+            Year::find(&ready.scenes, options, &ready.settings, control)
+        })?;
     interrupt.writing();
     // those of the scene and its files have been said
     let own = year.warnings.clone();
     let mut of_scene = super::run::warnings_of(loaded)?;
     of_scene.extend_from_slice(&ready.scenes.warnings);
     year.warnings.splice(0..0, of_scene);
+    let light = KeptLight::new(done.iter().chain(now), &asked.head_of_light(ready)?, most);
     watched(asked, ready, &scratch, ([].as_slice(), None), interrupt, |options, _, bar| {
         (options.phase)("rows of tables");
-        write(&year, tables, &ready.read, &|photons, of| {
+        write(&year, tables, light.as_ref(), &ready.read, &|photons, of| {
             show(bar, Progress { photons, of: Some(of), worst: None });
         })
     })?;
-    kept.1.iter().for_each(|file| file.remove());
+    now.iter().for_each(|file| file.remove());
     super::terminal::warn(&own);
-    let wrote = format!("\nwrote {}\n", scratch.display());
+    let kept = match light.is_some() {
+        true => "",
+        false => ", without its light for --from, as it is large: --keep-light keeps it",
+    };
+    let wrote = format!("\nwrote {}{kept}\n", scratch.display());
     super::terminal::print(&(describe(loaded, &year)? + &wrote))
 }
 
@@ -356,7 +395,7 @@ fn trace_shard(
     let head = asked.head(&ready)?;
     let scratch = file.place().map_or_else(std::env::temp_dir, folder_of);
     let kept = match checkpoint {
-        None => YearWork::temporary(&scratch, head)?,
+        None => YearWork::temporary(&scratch, head, u64::MAX)?,
         Some(path) => YearWork::checkpoint(path, head)?,
     };
     places.extend(kept.place().map(Path::to_path_buf));

@@ -39,7 +39,7 @@ mod warnings;
 
 pub use hours::Lamp;
 pub use hours_of::HoursOf;
-pub use kept::Kept;
+pub use kept::{Kept, KeptLight, USUAL_LIGHT};
 pub use needs::{Needs, gigabytes};
 pub use options::YearOptions;
 pub use places::Places;

@@ -36,6 +36,18 @@ pub struct Asked {
 }
 
 impl Asked {
+    /// The same with the settings by which the light in a folder was traced.
+    pub fn with_light_of(self, settings: &YearSettings) -> Self {
+        Self {
+            division: division(settings),
+            photons: PhotonCount::new(settings.photons).ok(),
+            seed: Some(settings.seed),
+            guiding: Some(settings.guiding),
+            sun_rays: Some(settings.sun_rays),
+            ..self
+        }
+    }
+
     /// What was asked for when shards were traced.
     pub fn of_shards(shards: &YearShards, scene: Option<&Path>, plots: PlotStyle) -> Self {
         let YearShards { head, settings, .. } = shards;
@@ -44,10 +56,7 @@ impl Asked {
         Self {
             scene: scene.map_or_else(|| PathBuf::from(&head.scene), Path::to_path_buf),
             control: head.control.as_ref().map(PathBuf::from),
-            division: match settings.patches {
-                145 => SkyDivision::Tregenza,
-                _ => SkyDivision::Reinhart,
-            },
+            division: division(settings),
             photons: PhotonCount::new(settings.photons).ok(),
             seed: Some(settings.seed),
             guiding: Some(settings.guiding),
@@ -88,7 +97,23 @@ impl Asked {
 
     /// Returns what work files say of this year.
     pub fn head(&self, ready: &Ready) -> Result<WorkHead> {
-        let settings = YearSettings {
+        let (scene, inputs) = (self.scene.display().to_string(), ready.scenes.digest()?);
+        let mut head = WorkHead::new(Work::Year, scene, inputs, &self.settings(ready)?);
+        head.control = self.control.as_ref().map(|path| path.display().to_string());
+        head.tables = Some(self.tables.clone());
+        Ok(head)
+    }
+
+    /// Returns what the light in a folder says of its year, whatever switches the lamps.
+    pub fn head_of_light(&self, ready: &Ready) -> Result<WorkHead> {
+        // no path, so that the light is the same wherever the files are
+        let scene = ready.scenes.scenes[0].loaded.scene.name().to_string();
+        let inputs = ready.scenes.digest_of_light()?;
+        Ok(WorkHead::new(Work::Year, scene, inputs, &self.settings(ready)?))
+    }
+
+    fn settings(&self, ready: &Ready) -> Result<YearSettings> {
+        Ok(YearSettings {
             patches: match self.division {
                 SkyDivision::Tregenza => 145,
                 SkyDivision::Reinhart => 577,
@@ -97,12 +122,14 @@ impl Asked {
             seed: ready.settings.seed,
             guiding: ready.settings.guiding,
             sun_rays: ready.scenes.sun_rays(self.sun_rays, &self.hours)?,
-        };
-        let (scene, inputs) = (self.scene.display().to_string(), ready.scenes.digest()?);
-        let mut head = WorkHead::new(Work::Year, scene, inputs, &settings);
-        head.control = self.control.as_ref().map(|path| path.display().to_string());
-        head.tables = Some(self.tables.clone());
-        Ok(head)
+        })
+    }
+}
+
+fn division(settings: &YearSettings) -> SkyDivision {
+    match settings.patches {
+        145 => SkyDivision::Tregenza,
+        _ => SkyDivision::Reinhart,
     }
 }
 
