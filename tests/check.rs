@@ -454,7 +454,7 @@ fn many_solids_in_one_place() {
             let found = warnings.iter().find(|warning| warning.contains(words));
             found.unwrap_or_else(|| panic!("no {words:?} in {warnings:#?}"))
         };
-        of("solids that touch more than 16 others in one place, so that neither all of those");
+        of("solids that touch more than 16 others in one place, too many to be looked");
         // 12 triangles of each block with 16 others, while all pairs of a thousand blocks would be
         // 499,500
         let touching = of("solids that touch or cut each other: ");

@@ -396,7 +396,7 @@ fn what_is_interpolated_is_said() {
         year(&world.write(), None, 600_000, SkyDivision::Tregenza)
     };
     let says = |year: &Year, words: &str| year.warnings.iter().any(|said| said.contains(words));
-    let words = ["(unseen): it is interpolated between hours", "hours are interpolated: at"];
+    let words = ["(unseen): single hours may", "hours are interpolated: at"];
     let matt = with(json!({ "type": "lambert", "reflectance": 0.5 }));
     assert!(words.iter().all(|words| !says(&matt, words)), "{:?}", matt.warnings);
     let mirrors = with(json!({ "type": "mirror", "reflectance": 0.9 }));
