@@ -87,10 +87,10 @@ pub mod results {
         CaptorResult, Comparison, DarkResult, Deviations, Difference, Electricity, Energy,
         EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity, GroupResult,
         HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult, LampElectricity,
-        LayerResult, Lit, MapResult, Model, ModelErrors, NearestResult, RatioResult, Ratios,
-        ReadingResult, ResultsFile, RunResult, RunSettings, SensitivityResult, Share, Shares,
-        SlopeIntercept, SumUnit, ToleranceResult, Uniformity, Varied, Warning, WorstResult,
-        YearFacts,
+        LayerResult, Lit, MapResult, Model, ModelErrors, NearestResult, PerKwh, PlaneElectricity,
+        RatioResult, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings, SensitivityResult,
+        Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity, Varied, Warning,
+        WorstResult, YearFacts,
     };
 }
 
@@ -143,9 +143,9 @@ pub mod show {
 pub mod studies {
     pub use phylux_studies::{
         Bounces, ConvergencePlan, ConvergenceStudy, EvenPlan, Forecast, HoursOf, Kept, Lamp,
-        MaterialSummary, Needs, ObjectSummary, Outcome, Places, Reference, Row, Rung, SceneSummary,
-        State, StateScene, Step, SweepControl, SweepPlan, SweepProgress, TrueValue, Value, Values,
-        Within, Year, YearOptions, YearScenes,
+        LeafOptics, LeafSummary, MaterialSummary, Needs, ObjectSummary, Outcome, Places, Reference,
+        Row, Rung, SceneSummary, State, StateScene, Step, SweepControl, SweepPlan, SweepProgress,
+        TrueValue, Value, Values, Within, Year, YearOptions, YearScenes,
         calibrate::{
             CalibrationPlan, Vary,
             job::{Calibrated, CalibrationGoal, CalibrationLight, CalibrationReport, calibrated},

@@ -42,6 +42,7 @@ def year(
     style: str,
     checkpoint: Path | None = None,
     shard: str | None = None,
+    light: _Path | None = None,
     progress: Callable[[int, int | None], object] | None = None,
 ) -> list[str]: ...
 def merged_year(shards: list[Path], output: Path, style: str) -> list[str]: ...

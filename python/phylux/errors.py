@@ -78,8 +78,8 @@ def of_command(failed: bool, message: str, place: str) -> InputError | RunError:
 _CALLS = {"run": "Scene.run", "year": "Scene.year", "mix": "Result.mix", "check": "Scene.check", "view": "Scene.view"}
 _CALLS |= {"calibrate": "Scene.calibrate", "chart": "Scene.chart", "render": "Scene.render", "export": "Scene.export"}
 _CALLS |= {"trace": "Scene.histories", "plot": "plot", "compare": "Result.compare", "sweep": "px.sweep"}
-_ARGUMENTS = {"group": "groups", "power": "factors"}
-_FLAGS = {name: f"{name.replace('-', '_')}=True" for name in ("by-light", "csv", "log", "png", "results")}
+_ARGUMENTS = {"group": "groups", "power": "factors", "from": "from_"}
+_FLAGS = {name: f"{name.replace('-', '_')}=True" for name in ("by-light", "csv", "keep-light", "log", "png", "results")}
 _FLAGS["no-trace"] = "trace=False"
 #: words that are values where they stand after an option
 _VALUES = {

@@ -327,6 +327,8 @@ class Scene:
         results: bool = False,
         sun_rays: int | None = None,
         checkpoint: str | os.PathLike[str] | None = None,
+        from_: str | os.PathLike[str] | None = None,
+        keep_light: bool = False,
         width: float | None = None,
         png: bool = False,
         shards: int | None = None,
@@ -350,6 +352,9 @@ class Scene:
             results: also write the mean light of each month as results, for `Year.result` and maps.
             sun_rays: number of points of each captor from which the sun of an hour is looked for.
             checkpoint: a file that keeps what is done: after a kill, the same call goes on from there.
+            from_: the folder of an earlier year of this scene, whose light is taken: another control of the lamps then takes
+                seconds, and traces nothing. Settings of the light are those of that year.
+            keep_light: keep the light for ``from_``, however large it is; up to 256 MB of it are always kept.
             width: width of the plots, inches: 7, which is the default, or 3.5.
             png: write the plots as PNG and not as SVG.
             shards: with ``executor``: the number of shards into which the work is divided.
@@ -363,10 +368,12 @@ class Scene:
         """
         if (executor is None) != (shards is None):
             raise wrong("shards", "goes with `executor`", "give both, or neither")
+        if executor is not None and from_ is not None:
+            raise wrong("from_", "nothing is traced, so that there is nothing to share out", "leave out `executor` and `shards`")
         # beside the tables, where all machines see it
         near = Path(output).absolute().parent if executor is not None else None
         given: dict[str, Any] = {"patches": patches, "photons": photons, "seed": seed, "guiding": guiding, "csv": csv}
-        given |= {"hours": hours, "results": results, "sun_rays": sun_rays, "threads": threads}
+        given |= {"hours": hours, "results": results, "sun_rays": sun_rays, "threads": threads, "keep_light": keep_light}
         kept, style = None if checkpoint is None else Path(checkpoint), _arguments({"width": width, "png": png})
         with tempfile.TemporaryDirectory(dir=near) as folder:
             scene = Path(folder, "scene.json")
@@ -376,7 +383,7 @@ class Scene:
                 warned = find_by_shards(scene, file, Path(output), _arguments(given), style, kept, shards or 1, executor)
             else:
                 with shown.Progress(progress) as tell:
-                    warned = find(scene, file, Path(output), _arguments(given), style, kept, progress=tell)
+                    warned = find(scene, file, Path(output), _arguments(given), style, kept, light=from_, progress=tell)
         say(*warned)
         return Year(output)
 

@@ -206,10 +206,11 @@ def find(
     style: str = "{}",
     checkpoint: Path | None = None,
     shard: str | None = None,
+    light: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int | None], object] | None = None,
 ) -> list[str]:
-    """Finds a year, or does the work of a shard of it. Returns the warnings."""
-    return _native.year(scene, control, output, arguments, style, checkpoint, shard, progress)
+    """Finds a year, or does the work of a shard of it; with ``light``, from the light in that folder. Returns the warnings."""
+    return _native.year(scene, control, output, arguments, style, checkpoint, shard, light, progress)
 
 
 def find_by_shards(

@@ -127,11 +127,38 @@ struct YearArguments {
     #[serde(default)]
     results: bool,
     sun_rays: Option<Count>,
+    #[serde(default)]
+    keep_light: bool,
     threads: Option<Count>,
 }
 
 impl YearArguments {
-    fn job(self, scene: PathBuf, control: Option<PathBuf>, plots: PlotStyle) -> Result<YearJob> {
+    /// Checks that no setting of the light is given, where the light is that of an earlier year.
+    fn check_light(&self) -> Result<()> {
+        let given = [
+            ("patches", self.patches.is_some()),
+            ("photons", self.photons.is_some()),
+            ("seed", self.seed.is_some()),
+            ("guiding", self.guiding.is_some()),
+            ("sun_rays", self.sun_rays.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((name, _)) => Err(Error::input(name, "the light is that of an earlier year")
+                .remedy("leave it out, or leave out `from_`")),
+        }
+    }
+
+    fn job(
+        self,
+        scene: PathBuf,
+        control: Option<PathBuf>,
+        from: Option<PathBuf>,
+        plots: PlotStyle,
+    ) -> Result<YearJob> {
+        if from.is_some() {
+            self.check_light()?;
+        }
         let hours = given("hours", self.hours.as_deref(), HoursOf::parse)?.unwrap_or_default();
         Ok(YearJob {
             scene,
@@ -151,15 +178,18 @@ impl YearArguments {
             tables: TableSettings { hours: hours.text(), csv: self.csv, results: self.results },
             plots,
             hours,
+            from,
+            keep_light: self.keep_light,
             threads: count(self.threads, ThreadCount::new)?,
         })
     }
 }
 
 /// Finds a year, and writes its tables into the folder `output`, or the work of a shard, such as
-/// `3/16`, into a file. Returns the warnings.
+/// `3/16`, into a file; with the folder `light` of an earlier year, from its light. Returns the
+/// warnings.
 #[pyfunction]
-#[pyo3(signature = (scene, control, output, arguments, style, checkpoint=None, shard=None, progress=None))]
+#[pyo3(signature = (scene, control, output, arguments, style, checkpoint=None, shard=None, light=None, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "files, whose names may be no text, are no JSON")]
 pub fn year(
     py: Python<'_>,
@@ -170,13 +200,14 @@ pub fn year(
     style: String,
     checkpoint: Option<PathBuf>,
     shard: Option<String>,
+    light: Option<PathBuf>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<String>> {
     let (_, warnings) = studied(py, progress, move |desk| {
         let folder = scene.parent().unwrap_or(Path::new("")).to_path_buf();
         let work = || {
             let job = read::<YearArguments>(&arguments)?;
-            let job = job.job(scene, control, read::<Style>(&style)?.plots()?)?;
+            let job = job.job(scene, control, light, read::<Style>(&style)?.plots()?)?;
             let checkpoint = checkpoint.as_deref();
             match given("shard", shard.as_deref(), Shard::parse)? {
                 None => job.tables(&output, checkpoint, desk).map(|_| ()),

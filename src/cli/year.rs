@@ -47,6 +47,14 @@ pub(super) struct Arguments {
     /// Control file (JSON): when lamps are on and when screens close. Without it all lamps are off
     #[arg(long, value_name = "FILE")]
     control: Option<PathBuf>,
+    /// Take the light from this folder, which an earlier `phylux year` of the same scene has written,
+    /// and trace none: another control of the lamps then takes seconds. The folder stays as it is
+    #[arg(long, value_name = "DIR", conflicts_with_all = [
+        "patches", "photons", "seed", "guiding", "splitting", "sun_rays", "shard", "checkpoint"])]
+    from: Option<PathBuf>,
+    /// Keep the light in DIR for --from, however large it is; up to 256 MB of it are always kept
+    #[arg(long)]
+    keep_light: bool,
     /// Patches that the sky is divided into: 577 of some 6 degrees, or 145 of 12
     #[arg(long, value_enum, default_value = "577")]
     patches: Patches,
@@ -123,6 +131,8 @@ impl Arguments {
             sun_rays: self.sun_rays,
             tables: TableSettings { hours: hours.text(), csv: self.csv, results: self.results },
             plots: self.plots.style(),
+            from: self.from.clone(),
+            keep_light: self.keep_light,
             hours,
             threads: self.threads,
         }
@@ -154,10 +164,14 @@ pub(super) fn merge(
 
 /// Prints what was found, and where it is.
 fn say(made: &MadeYear, folder: &Path) -> Result<()> {
-    terminal::print(&format!("{}\nwrote {}\n", describe(made)?, folder.display()))
+    let kept = match made.has_light {
+        true => "",
+        false => ", without its light for --from, as it is large: --keep-light keeps it",
+    };
+    terminal::print(&format!("{}\nwrote {}{kept}\n", describe(made)?, folder.display()))
 }
 
-fn describe(MadeYear { year, scene, lights }: &MadeYear) -> Result<String> {
+fn describe(MadeYear { year, scene, lights, .. }: &MadeYear) -> Result<String> {
     let hours = year.slots.len();
     let mut text = format!(
         "{scene}: {hours} hours from {} photons of {lights} lights, seed {}\n",

@@ -7,7 +7,8 @@ use std::{
 };
 
 use super::{
-    HoursOf, Kept, Needs, Year, YearOptions, YearScenes, YearShards, gigabytes, months_of,
+    HoursOf, Kept, KeptLight, Needs, USUAL_LIGHT, Year, YearOptions, YearScenes, YearShards,
+    gigabytes, months_of,
     tables::{YearTables, write},
     trace_shard,
 };
@@ -57,6 +58,12 @@ pub struct YearJob {
     pub tables: TableSettings,
     /// How plots look.
     pub plots: PlotStyle,
+    /// The folder of an earlier year of the same scene, whose light is taken; its settings of the
+    /// light hold then.
+    pub from: Option<PathBuf>,
+    /// Whether the light is kept in the folder for another control of the lamps, however large it
+    /// is.
+    pub keep_light: bool,
     /// Number of threads; 0 takes all processors.
     pub threads: Option<ThreadCount>,
 }
@@ -79,10 +86,7 @@ impl YearJob {
         Self {
             scene: scene.map_or_else(|| PathBuf::from(&head.scene), Path::to_path_buf),
             control: head.control.as_ref().map(PathBuf::from),
-            division: match settings.patches {
-                145 => SkyDivision::Tregenza,
-                _ => SkyDivision::Reinhart,
-            },
+            division: division(settings),
             photons: PhotonCount::new(settings.photons).ok(),
             seed: Some(settings.seed),
             guiding: Some(settings.guiding),
@@ -90,7 +94,21 @@ impl YearJob {
             sun_rays: Some(settings.sun_rays),
             tables,
             plots,
+            from: None,
+            keep_light: false,
             threads: None,
+        }
+    }
+
+    /// The same with the settings by which the light in a folder was traced.
+    fn with_light_of(&self, settings: &YearSettings) -> Self {
+        Self {
+            division: division(settings),
+            photons: PhotonCount::new(settings.photons).ok(),
+            seed: Some(settings.seed),
+            guiding: Some(settings.guiding),
+            sun_rays: Some(settings.sun_rays),
+            ..self.clone()
         }
     }
 
@@ -123,7 +141,23 @@ impl YearJob {
 
     /// Returns what work files say of this year.
     fn head(&self, ready: &Ready) -> Result<WorkHead> {
-        let settings = YearSettings {
+        let (scene, inputs) = (self.scene.display().to_string(), ready.scenes.digest()?);
+        let mut head = WorkHead::new(Work::Year, scene, inputs, &self.settings(ready)?);
+        head.control = self.control.as_ref().map(|path| path.display().to_string());
+        head.tables = Some(self.tables.clone());
+        Ok(head)
+    }
+
+    /// Returns what the light in a folder says of its year, whatever switches the lamps.
+    fn head_of_light(&self, ready: &Ready) -> Result<WorkHead> {
+        // no path, so that the light is the same wherever the files are
+        let scene = ready.scenes.scenes[0].loaded.scene.name().to_string();
+        let inputs = ready.scenes.digest_of_light()?;
+        Ok(WorkHead::new(Work::Year, scene, inputs, &self.settings(ready)?))
+    }
+
+    fn settings(&self, ready: &Ready) -> Result<YearSettings> {
+        Ok(YearSettings {
             patches: match self.division {
                 SkyDivision::Tregenza => 145,
                 SkyDivision::Reinhart => 577,
@@ -132,12 +166,14 @@ impl YearJob {
             seed: ready.settings.seed,
             guiding: ready.settings.guiding,
             sun_rays: ready.scenes.sun_rays(self.sun_rays, &self.hours)?,
-        };
-        let (scene, inputs) = (self.scene.display().to_string(), ready.scenes.digest()?);
-        let mut head = WorkHead::new(Work::Year, scene, inputs, &settings);
-        head.control = self.control.as_ref().map(|path| path.display().to_string());
-        head.tables = Some(self.tables.clone());
-        Ok(head)
+        })
+    }
+}
+
+fn division(settings: &YearSettings) -> SkyDivision {
+    match settings.patches {
+        145 => SkyDivision::Tregenza,
+        _ => SkyDivision::Reinhart,
     }
 }
 
@@ -157,6 +193,8 @@ pub struct MadeYear {
     pub scene: String,
     /// Number of lights.
     pub lights: usize,
+    /// Whether its light is kept in the folder, for another control of the lamps.
+    pub has_light: bool,
 }
 
 impl YearJob {
@@ -168,13 +206,40 @@ impl YearJob {
         checkpoint: Option<&Path>,
         desk: &Desk,
     ) -> Result<MadeYear> {
+        if let Some(from) = &self.from {
+            return self.tables_from(from, folder, desk);
+        }
+        let most = if self.keep_light { u64::MAX } else { USUAL_LIGHT };
         self.in_folder(folder, desk, |tables, places| {
             let ready = self.load(places, desk)?;
             let kept = match checkpoint {
-                None => None,
-                Some(path) => Some(YearWork::checkpoint(path, self.head(&ready)?)?),
+                None => YearWork::temporary(folder, self.head(&ready)?, most)?,
+                Some(path) => YearWork::checkpoint(path, self.head(&ready)?)?,
             };
-            self.find(ready, tables, places, (&[], kept.as_ref()), desk)
+            self.find(ready, tables, places, (&[], Some(&kept), most), desk)
+        })
+    }
+
+    /// Finds a year from the light in the folder of another one.
+    fn tables_from(&self, from: &Path, folder: &Path, desk: &Desk) -> Result<MadeYear> {
+        let same =
+            fs::canonicalize(from).is_ok_and(|a| fs::canonicalize(folder).is_ok_and(|b| a == b));
+        if same {
+            return Err(Error::input(folder.display(), "is the folder that the light comes from")
+                .remedy("write into another folder: that one stays as it is"));
+        }
+        let path = KeptLight::path(from)?;
+        let (light, _) = YearWork::shard(&path)?;
+        let job = self.with_light_of(&light.head.settings(&path)?);
+        let light = [light];
+        job.in_folder(folder, desk, |tables, places| {
+            let ready = job.load(places, desk)?;
+            job.head_of_light(&ready)?.check(
+                &path,
+                &light[0].head,
+                "leave out --from, and the light is traced; only the control of lamps may differ",
+            )?;
+            job.find(ready, tables, places, (&light, None, u64::MAX), desk)
         })
     }
 
@@ -200,7 +265,7 @@ impl YearJob {
             let ready = job.load(places, desk)?;
             let head = job.head(&ready)?;
             shards.files.iter().try_for_each(|file| file.check(&head))?;
-            job.find(ready, tables, places, (&shards.files, None), desk)
+            job.find(ready, tables, places, (&shards.files, None, USUAL_LIGHT), desk)
         })
     }
 
@@ -220,7 +285,7 @@ impl YearJob {
         let head = self.head(&ready)?;
         let scratch = file.place().map_or_else(std::env::temp_dir, folder_of);
         let kept = match checkpoint {
-            None => YearWork::temporary(&scratch, head)?,
+            None => YearWork::temporary(&scratch, head, u64::MAX)?,
             Some(path) => YearWork::checkpoint(path, head)?,
         };
         places.extend(kept.place().map(Path::to_path_buf));
@@ -310,13 +375,13 @@ impl YearJob {
         mut ready: Ready,
         mut tables: YearTables,
         places: &mut Vec<PathBuf>,
-        kept: (&[YearWork], Option<&YearWork>),
+        (done, now, most): (&[YearWork], Option<&YearWork>, u64),
         desk: &Desk,
     ) -> Result<MadeYear> {
         let scratch = tables.folder().to_path_buf();
-        let shards: Vec<PathBuf> = kept.0.iter().map(|file| file.path().to_path_buf()).collect();
+        let shards: Vec<PathBuf> = done.iter().map(|file| file.path().to_path_buf()).collect();
         ready.read = FilesRead::new(ready.scenes.files.iter().chain(&shards));
-        places.extend(kept.1.and_then(YearWork::place).map(Path::to_path_buf));
+        places.extend(now.and_then(YearWork::place).map(Path::to_path_buf));
         let loaded = &ready.scenes.scenes[0].loaded;
         let mut file = |path: &Path| {
             let file = desk.file(path)?;
@@ -330,7 +395,7 @@ impl YearJob {
             tables = tables.with_results(months_of(&hourly.slots).iter(), &mut file)?;
         }
         check_places(places, &ready.read)?;
-        let mut year = self.watched(&ready, &scratch, kept, desk, |options, control| {
+        let mut year = self.watched(&ready, &scratch, (done, now), desk, |options, control| {
             say_needs(&Year::needs(&ready.scenes, options, &ready.settings)?, desk);
             Year::find(&ready.scenes, options, &ready.settings, control)
         })?;
@@ -341,16 +406,17 @@ impl YearJob {
         of_scene.extend(check_meshes(&loaded.scene)?);
         of_scene.extend_from_slice(&ready.scenes.warnings);
         year.warnings.splice(0..0, of_scene);
+        let light = KeptLight::new(done.iter().chain(now), &self.head_of_light(&ready)?, most);
         self.watched(&ready, &scratch, ([].as_slice(), None), desk, |options, control| {
             (options.phase)("rows of tables");
-            write(&year, tables, &ready.read, &|photons, of| {
+            write(&year, tables, light.as_ref(), &ready.read, &|photons, of| {
                 (control.progress)(Progress { photons, of: Some(of), worst: None });
             })
         })?;
-        kept.1.iter().for_each(|file| file.remove());
+        now.iter().for_each(|file| file.remove());
         desk.warn(&own);
         let (scene, lights) = (loaded.scene.name().to_string(), loaded.scene.lights().len());
-        Ok(MadeYear { year, scene, lights })
+        Ok(MadeYear { year, scene, lights, has_light: light.is_some() })
     }
 }
 
