@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 import warnings
+from typing import Any
 
 
 class InputError(ValueError):
@@ -53,6 +54,15 @@ def wrong(place: str, problem: str, remedy: str = "") -> InputError:
 def missing(package: str, what: str) -> ImportError:
     """Returns the error for a package that is not installed."""
     return ImportError(f"{what} needs {package}: pip install {package}", name=package)
+
+
+def pandas(what: str = "a table") -> Any:
+    """Returns the package pandas, which `what` needs."""
+    try:
+        import pandas as pd
+    except ImportError:
+        raise missing("pandas", what) from None
+    return pd
 
 
 def of_command(failed: bool, message: str, place: str) -> InputError | RunError:

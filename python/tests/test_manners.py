@@ -20,7 +20,7 @@ import pytest
 import phylux as px
 from conftest import ROOM_FACES, ROOM_VERTICES, chamber
 
-MODULES = ["phylux", "phylux.commands", "phylux.studies", "phylux.scene", "phylux.result", "phylux.geometry", "phylux.leaves", "phylux.sweeps", "phylux.years", "phylux.plots", "phylux.errors", "phylux.values"]
+MODULES = ["phylux", "phylux.studies", "phylux.scene", "phylux.result", "phylux.geometry", "phylux.leaves", "phylux.sweeps", "phylux.years", "phylux.plots", "phylux.errors", "phylux.shown", "phylux.values"]
 
 
 def native_threads():

@@ -7,7 +7,7 @@ use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use super::{interrupt::Interrupt, summary::short, table::Table, terminal};
+use super::{interrupt, summary::short, table::Table, terminal};
 use phylux_core::{
     error::{Error, Result},
     scene::{
@@ -35,7 +35,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let _interrupt = Interrupt::install()?;
+    let _desk = interrupt::desk()?;
     let loaded = scene_file::load(&arguments.scene)?;
     let summary = check(&loaded)?;
     match arguments.json {

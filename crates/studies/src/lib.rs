@@ -10,6 +10,7 @@
 pub mod calibrate;
 pub mod check;
 pub mod convergence;
+pub mod desk;
 pub mod join;
 pub mod sweep;
 mod table;

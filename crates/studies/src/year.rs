@@ -10,7 +10,7 @@
 //!
 //! Read [`Year::find`], then [`part`] for what the lights bring, [`control`] for the lamps,
 //! [`product`] for the light of the hours, `interpolated` for what the grid costs and [`tables`]
-//! for what is written.
+//! for what is written. [`job`] does all of it from a scene file.
 
 mod conditions;
 mod control;
@@ -18,6 +18,7 @@ mod head;
 mod hours;
 mod hours_of;
 mod interpolated;
+pub mod job;
 mod kept;
 mod matrix;
 mod needs;
