@@ -514,7 +514,7 @@ fn lights_in_surfaces_are_told() {
         let object = r#", { "obj": "ceiling.obj", "material": "ground" }"#;
         scene("", object, "", &[("ceiling.obj", &obj)])
     };
-    warns(&above(0.0), &["`lamp` in `ceiling`", "middle of the scene"]);
+    warns(&above(0.0), &["`lamp` in `ceiling`", "shine on one side of it"]);
     warns(&above(1e-6), &["`lamp` in `ceiling`"]);
     is_clean(&above(1e-3));
     is_clean(&above(-1e-3));
