@@ -108,7 +108,7 @@ pub enum CalibrationReport {
     /// From readings.
     Readings(Box<Calibration>),
     /// Even light, and the result that it is mixed from.
-    Even(EvenPowers, Box<RunResult>),
+    Even(Box<EvenPowers>, Box<RunResult>),
 }
 
 /// The calibrated scene, and how it was found.
@@ -144,7 +144,7 @@ pub fn calibrated(
                 calibrated_scene(given.clone(), source.path(), loaded, powers, true, folder)?;
             let own = found.warnings.clone();
             found.warnings.splice(0..0, of_scene);
-            (scene, CalibrationReport::Even(found, Box::new(result)), own)
+            (scene, CalibrationReport::Even(Box::new(found), Box::new(result)), own)
         }
         CalibrationGoal::Readings { rows, file, model, prior, groups, vary } => {
             check_captors(&loaded.scene, rows, file)?;
