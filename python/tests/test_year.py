@@ -127,7 +127,6 @@ def test_plots_of_a_year(greenhouse, tmp_path):
 
 
 def test_another_control_takes_the_light_of_a_year(greenhouse, tmp_path):
-    greenhouse.light("lamp", type="point", position=[0, 0, 2.5], power=400)
     lamps = {"lamps": [{"lights": "lamp", "hours": [4, 8], "watts": 50}]}
     dark = greenhouse.year(tmp_path / "dark", photons=20_000, seed=1, sun_rays=32)
     lit = greenhouse.year(tmp_path / "lit", control=lamps, from_=dark.folder)
