@@ -96,7 +96,7 @@ fn place(svg: &str, element: &str, attributes: &[&str]) -> Vec<Vec<f64>> {
 fn a_map_has_the_sensors_their_colours_and_contours() {
     let scene = results();
     let (texts, svg) = plotted(&scene, &["--range", "100:300"]);
-    let title = "grid, z = 1 m: median error 2";
+    let title = "grid, z = 1 m: median error 2 µmol/m²/s";
     has(&texts, &[title, "x, m", "y, m", "PPFD, µmol/m²/s", "100", "200", "300"]);
     assert!(!texts.iter().any(|t| t.contains("z = 2 m")), "three in a line are no map");
     let dots = place(&svg, "<circle", &["cx", "cy"]);
@@ -168,8 +168,8 @@ fn racks_have_maps_of_their_own() {
         let (texts, _) = plotted(&scene, more);
         texts.into_iter().filter(|text| text.contains("z = 1 m")).collect()
     };
-    let first = "grid, z = 1 m: median error 2";
-    let second = "other, z = 1 m: 150 ± 2, even within its error";
+    let first = "grid, z = 1 m: median error 2 µmol/m²/s";
+    let second = "other, z = 1 m: 150 ± 2 µmol/m²/s, even within its error";
     assert_eq!(titles(&["--captors", "grid"]), [first]);
     assert_eq!(titles(&["--captors", "other/*"]), [second]);
     for both in [&[][..], &["--captors", "racks"], &["--captors", "grid,other/*"]] {

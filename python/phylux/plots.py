@@ -123,8 +123,8 @@ def captor_map(
         mean, error = _even(values[known], errors)
         title = f"{'xyz'[left]} = {center[:, left].mean():.4g} m"
         if error > 0:
-            of = _rounded(error, error)
-            title += f": median error {of}" if mean is None else f": {_rounded(mean, error)} ± {of}, even within its error"
+            of, even = f"{_rounded(error, error)} {_printed(_unit(result, column)['irradiance'])}", mean is not None
+            title += f": {_rounded(mean, error)} ± {of}, even within its error" if even else f": median error {of}"
         field = _field(x[known], y[known], values[known], sets)
         drawn, numbers = _contours(ax, field, error, mean, options)
         bar = {} if "levels" in options else {"ticks": numbers}
@@ -394,8 +394,8 @@ def profile(
     **options: Any,
 ) -> Any:
     """Draws values per area over height: the mean of the captors at each height, weighted by area, with error bars of
-    one standard error. The errors are added in squares, as if captors were independent. Sensors and surfaces have a line
-    each.
+    one standard error. The errors are added in squares, as if captors were independent. Sensors that face one way have a
+    line, and so have surfaces, those of each object if these are two or three.
 
     Args:
         quantity: ``"irradiance"``, or ``"absorbed"`` (absorbed power per area).
@@ -416,11 +416,11 @@ def profile(
     known = np.isfinite(values)
     if not known.any():
         raise wrong("captors", f"none of them has a value of {quantity}", "name others, or another quantity or face")
-    kinds = {"sensors": ~result.is_surface[rows] & known, "surfaces": result.is_surface[rows] & known}
-    kinds = {name: own for name, own in kinds.items() if own.any()}
-    for name, own in kinds.items():
-        means, heights, spread = _slices(values[own], np.nan_to_num(errors[own]), height[own], area[own])
-        usual = {"fmt": "o-", "capsize": 3, "label": name if len(kinds) > 1 else result.bands[column]}
+    kinds = _kinds(result, rows[known])
+    values, errors, height, area = (numbers[known] for numbers in (values, np.nan_to_num(errors), height, area))
+    for name, (own, alike) in kinds.items():
+        means, heights, spread = _slices(values[own], errors[own], height[own], area[own])
+        usual = {"fmt": "o-" if alike else "o", "capsize": 3, "label": name if len(kinds) > 1 else result.bands[column]}
         ax.errorbar(means, heights, xerr=spread, **{**usual, **options})
     if len(kinds) > 1:
         ax.legend()
@@ -430,6 +430,26 @@ def profile(
     ax.set(xlabel=label, ylabel="height z, m")
     _from_zero(ax, "x")
     return ax
+
+
+def _kinds(result: Result, rows: Any) -> dict[str, tuple[Any, bool]]:
+    """Returns which of the rows are sensors that face one way, or surfaces of one object if these are few, and whether
+    their light at different heights can be compared."""
+    ways = {"up": (0, 0, 1), "down": (0, 0, -1), "+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0)}
+    is_surface = result.is_surface[rows]
+    kinds = {f"sensors facing {name}": (~is_surface & (result.normal[rows] @ axis > 0.999), True) for name, axis in ways.items()}
+    others = ~is_surface & ~np.any([own for own, _ in kinds.values()], axis=0)
+    kinds["sensors facing other ways"] = others, False
+    kinds = {name: kind for name, kind in kinds.items() if kind[0].any()}
+    if len(kinds) == 1:
+        kinds = {"sensors": kind for kind in kinds.values()}
+    objects = np.array([result.ids[row].partition("/")[0] for row in rows])
+    names = list(dict.fromkeys(objects[is_surface]))
+    if 2 <= len(names) <= 3:
+        kinds |= {name: (is_surface & (objects == name), True) for name in names}
+    elif names:
+        kinds["surfaces"] = is_surface, True
+    return kinds
 
 
 def _slices(values: Any, errors: Any, height: Any, area: Any) -> tuple[Any, Any, Any]:
@@ -866,8 +886,12 @@ def _unit(result: Result, column: int) -> dict[str, str]:
 
 
 def _with_unit(label: str, unit: str) -> str:
-    """Returns a label with its unit as it is printed: umol/m2/s is µmol/m²/s."""
-    return f"{label}, {unit.replace('umol', 'µmol').replace('m2', 'm²')}"
+    return f"{label}, {_printed(unit)}"
+
+
+def _printed(unit: str) -> str:
+    """Returns a unit as it is printed: umol/m2/s is µmol/m²/s."""
+    return unit.replace("umol", "µmol").replace("m2", "m²")
 
 
 def _is_par(result: Result, column: int) -> bool:

@@ -92,9 +92,16 @@ fn describe(text: &mut String, comparison: &Comparison, worst: usize) {
         let cells = [d.what.to_string(), d.band.to_string(), short(d.a), short(d.b), relative, z];
         table.row(d.captor.to_string(), cells, "");
     }
-    text.push('\n');
-    table.write(text, terminal::width(), terminal::is_full());
     let n = comparison.differences.len();
+    text.push('\n');
+    if listed.len() < n {
+        let _ = writeln!(
+            text,
+            "the {} of {n} values that differ most (--worst lists more)",
+            listed.len()
+        );
+    }
+    table.write(text, terminal::width(), terminal::is_full());
     let rms = comparison.rms().map_or(String::new(), |rms| format!(", rms z {rms:.2}"));
     let _ = writeln!(
         text,

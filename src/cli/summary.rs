@@ -287,11 +287,22 @@ struct GroupRow<'a> {
     groups: Vec<&'a GroupResult>,
 }
 
-/// Returns the rows of the table of groups; the copies of a thing, if they are many, are one.
+/// Returns the rows of the table of groups; the copies of a thing, if they are many, are one, and so are
+/// groups of the same captors.
 fn group_rows<'a>(groups: &[&'a GroupResult]) -> Vec<GroupRow<'a>> {
     let mut rows: Vec<GroupRow> = Vec::new();
     let many = |thing: &str| groups.iter().filter(|g| copied(&g.id) == Some(thing)).count() >= MANY;
+    let same = |a: &GroupResult, b: &GroupResult| {
+        (a.captors, a.area, &a.front.flux) == (b.captors, b.area, &b.front.flux)
+            && a.absorbed == b.absorbed
+    };
     for &group in groups {
+        if let Some(row) =
+            rows.iter_mut().find(|row| row.groups.len() == 1 && same(row.groups[0], group))
+        {
+            row.name = format!("{}, {}", row.name, group.id);
+            continue;
+        }
         let thing = copied(&group.id).filter(|thing| !terminal::is_full() && many(thing));
         let name = thing.map_or(group.id.clone(), |thing| format!("each {thing}#"));
         match rows.iter_mut().find(|row| thing.is_some() && row.name == name) {
@@ -460,7 +471,7 @@ fn uniformity(text: &mut String, result: &RunResult) {
         return;
     }
     let cell = |value: Option<f64>, error: Option<f64>| match (value, error) {
-        (Some(value), Some(error)) => format!("{value:.4} ± {error:.4}"),
+        (Some(value), Some(error)) => with_error(value, error),
         (Some(value), None) => format!("{value:.4}"),
         (None, _) => "-".into(),
     };
@@ -494,7 +505,7 @@ fn canopy(text: &mut String, result: &RunResult) {
     let mut table = Table::new("share of sun and sky", heads, "");
     for (name, shares, errors) in canopy.shares() {
         let cell = |&b: &usize| match (shares[b], errors[b]) {
-            (share, Some(error)) => format!("{share:.4} ± {error:.4}"),
+            (share, Some(error)) => with_error(share, error),
             (share, None) => format!("{share:.4}"),
         };
         let what = match name {

@@ -9,6 +9,7 @@ use std::{
 };
 
 use phylux_core::error::{Error, Result};
+use terminal_size::{Height, Width, terminal_size_of};
 
 /// Whether only results, warnings and errors are printed (`--quiet`).
 static QUIET: AtomicBool = AtomicBool::new(false);
@@ -54,7 +55,7 @@ pub fn more(count: usize, most: usize) -> String {
 
 /// Returns the width of the terminal in characters, at least 80.
 pub fn width() -> usize {
-    let size = terminal_size::terminal_size_of(io::stdout());
+    let size = terminal_size_of(io::stdout());
     size.map_or(WIDTH, |(width, _)| usize::from(width.0).max(WIDTH))
 }
 
@@ -68,7 +69,7 @@ pub fn take_output() -> Result<()> {
 }
 
 /// Prints a summary, unless the command is quiet: to the standard output, or to the standard error
-/// if a result has taken the standard output.
+/// if a result has taken the standard output. On a terminal, long lines break between words.
 pub fn print(text: &str) -> Result<()> {
     match (is_quiet(), TAKEN.load(Ordering::Relaxed)) {
         (true, _) => Ok(()),
@@ -76,8 +77,45 @@ pub fn print(text: &str) -> Result<()> {
             complain(text);
             Ok(())
         }
-        (false, false) => print_result(text),
+        (false, false) => print_result(&on(terminal_size_of(io::stdout()), text)),
     }
+}
+
+/// Returns the text as a terminal of this size shows it best; where there is none, as it is.
+fn on(size: Option<(Width, Height)>, text: &str) -> Cow<'_, str> {
+    match size {
+        Some((columns, _)) if !is_full() => wrapped(text, usize::from(columns.0).max(WIDTH)).into(),
+        _ => text.into(),
+    }
+}
+
+/// Breaks lines of more than so many characters between words; what goes on is indented by two more.
+fn wrapped(text: &str, width: usize) -> String {
+    let mut all = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let (words, end) = line.strip_suffix('\n').map_or((line, ""), |words| (words, "\n"));
+        let (mut rest, mut first) = (words, true);
+        let indent = words.len() - words.trim_start().len();
+        loop {
+            let room = width - if first { 0 } else { indent + 2 };
+            let fit = rest.char_indices().nth(room).map(|(at, _)| &rest[..at]);
+            // a word that is longer than a line stays whole
+            let cut =
+                fit.and_then(|fit| fit.rfind(' ')).filter(|&at| !rest[..at].trim().is_empty());
+            if !first {
+                all.extend(std::iter::repeat_n(' ', indent + 2));
+            }
+            let Some(cut) = cut else {
+                all.push_str(rest);
+                break;
+            };
+            all.push_str(rest[..cut].trim_end());
+            all.push('\n');
+            (rest, first) = (rest[cut..].trim_start(), false);
+        }
+        all.push_str(end);
+    }
+    all
 }
 
 /// Prints the result of a command to the standard output. A reader that has closed the pipe has
@@ -111,7 +149,8 @@ pub fn clear_line() {
 
 /// Prints lines to the standard error, such as warnings. If no one reads there, that is no error.
 pub fn complain(text: &str) {
-    let _ = io::stderr().write_all(harmless(text).as_bytes());
+    let text = on(terminal_size_of(io::stderr()), text);
+    let _ = io::stderr().write_all(harmless(&text).as_bytes());
 }
 
 /// Returns the text with all its lines, but with the code of each character that would move the
@@ -137,6 +176,25 @@ pub fn harmless(text: &str) -> Cow<'_, str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Lines break between words and go on indented, short ones and words without an end stay whole,
+    /// and no word is lost.
+    #[test]
+    fn long_lines_break_between_words() {
+        let long =
+            "  warning: the errors at 331 of 720 faces rest on few paths; trace more (docs/a.md#b)";
+        let text = format!("short\n{long}\n{}\n\n", "x".repeat(90));
+        let found = wrapped(&text, 40);
+        assert_eq!(
+            found.split_whitespace().collect::<Vec<_>>(),
+            text.split_whitespace().collect::<Vec<_>>()
+        );
+        let lines: Vec<&str> = found.lines().collect();
+        assert!(lines[1..4].iter().all(|line| line.chars().count() <= 40), "{found}");
+        assert!(lines[2].starts_with("    ") && !lines[2].starts_with("     "), "{found}");
+        assert_eq!((lines.len(), lines[4].len(), lines[5]), (6, 90, ""));
+        assert_eq!(wrapped("a\nb", 80), "a\nb");
+    }
 
     #[test]
     fn no_terminal_obeys_a_name() {

@@ -6,6 +6,11 @@ use phylux_core::{
 };
 use phylux_results::result::{CaptorResult, FaceResult, RunResult, light_name};
 
+/// The names of the axes.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+/// Normals are one direction if the cosine between them is above 1 less this.
+pub(super) const FLAT: f64 = 1e-3;
+
 /// The kinds of plot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlotKind {
@@ -165,6 +170,26 @@ pub(super) fn parted(patterns: &[String], is_known: impl Fn(&str) -> bool) -> Ve
 /// for a sensor by itself.
 pub(super) fn set_of(id: &str) -> &str {
     id.rsplit_once('/').map_or("", |(set, _)| set)
+}
+
+/// Says how many sensors are in none of the parts drawn, and the names of the first of their sets.
+pub(super) fn left_out<'a>(ids: impl Iterator<Item = &'a str>, parts: &str) -> Option<String> {
+    let ids: Vec<&str> = ids.collect();
+    let mut names: Vec<&str> = ids
+        .iter()
+        .map(|id| match set_of(id) {
+            "" => id,
+            set => set,
+        })
+        .collect();
+    names.dedup();
+    let more = if names.len() > 3 { ", ..." } else { "" };
+    let named = names.iter().take(3).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    match ids.len() {
+        0 => None,
+        1 => Some(format!("one sensor is in none of the {parts} drawn: {named}")),
+        count => Some(format!("{count} sensors are in none of the {parts} drawn: {named}{more}")),
+    }
 }
 
 /// Makes the error that the results do not have what a plot needs.

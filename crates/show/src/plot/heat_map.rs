@@ -61,6 +61,8 @@ pub(super) struct HeatMap {
     pub points: Vec<Corner>,
     /// What lies between the points.
     pub field: Field,
+    /// The unit of the values.
+    pub unit: String,
     /// The median standard error of the values, where it is known.
     pub error: Option<f64>,
     /// The mean of the values, where they differ by no more than their errors explain.
@@ -445,16 +447,17 @@ impl HeatMap {
     /// Returns the title, with what is known of the error: in one line of this width, or in two.
     fn title_lines(&self, width: i32) -> Vec<String> {
         let error = self.error.filter(|error| *error > 0.0);
+        let unit = printed(&self.unit);
         let words = match (self.even, error) {
             (Some(mean), Some(error)) => {
                 let [mean, error] = rounded(mean, error);
-                format!("{mean} ± {error}, even within its error")
+                format!("{mean} ± {error} {unit}, even within its error")
             }
-            (None, Some(error)) => format!("median error {}", rounded(error, error)[1]),
+            (None, Some(error)) => format!("median error {} {unit}", rounded(error, error)[1]),
             (_, None) => return vec![self.title.clone()],
         };
         let one = format!("{}: {words}", self.title);
-        match length_of(&one, LARGE) + px(14) <= width {
+        match length_of(&one, LARGE) + px(30) <= width {
             true => vec![one],
             false => vec![self.title.clone(), words],
         }
@@ -548,8 +551,8 @@ mod tests {
         let places = (0..24).map(|i| (f64::from(i % 6), f64::from(i / 6)));
         let points: Vec<Corner> = places.map(|(x, y)| (x, y, value(x, y))).collect();
         let field = Field::between(&points, &[0; 24], &[(0..24).collect()]);
-        let (title, axes) = ("a map".into(), ["x".into(), "y".into()]);
-        HeatMap { title, axes, points, field, error: Some(error), even: None }
+        let (title, unit, axes) = ("a map".into(), "W/m2".into(), ["x".into(), "y".into()]);
+        HeatMap { title, axes, points, field, unit, error: Some(error), even: None }
     }
 
     /// No step between colours or contours is finer than two errors, whatever the range; at least
@@ -665,7 +668,7 @@ mod tests {
         assert_eq!(maps.regions(&maps.maps[0]).len(), 1);
         assert!(maps.levels(&maps.maps[0]).is_empty());
         let svg = maps.svg(Width::Page).unwrap();
-        assert!(svg.contains("a map: 429 ± 7, even within its error"), "{svg}");
+        assert!(svg.contains("a map: 429 ± 7 W/m², even within its error"), "{svg}");
         let own = HeatMap { even: Some(429.08), ..map(|x, _| 425.0 + x, 7.2) };
         let rough = map(|x, _| 400.0 + 100.0 * x, 40.0);
         let maps = HeatMaps::new(vec![own, rough], None, "light".into()).unwrap();

@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 
 use super::{
-    chosen::{Chosen, error_bar, set_of},
+    chosen::{AXES, Chosen, error_bar, left_out, set_of},
     drawing::{Drawn, Plot},
 };
 use crate::{
@@ -16,7 +16,6 @@ use phylux_results::result::CaptorResult;
 const MOST: usize = 7;
 /// Sensors stand in a line if their distances from it are at most this fraction of its length.
 const STRAIGHT: f64 = 1e-3;
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Sensors in a line.
 struct Line<'a> {
@@ -126,10 +125,12 @@ pub(super) fn lines(chosen: &Chosen) -> Option<Plot> {
             lines.len()
         ));
     }
-    let drawn: usize = lines.iter().take(MOST).map(|line| line.sensors.len()).sum();
-    let sensors = chosen.captors().filter(|captor| captor.kind == "virtual").count();
-    if lines.len() <= MOST && drawn < sensors {
-        notes.push(format!("{} sensors are in none of the lines drawn", sensors - drawn));
+    if lines.len() <= MOST {
+        let drawn: Vec<&str> =
+            lines.iter().flat_map(|line| &line.sensors).map(|sensor| &*sensor.id).collect();
+        let sensors = chosen.captors().filter(|captor| captor.kind == "virtual");
+        let ids = sensors.map(|sensor| &*sensor.id).filter(|id| !drawn.contains(id));
+        notes.extend(left_out(ids, "lines"));
     }
     Some(Plot { drawn: Drawn::Charts(vec![chart]), notes })
 }

@@ -1,9 +1,9 @@
 //! The plot of the light on sensors over the plane that they lie in.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::{
-    chosen::{Chosen, nothing, set_of},
+    chosen::{AXES, Chosen, FLAT, left_out, nothing, set_of},
     drawing::{Drawn, Plot},
     field::{Corner, Field, median, parts},
     heat_map::{HeatMap, HeatMaps},
@@ -15,12 +15,8 @@ use phylux_results::result::CaptorResult;
 
 /// Limit on the number of maps in one picture.
 const MOST: usize = 12;
-/// Tolerance for sensors of one plane: the cosine between their normals is above 1 less this, and
-/// their distances from the plane are at most this fraction of the extent of all sensors.
-const FLAT: f64 = 1e-3;
 /// Parts of a plane have maps of their own if together they fill less than this part of it.
 const FILLED: f64 = 0.5;
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Sensors in one plane.
 struct Plane<'a> {
@@ -32,12 +28,15 @@ struct Plane<'a> {
     sensors: Vec<&'a CaptorResult>,
 }
 
+/// A map, and the sensors in it.
+type Mapped<'a> = (HeatMap, Vec<&'a CaptorResult>);
+
 pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
     let sensors: Vec<&CaptorResult> =
         chosen.captors().filter(|captor| captor.kind == "virtual").collect();
     let planes = planes(&sensors);
     let whole = || planes.iter().filter_map(|plane| plane.map(chosen, None));
-    let mut maps: Vec<HeatMap> = planes.iter().flat_map(|plane| plane.maps(chosen)).collect();
+    let mut maps: Vec<Mapped> = planes.iter().flat_map(|plane| plane.maps(chosen)).collect();
     if maps.len() > MOST {
         maps = whole().collect();
     }
@@ -54,25 +53,28 @@ pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
     let mut notes = Vec::new();
     if maps.len() > MOST {
         // the planes with the most sensors are kept, in the order of the file
-        let mut counts: Vec<usize> = maps.iter().map(|map| map.points.len()).collect();
+        let mut counts: Vec<usize> = maps.iter().map(|(_, sensors)| sensors.len()).collect();
         counts.sort_unstable_by(|a, b| b.cmp(a));
         notes.push(format!(
             "{} planes of sensors, of which {MOST} with the most are drawn: choose with --captors",
             maps.len()
         ));
         let least = counts[MOST - 1];
-        maps.retain(|map| map.points.len() >= least);
+        maps.retain(|(_, sensors)| sensors.len() >= least);
         maps.truncate(MOST);
     }
-    let drawn: usize = maps.iter().map(|map| map.points.len()).sum();
-    if drawn < sensors.len() {
-        notes.push(format!("{} sensors are in none of the maps drawn", sensors.len() - drawn));
-    }
+    let drawn: HashSet<&str> =
+        maps.iter().flat_map(|(_, sensors)| sensors).map(|sensor| &*sensor.id).collect();
+    let ids = sensors.iter().map(|sensor| &*sensor.id);
+    notes.extend(left_out(ids.filter(|id| !drawn.contains(id)), "maps"));
+    let maps = maps.into_iter().map(|(map, _)| map).collect();
     let (light, unit) = chosen.map_light();
     let maps = HeatMaps::new(maps, range, format!("{light}, {unit}"))?;
     Ok(Plot { drawn: Drawn::Maps(maps), notes })
 }
 
+/// Returns the planes in which sensors lie: their normals are one direction, and their distances from
+/// the plane are at most `FLAT` of the extent of all sensors.
 fn planes<'a>(sensors: &[&'a CaptorResult]) -> Vec<Plane<'a>> {
     let extent = (0..3).map(|axis| {
         let places = sensors.iter().map(|sensor| sensor.center[axis]);
@@ -104,7 +106,7 @@ fn planes<'a>(sensors: &[&'a CaptorResult]) -> Vec<Plane<'a>> {
     planes
 }
 
-impl Plane<'_> {
+impl<'a> Plane<'a> {
     /// Describes the direction in which the sensors look, if that is not up.
     fn facing(&self) -> String {
         match (self.across, self.normal[self.across] > 0.0) {
@@ -131,7 +133,7 @@ impl Plane<'_> {
     }
 
     /// Returns the map of the whole plane or, where its parts are far apart, one of each of them.
-    fn maps(&self, chosen: &Chosen) -> Vec<HeatMap> {
+    fn maps(&self, chosen: &Chosen) -> Vec<Mapped<'a>> {
         let (points, parts) = self.parts(chosen);
         let filled = |numbers: &[usize]| {
             let side = |axis: fn(&Corner) -> f64| {
@@ -168,7 +170,7 @@ impl Plane<'_> {
     }
 
     /// Returns the map of some of the sensors, or of all; `None` if they fill no part of the plane.
-    fn map(&self, chosen: &Chosen, part: Option<&[usize]>) -> Option<HeatMap> {
+    fn map(&self, chosen: &Chosen, part: Option<&[usize]>) -> Option<Mapped<'a>> {
         let sensors = match part {
             Some(part) => part.iter().map(|&i| self.sensors[i]).collect(),
             None => self.sensors.clone(),
@@ -182,14 +184,16 @@ impl Plane<'_> {
         let errors = plane.sensors.iter().map(|sensor| plane.point(chosen, sensor).1);
         let errors: Vec<Option<f64>> = errors.collect();
         let even = even(points.iter().map(|point| point.2).zip(errors.iter().copied()));
-        Some(HeatMap {
+        let map = HeatMap {
             title: plane.title(chosen),
             axes: plane.axes().map(|axis| format!("{}, m", AXES[axis])),
             points,
             field,
+            unit: chosen.map_light().1.into(),
             error: median(errors.into_iter().flatten().collect()),
             even,
-        })
+        };
+        Some((map, plane.sensors))
     }
 
     /// Names the grids of the sensors, if they are few, and says where the plane is.

@@ -1,15 +1,18 @@
 //! The plot of light over height.
 
+use indexmap::IndexMap;
+
 use super::{
-    chosen::{Chosen, error_bar, nothing},
+    chosen::{AXES, Chosen, FLAT, error_bar, nothing},
     drawing::{Drawn, Plot},
 };
 use crate::chart::{Chart, Series, Stroke};
 use phylux_core::error::Result;
-use phylux_results::result::CaptorResult;
 
 /// Limit on the number of heights at which means are taken.
 const SLICES: usize = 12;
+/// Limit on the number of objects whose surfaces have lines of their own.
+const MOST: usize = 3;
 
 /// A captor's height (m), value and standard error per area, and area (m2).
 struct Point {
@@ -26,44 +29,34 @@ struct Slice {
     error: f64,
 }
 
+/// Captors of one kind, whose means one line joins.
+struct Kind {
+    name: String,
+    points: Vec<Point>,
+    /// Whether light at different heights can be compared: not where sensors face different ways.
+    is_alike: bool,
+}
+
 pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
-    let band = chosen.band;
-    let point = |captor: &CaptorResult, value: f64, error: Option<f64>| Point {
-        height: captor.center[2],
-        value,
-        error,
-        area: captor.area,
-    };
-    let sensors = chosen.captors().filter(|captor| captor.kind == "virtual").map(|captor| {
-        point(captor, captor.front.irradiance[band], captor.front.irradiance_se[band])
-    });
-    let surfaces = chosen.captors().filter_map(|captor| {
-        let (absorbed, error) = (captor.absorbed.as_ref()?, captor.absorbed_se.as_ref()?);
-        let per_area = |power: f64| power / captor.area;
-        Some(point(captor, per_area(absorbed[band]), error[band].map(per_area)))
-    });
-    let kinds = [
-        (format!("sensors, {}", chosen.light_name()), sensors.collect::<Vec<Point>>()),
-        ("surfaces, absorbed".into(), surfaces.collect()),
-    ];
+    let (sensors, surfaces) = (sensors(chosen), surfaces(chosen));
     let band = chosen.of_band();
-    let (title, light) = match kinds.each_ref().map(|(_, points)| points.is_empty()) {
+    let (title, light) = match [&sensors, &surfaces].map(Vec::is_empty) {
         [false, true] => (format!("{} over height", chosen.light_name()), chosen.light_name()),
         [true, _] => (format!("absorbed over height{band}"), "absorbed per area".into()),
         [false, false] => (format!("light over height{band}"), "light per area".into()),
     };
     let mut series = Vec::new();
-    for (colour, (name, points)) in
-        kinds.into_iter().filter(|(_, points)| !points.is_empty()).enumerate()
-    {
-        let dots = points.iter().map(|point| (point.value, point.height));
+    for (colour, kind) in sensors.into_iter().chain(surfaces).enumerate() {
+        let dots = kind.points.iter().map(|point| (point.value, point.height));
         let add = |name, stroke, points| Series { name, colour, stroke, points };
         series.push(add(None, Stroke::Dots, dots.collect()));
-        let means = slices(points);
+        let means = slices(kind.points);
         let bars = means.iter().flat_map(|s| error_bar(s.height, s.value, Some(s.error), true));
         series.push(add(None, Stroke::Bars, bars.collect()));
-        let line = means.iter().map(|slice| (slice.value, slice.height));
-        series.push(add(Some(name), Stroke::Line, line.collect()));
+        let joined: Vec<(f64, f64)> =
+            means.iter().map(|slice| (slice.value, slice.height)).collect();
+        let stroke = if kind.is_alike && joined.len() > 1 { Stroke::Line } else { Stroke::Marks };
+        series.push(add(Some(kind.name), stroke, joined));
     }
     if series.is_empty() {
         return Err(nothing("have no captors", "run a scene with sensors or captors"));
@@ -79,6 +72,64 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         ..Chart::default()
     };
     Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: Vec::new() })
+}
+
+/// Returns the sensors, by the way that they face.
+fn sensors(chosen: &Chosen) -> Vec<Kind> {
+    let mut ways: IndexMap<Option<String>, Vec<Point>> = IndexMap::new();
+    for sensor in chosen.captors().filter(|captor| captor.kind == "virtual") {
+        ways.entry(way(sensor.normal)).or_default().push(Point {
+            height: sensor.center[2],
+            value: sensor.front.irradiance[chosen.band],
+            error: sensor.front.irradiance_se[chosen.band],
+            area: sensor.area,
+        });
+    }
+    let one = ways.len() == 1;
+    let kind = |(way, points): (Option<String>, _)| {
+        let name = match &way {
+            _ if one => format!("sensors, {}", chosen.light_name()),
+            Some(way) => format!("sensors facing {way}"),
+            None => "sensors facing other ways".into(),
+        };
+        Kind { name, points, is_alike: way.is_some() }
+    };
+    ways.into_iter().map(kind).collect()
+}
+
+/// Names the direction of a normal that is an axis.
+fn way(normal: [f64; 3]) -> Option<String> {
+    let axis = normal.iter().position(|part| part.abs() > 1.0 - FLAT)?;
+    Some(match (axis, normal[axis] > 0.0) {
+        (2, true) => "up".into(),
+        (2, false) => "down".into(),
+        (_, ahead) => format!("{}{}", if ahead { "+" } else { "-" }, AXES[axis]),
+    })
+}
+
+/// Returns the surfaces, by object if these are few.
+fn surfaces(chosen: &Chosen) -> Vec<Kind> {
+    let mut objects: IndexMap<&str, Vec<Point>> = IndexMap::new();
+    for captor in chosen.captors() {
+        let (Some(absorbed), Some(error)) = (&captor.absorbed, &captor.absorbed_se) else {
+            continue;
+        };
+        let per_area = |power: f64| power / captor.area;
+        let object = captor.id.split('/').next().unwrap_or_default();
+        objects.entry(object).or_default().push(Point {
+            height: captor.center[2],
+            value: per_area(absorbed[chosen.band]),
+            error: error[chosen.band].map(per_area),
+            area: captor.area,
+        });
+    }
+    let kind =
+        |name: &str, points| Kind { name: format!("{name}, absorbed"), points, is_alike: true };
+    match objects.len() {
+        0 => Vec::new(),
+        2..=MOST => objects.into_iter().map(|(object, points)| kind(object, points)).collect(),
+        _ => vec![kind("surfaces", objects.into_values().flatten().collect())],
+    }
 }
 
 /// Returns area-weighted means at each height or, if there are many heights, in slices of equal
