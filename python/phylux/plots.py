@@ -416,7 +416,7 @@ def profile(
     known = np.isfinite(values)
     if not known.any():
         raise wrong("captors", f"none of them has a value of {quantity}", "name others, or another quantity or face")
-    kinds = _kinds(result, rows[known])
+    kinds = _kinds(result, np.array(rows)[known])
     values, errors, height, area = (numbers[known] for numbers in (values, np.nan_to_num(errors), height, area))
     for name, (own, alike) in kinds.items():
         means, heights, spread = _slices(values[own], errors[own], height[own], area[own])
