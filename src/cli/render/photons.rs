@@ -1,6 +1,6 @@
 //! Pictures of the photons themselves, and of their paths.
 
-use std::f32::consts::FRAC_PI_3;
+use std::{collections::HashSet, f32::consts::FRAC_PI_3};
 
 use glam::Vec3;
 
@@ -34,6 +34,9 @@ struct Told<'a> {
 const SPLAT: f32 = 1.05;
 /// The least and the greatest radius of a splat, in the same pixels.
 const RADII: [f32; 2] = [1.1, 4.0];
+/// Photons in a square pixel of such a picture, at the median over the places where there are any: more
+/// would hide each other and the surfaces that they lie on.
+const USUAL: f32 = 0.2;
 /// The most light in the middle of a splat of a photon of mean power.
 const BRIGHT: f32 = 0.8;
 /// Where photons crowd as half of them do, and where one in fifty crowds more, light adds up to no
@@ -67,11 +70,16 @@ impl Task<'_> {
         let power = |dot: &Dot| sum(light.map.power(dot.index));
         // a photon without power in the chosen bands is not drawn
         dots.retain(|dot| power(dot) > 0.0);
+        let found = dots.len();
+        let unit = width as f32 / 800.0;
+        let crowd =
+            |dots: &[Dot]| Crowd::new(width, height, dots.iter().map(|dot| (dot.at, dot.clear)));
+        let share = USUAL / (unit * unit * crowd(&dots).usual());
+        thin(&mut dots, share);
         let colours = self.colours_of_photons(&light, &dots, ground);
 
-        let unit = width as f32 / 800.0;
         let mut splats = Splats::new(ground, width, height);
-        let crowd = Crowd::new(width, height, dots.iter().map(|dot| (dot.at, dot.clear)));
+        let crowd = crowd(&dots);
         let mean = dots.iter().map(|dot| f64::from(power(dot))).sum::<f64>();
         let mean = (mean / dots.len().max(1) as f64) as f32;
         let radius = |dot: &Dot| {
@@ -100,9 +108,19 @@ impl Task<'_> {
             let amount = LINE_BRIGHT * strength * dot.clear / unit.max(1.0);
             splats.add(dot.at, LINE * unit.max(1.0), colours.of(&told), amount);
         }
+        let drawn = match dots.len() {
+            drawn if drawn < found => format!(", {drawn} drawn"),
+            _ => String::new(),
+        };
         let words =
-            format!("{}, {} of them seen, {}\n", photons(&light), dots.len(), colours.words());
-        Ok(Made { picture: colours.explained(splats.over(&behind))?, pixels: None, words })
+            format!("{}, {found} of them seen{drawn}, {}\n", photons(&light), colours.words());
+        let ways = dots.iter().map(|dot| light.map.ways()[dot.index]);
+        let ways: HashSet<usize> = ways
+            .chain(paths.dots.iter().map(|(dot, _)| paths.legs[dot.index].way))
+            .map(way)
+            .collect();
+        let picture = colours.explained(splats.over(&behind), &ways)?;
+        Ok(Made { picture, pixels: None, words })
     }
 
     /// Returns the colours of photons, as asked for or chosen.
@@ -145,6 +163,13 @@ impl Task<'_> {
         }
         last_materials(light, dots, self.settings.threads.get())
     }
+}
+
+/// Keeps a share of the dots, the same of every place, if it is less than 1.
+fn thin(dots: &mut Vec<Dot>, share: f32) {
+    // multiples of the golden section are even within any run of photons
+    let place = |index: usize| (index as f64 * 0.618_033_988_749_894_9).fract();
+    dots.retain(|dot| place(dot.index) < f64::from(share));
 }
 
 /// Returns the light in the middle of a splat. `crowds` says, for each photon, how many splats lie
@@ -238,14 +263,17 @@ impl PhotonColours<'_> {
         }
     }
 
-    /// Returns the picture with what explains its colours.
-    fn explained(&self, picture: Picture) -> Result<Picture> {
+    /// Returns the picture with what explains its colours; of the ways of photons those that are drawn.
+    fn explained(&self, picture: Picture, ways: &HashSet<usize>) -> Result<Picture> {
         let scene = self.task.scene;
         let of = |(name, bytes): (&str, [u8; 3])| (name.to_string(), rgb(bytes));
         let (title, entries): (&str, Vec<(String, Vec3)>) = match self.by {
             By::Band => return Ok(picture),
             By::Power => return picture.with_bar(&self.legend),
-            By::Bounce => ("light", WAYS.into_iter().map(of).collect()),
+            By::Bounce => {
+                let there = |i: &usize| ways.contains(i);
+                ("light", (0..WAYS.len()).filter(there).map(|i| of(WAYS[i])).collect())
+            }
             By::Lamp => {
                 let lights = scene.lights();
                 let named = lights

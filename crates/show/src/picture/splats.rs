@@ -158,6 +158,13 @@ impl Crowd {
         Self { side, across, down, densities }
     }
 
+    /// Returns the number of points per pixel that half of the squares with points exceed.
+    pub fn usual(&self) -> f32 {
+        let mut some: Vec<f32> = self.densities.iter().copied().filter(|d| *d > 0.0).collect();
+        some.sort_unstable_by(f32::total_cmp);
+        some.get(some.len() / 2).copied().unwrap_or(0.0)
+    }
+
     /// Returns the number of points per pixel around a place.
     pub fn density(&self, at: [f32; 2]) -> f32 {
         // between the middles of four squares
@@ -238,6 +245,7 @@ mod tests {
                 let found = crowd.density(at);
                 assert!((found / exact - 1.0).abs() < 0.25, "{at:?}: {found} {exact}");
             }
+            assert!((crowd.usual() / exact - 1.0).abs() < 0.1, "{}", crowd.usual());
         }
         assert_eq!(Crowd::new(300, 200, std::iter::empty()).density([0.0, 199.0]), 0.0);
     }

@@ -18,16 +18,20 @@ pub struct Ghosts {
 
 /// Brightness of surfaces on a dark ground, as linear light: what faces the viewer, and what is more
 /// at its rim.
-const DIM: [f32; 2] = [0.010, 0.030];
+const DIM: [f32; 2] = [0.036, 0.030];
 /// The share of light that surfaces take from a light ground, the same.
 const GREY: [f32; 2] = [0.10, 0.40];
+/// Where surfaces seem to be lit from, so that one sees how they lie: from above, a little aside. Those
+/// that face away have this share of the brightness.
+const KEY: Vec3 = Vec3::new(-0.36, -0.48, 0.80);
+const AWAY: f32 = 0.15;
 /// How much a rim of glass shows, in place of a rim of an opaque surface.
 const GLASS: f32 = 0.7;
 
 impl Ghosts {
     /// Makes the surfaces of a scene look a little like what their materials stand for.
     pub fn new(viewpoint: &Viewpoint, ground: Ground) -> Self {
-        let tint = |material| Vec3::ONE.lerp(Kind::of(material).mark(), 0.5);
+        let tint = |material| Vec3::ONE.lerp(Kind::of(material).mark(), 0.7);
         Self { ground, tints: viewpoint.scene.materials().iter().map(tint).collect() }
     }
 
@@ -36,14 +40,17 @@ impl Ghosts {
         let (mut light, mut through, mut opaque) = (Vec3::ZERO, Vec3::ONE, 0);
         viewpoint.each_surface(ray, |hit, is_clear| {
             let surface = viewpoint.scene.surface(hit.triangle);
-            let cos = ray.direction.dot(surface.normal).abs();
+            let cos = ray.direction.dot(surface.normal);
+            let facing = if cos > 0.0 { -surface.normal } else { surface.normal };
+            let lit = AWAY + (1.0 - AWAY) * (0.5 + 0.5 * facing.dot(KEY)).powi(2);
+            let cos = cos.abs();
             let tint = self.tints[surface.material as usize];
             let rim = (1.0 - cos).powi(2);
             let [face, edge] = match self.ground {
                 Ground::Dark => DIM,
                 Ground::Light => GREY,
             };
-            let shade = if is_clear { GLASS * edge * rim * rim } else { face + edge * rim };
+            let shade = if is_clear { GLASS * edge * rim * rim } else { lit * (face + edge * rim) };
             match self.ground {
                 Ground::Dark => light += through * tint * shade,
                 Ground::Light => through *= Vec3::ONE - shade * (1.3 - tint),
