@@ -280,6 +280,21 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     let model = result.budget.is_some();
     table.write_record(columns.iter().chain(&place).chain(model.then_some(&"model_se")))?;
     let mut table = Rows { table, model };
+    captor_rows(&mut table, result)?;
+    group_rows(&mut table, result)?;
+    if let Some(found) = &result.electricity {
+        for ElectricityRow { of, quantity, band, value, error } in found.rows() {
+            let key = [of, "", &result.bands[band].name, quantity];
+            table.write(key, value, [error, None], &Default::default())?;
+        }
+    }
+    stand_rows(&mut table, result)?;
+    table.table.flush()
+}
+
+/// Writes the rows of captors: what arrives and is absorbed, then ratios, what each face absorbs, and
+/// sunlit shares.
+fn captor_rows<W: Write>(table: &mut Rows<W>, result: &RunResult) -> io::Result<()> {
     for captor in &result.captors {
         let place = place_of(captor);
         let back = captor.back.as_ref().map(|back| ("back", back));
@@ -303,11 +318,11 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     for captor in result.captors.iter().filter(|_| !result.ratios.is_empty()) {
         let faces = [Some(&captor.front), captor.back.as_ref()];
         let of = (&*captor.id, &place_of(captor));
-        ratio_rows(&mut table, result, of, faces, &captor.absorbed_ratios)?;
+        ratio_rows(table, result, of, faces, &captor.absorbed_ratios)?;
     }
     for captor in &result.captors {
         let Some(found) = &captor.absorbed_by_face else { continue };
-        face_absorbed_rows(&mut table, result, (&captor.id, &place_of(captor)), found)?;
+        face_absorbed_rows(table, result, (&captor.id, &place_of(captor)), found)?;
     }
     for captor in &result.captors {
         if let Some(share) = captor.sunlit {
@@ -315,6 +330,11 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
             table.write(key, share, [captor.sunlit_se, None], &place_of(captor))?;
         }
     }
+    Ok(())
+}
+
+/// Writes the rows of groups of several captors, and how even the light on groups is.
+fn group_rows<W: Write>(table: &mut Rows<W>, result: &RunResult) -> io::Result<()> {
     for group in &result.groups {
         let place = ["", "", "", &group.area.to_string(), ""].map(String::from);
         if let Some(share) = group.sunlit.filter(|_| group.captors > 1) {
@@ -338,18 +358,17 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
         if group.captors > 1 {
             let faces = [Some(&group.front), group.back.as_ref()];
             let of = (&*group.id, &place);
-            ratio_rows(&mut table, result, of, faces, &group.absorbed_ratios)?;
+            ratio_rows(table, result, of, faces, &group.absorbed_ratios)?;
             if let Some(found) = &group.absorbed_by_face {
-                face_absorbed_rows(&mut table, result, of, found)?;
+                face_absorbed_rows(table, result, of, found)?;
             }
         }
     }
-    if let Some(found) = &result.electricity {
-        for ElectricityRow { of, quantity, band, value, error } in found.rows() {
-            let key = [of, "", &result.bands[band].name, quantity];
-            table.write(key, value, [error, None], &Default::default())?;
-        }
-    }
+    Ok(())
+}
+
+/// Writes the rows of the layers of a stand, and its shares of sun and sky.
+fn stand_rows<W: Write>(table: &mut Rows<W>, result: &RunResult) -> io::Result<()> {
     for layer in result.layers.iter().flatten() {
         let (middle, area) = (0.5 * (layer.from + layer.to), layer.area);
         let place = ["", "", &middle.to_string(), &area.to_string(), ""].map(String::from);
@@ -369,7 +388,7 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
             table.write(key, values[b], [errors[b], None], &Default::default())?;
         }
     }
-    table.table.flush()
+    Ok(())
 }
 
 /// Writes each ratio of a captor or group that has a value, with its face, name and quantity.

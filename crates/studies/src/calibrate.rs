@@ -94,17 +94,7 @@ pub fn calibrate(
         None => Model::ALL.to_vec(),
     };
     let wrong = |problem: Problem| problem.at(path.display());
-    if models != [Model::Common] && models != [Model::Bands] && size[0] * size[1] > MOST_FACTORS {
-        let problem =
-            format!("{} lamps in {} bands are more than {MOST_FACTORS} factors", size[0], size[1]);
-        return Err(wrong(Problem::new(problem, "join lamps by --group, or take --model bands")));
-    }
-    for (band, name) in bands.names.iter().enumerate() {
-        if !fitted.iter().any(|point| point.band == band) {
-            let problem = format!("no reading in band {} is to be fitted", quoted(name));
-            return Err(wrong(Problem::new(problem, "`use` of some of its rows must be `fit`")));
-        }
-    }
+    check(&models, &fitted, &bands, size).map_err(wrong)?;
     let prior = plan.prior;
     let blocks = readings.blocks;
     let compared: Vec<_> =
@@ -124,22 +114,6 @@ pub fn calibrate(
     let predicted = |points: &[&Point]| {
         points.iter().map(|point| fit.predict(slice::from_ref(point)).value).collect::<Vec<_>>()
     };
-    let lines: Vec<_> = (0..size[1]).map(|band| line(&fitted, band)).collect();
-    let by_lines = |others: &[&Point], left_out: &[&Point]| {
-        let lines: Vec<_> = (0..size[1]).map(|band| line(others, band)).collect();
-        on_lines(&lines, left_out)
-    };
-    let rmse = |points: &[&Point], values: Option<Vec<f64>>| match values {
-        Some(values) => relative_rmse(points, &values, size[1]),
-        None => vec![None; size[1]],
-    };
-    let slope_intercept = SlopeIntercept {
-        slope: lines.iter().map(|line| line.map(|[slope, _]| slope)).collect(),
-        intercept: lines.iter().map(|line| line.map(|[_, intercept]| intercept)).collect(),
-        blocked_rmse: rmse(&fitted, each_block(&fitted, blocks, by_lines)),
-        test_rmse: rmse(&tests, on_lines(&lines, &tests)),
-    };
-
     let of_band = |band: &Option<usize>, lamp| band.map_or(common, |b| fit.factor(lamp, b));
     let error_of_band = |band: &Option<usize>, lamp| band.and_then(|b| fit.factor_error(lamp, b));
     let factors = names.iter().zip(&lamps.of_light).map(|(name, &lamp)| {
@@ -150,11 +124,6 @@ pub fn calibrate(
     });
     let results: Vec<ReadingResult> =
         readings.all.iter().map(|reading| reading.result(&fit)).collect();
-    let inside = |r: &&ReadingResult| {
-        r.measured.is_some_and(|value| (r.interval[0]..=r.interval[1]).contains(&value))
-    };
-    let tested: Vec<_> = results.iter().filter(|r| r.purpose == "test").collect();
-    let held = tested.iter().filter(|r| inside(r)).count() as f64;
     let scene_bands = result.bands.iter().filter(|band| band.sum_of.is_none());
     Ok(Calibration {
         phylux: env!("CARGO_PKG_VERSION").into(),
@@ -172,13 +141,72 @@ pub fn calibrate(
         covariance: fit.covariance(size[1]),
         residual: (0..size[1]).map(|band| fit.spread(band)).collect(),
         models: compared,
-        slope_intercept,
-        fit_rmse: rmse(&fitted, Some(predicted(&fitted))),
-        test_rmse: rmse(&tests, Some(predicted(&tests))),
-        test_inside: (!tested.is_empty()).then(|| held / tested.len() as f64),
+        slope_intercept: slope_intercept(&fitted, &tests, blocks, size[1]),
+        fit_rmse: rmse(&fitted, Some(predicted(&fitted)), size[1]),
+        test_rmse: rmse(&tests, Some(predicted(&tests)), size[1]),
+        test_inside: inside(&results),
         warnings: warnings(result, &readings, &fit, &lamps, &bands),
         readings: results,
     })
+}
+
+/// Checks that the models can be fitted: they have not too many factors, and each band has readings.
+fn check(
+    models: &[Model],
+    fitted: &[&Point],
+    bands: &MeasuredBands,
+    [lamps, count]: [usize; 2],
+) -> std::result::Result<(), Problem> {
+    if models != [Model::Common] && models != [Model::Bands] && lamps * count > MOST_FACTORS {
+        let problem =
+            format!("{lamps} lamps in {count} bands are more than {MOST_FACTORS} factors");
+        return Err(Problem::new(problem, "join lamps by --group, or take --model bands"));
+    }
+    for (band, name) in bands.names.iter().enumerate() {
+        if !fitted.iter().any(|point| point.band == band) {
+            let problem = format!("no reading in band {} is to be fitted", quoted(name));
+            return Err(Problem::new(problem, "`use` of some of its rows must be `fit`"));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the root mean square of relative errors in each band, if there are values.
+fn rmse(points: &[&Point], values: Option<Vec<f64>>, bands: usize) -> Vec<Option<f64>> {
+    match values {
+        Some(values) => relative_rmse(points, &values, bands),
+        None => vec![None; bands],
+    }
+}
+
+/// Fits a line to each band, and finds how well lines predict what they were not fitted to.
+fn slope_intercept(
+    fitted: &[&Point],
+    tests: &[&Point],
+    blocks: usize,
+    bands: usize,
+) -> SlopeIntercept {
+    let lines_of =
+        |points: &[&Point]| (0..bands).map(|band| line(points, band)).collect::<Vec<_>>();
+    let by_lines = |others: &[&Point], left_out: &[&Point]| on_lines(&lines_of(others), left_out);
+    let lines = lines_of(fitted);
+    SlopeIntercept {
+        slope: lines.iter().map(|line| line.map(|[slope, _]| slope)).collect(),
+        intercept: lines.iter().map(|line| line.map(|[_, intercept]| intercept)).collect(),
+        blocked_rmse: rmse(fitted, each_block(fitted, blocks, by_lines), bands),
+        test_rmse: rmse(tests, on_lines(&lines, tests), bands),
+    }
+}
+
+/// Returns the share of the readings for tests that lie within their intervals; `None` if there are none.
+fn inside(results: &[ReadingResult]) -> Option<f64> {
+    let tested = results.iter().filter(|reading| reading.purpose == "test");
+    let held = tested.clone().filter(|reading| {
+        let [low, high] = reading.interval;
+        reading.measured.is_some_and(|value| (low..=high).contains(&value))
+    });
+    let count = tested.clone().count();
+    (count > 0).then(|| held.count() as f64 / count as f64)
 }
 
 /// The lamps of a calibration: lights that have factors of their own, and groups of lights that

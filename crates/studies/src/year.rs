@@ -52,7 +52,7 @@ pub use value::{Value, Values};
 use conditions::Outside;
 use control::{Controlled, lamp_names};
 use head::Head;
-use hours::{day, month, of_a_day, of_the_day, periods};
+use hours::{day, month, periods, summed};
 use indexmap::IndexMap;
 use matrix::Matrix;
 use places::Of;
@@ -130,6 +130,28 @@ struct Charted {
     daylight: Vec<Vec<f64>>,
 }
 
+impl Charted {
+    /// Chooses the groups, or captors if there are no groups, that are not parts of others.
+    fn of(places: &Places, integrated: &[bool]) -> Self {
+        let first = if places.ids.len() > places.captors { places.captors } else { 0 };
+        let (name, members) = (|&id: &usize| places.ids[id].as_str(), places.members());
+        let of = |&id: &usize| match places.of[id] {
+            Of::Group(group) => &members[group][..],
+            Of::Captor(_) => &[],
+        };
+        let shown = match first {
+            0 => (0..places.ids.len()).collect(),
+            _ => apart((first..places.ids.len()).collect(), name, of, places.captors),
+        };
+        Self {
+            ids: shown.into_iter().take(CHARTED).collect(),
+            // sums come after bands, so the last one is taken
+            band: integrated.iter().rposition(|&integrated| integrated),
+            daylight: Vec::new(),
+        }
+    }
+}
+
 impl Year {
     /// Finds the light of a scene that was loaded by the hour, in each combination of its states,
     /// as far as it is not kept. Errors: those of a run; a control file or a pattern that names what
@@ -170,34 +192,14 @@ impl Year {
         (options.phase)("rays to the sun");
 
         let (days, months) = (periods(&slots, day), periods(&slots, month));
-        let first = if places.ids.len() > places.captors { places.captors } else { 0 };
-        let (name, members) = (|&id: &usize| places.ids[id].as_str(), places.members());
-        let of = |&id: &usize| match places.of[id] {
-            Of::Group(group) => &members[group][..],
-            Of::Captor(_) => &[],
-        };
-        let shown = match first {
-            0 => (0..places.ids.len()).collect(),
-            _ => apart((first..places.ids.len()).collect(), name, of, places.captors),
-        };
-        let mut charted = Charted {
-            ids: shown.into_iter().take(CHARTED).collect(),
-            // sums come after bands, so the last one is taken
-            band: integrated.iter().rposition(|&integrated| integrated),
-            daylight: Vec::new(),
-        };
+        let mut charted = Charted::of(&places, &integrated);
         let lit = |slot: usize| parts.iter().any(|part| !part.weights[slot].is_empty());
         let lit = (0..slots.len()).map(|s| lit(s) || has_sun[s]);
         let wanted = Wanted {
             hours: numbered(wanted_hours.into_iter()),
             rows: numbered(lit),
             sun_up: slots.iter().map(|slot| slot.sun_up).collect(),
-            periods: days
-                .values()
-                .map(|hours| of_the_day(&slots, hours))
-                .chain(months.values().map(|hours| of_a_day(&slots, hours)))
-                .chain([of_a_day(&slots, &(0..slots.len()).collect::<Vec<_>>())])
-                .collect(),
+            periods: summed(&slots, &days, &months),
             daylight: match (switched.is_empty(), charted.band) {
                 (false, Some(band)) => (charted.ids.clone(), band, days.len()),
                 _ => (Vec::new(), 0, 0),
@@ -208,18 +210,7 @@ impl Year {
         };
         let product = Product::new(&parts, &places, &wanted, control);
         let found = pool.install(|| product.find())?;
-        let arrived = |captor: usize| {
-            parts.iter().fold([0; 2], |sum, part| {
-                let own = part.arrived[captor];
-                [sum[0] + own[0], sum[1] + own[1]]
-            })
-        };
-        let head = Head {
-            scene: scene.name().into(),
-            batches: parts.iter().filter_map(|part| part.batches).min().unwrap_or(1),
-            arrived: (0..places.captors).map(arrived).collect(),
-            powers: product.powers(),
-        };
+        let head = Head::of(&parts, &places, product.powers());
         charted.daylight = found.daylight;
         warnings.extend(few_photons(&parts, &switched));
         let unseen = Unseen::of_suns(scene, settings.seed).and_then(|unseen| unseen_sun(&unseen));

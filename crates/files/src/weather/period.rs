@@ -117,46 +117,13 @@ impl Weather {
         let placed: Vec<Record> = self.records.iter().filter_map(|r| calendar.place(r)).collect();
         let Some((from, length)) = self.span(period, calendar, shift)? else {
             let Period::Instant(time) = period else { return Ok(selected) };
-            let at = calendar.wrapped(calendar.instant(time) - shift);
-            // a record may begin in the year before
-            let holds = |r: &&Record| {
-                let late = calendar.wrapped(at - r.from);
-                0.0 <= late && late < r.length()
-            };
-            let record = placed.iter().find(holds);
-            let sun =
-                SunPosition::at(time, site.latitude.to_radians(), site.longitude.to_radians());
-            if record.is_none() && sun.elevation > 0.0 {
-                return Err(self.missing(calendar, &[at], 1));
-            }
-            if let Some(record) = record {
-                let course = (sun.elevation > 0.0).then(|| SunCourse::still(sun));
-                let own = site.own_sun(record, shift);
-                if !selected.add(record, own, (sun, course), 1.0, 1.0) {
-                    return Err(self.lacking(record.line, 1));
-                }
-            }
-            return Ok(selected);
+            return self.select_instant(time, &placed, calendar, site, shift);
         };
         selected.length = length / HOUR;
         let (mut gaps, mut lacking) = (Vec::new(), Vec::new());
         let mut slots: Vec<(f64, Slot)> = Vec::new();
         let mut covered = 0.0;
-        // a period may extend beyond the end of a typical year
-        let turns =
-            if calendar.wraps() { vec![-calendar.year(), 0.0, calendar.year()] } else { vec![0.0] };
-        let mut parts: Vec<(f64, f64, &Record)> = Vec::new();
-        for turn in turns {
-            for record in &placed {
-                let start = (record.from + turn).max(from - shift);
-                let end = (record.to + turn).min(from - shift + length);
-                // times of a shifted clock have rounding errors
-                if end > start + 1e-3 {
-                    parts.push((start, end, record));
-                }
-            }
-        }
-        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let parts = parts(&placed, calendar, from - shift, length);
         let years = self.years();
         let time = |at: f64, offset: f64| calendar.mended(at + shift, offset, &years);
         let mut at = from - shift;
@@ -214,6 +181,37 @@ impl Weather {
             Some(&line) => Err(self.lacking(line, lacking.len())),
             None => Ok(selected),
         }
+    }
+
+    /// Returns the hour that holds an instant.
+    fn select_instant(
+        &self,
+        time: Timestamp,
+        placed: &[Record],
+        calendar: Calendar,
+        site: Site,
+        shift: f64,
+    ) -> Result<Selected> {
+        let mut selected = Selected::default();
+        let at = calendar.wrapped(calendar.instant(time) - shift);
+        // a record may begin in the year before
+        let holds = |r: &&Record| {
+            let late = calendar.wrapped(at - r.from);
+            0.0 <= late && late < r.length()
+        };
+        let record = placed.iter().find(holds);
+        let sun = SunPosition::at(time, site.latitude.to_radians(), site.longitude.to_radians());
+        if record.is_none() && sun.elevation > 0.0 {
+            return Err(self.missing(calendar, &[at], 1));
+        }
+        if let Some(record) = record {
+            let course = (sun.elevation > 0.0).then(|| SunCourse::still(sun));
+            let own = site.own_sun(record, shift);
+            if !selected.add(record, own, (sun, course), 1.0, 1.0) {
+                return Err(self.lacking(record.line, 1));
+            }
+        }
+        Ok(selected)
     }
 
     /// Returns start and length of a period on the file's clock moved by `shift`, s; `None` for an
@@ -342,4 +340,27 @@ impl Selected {
         }
         true
     }
+}
+
+/// Returns the parts of records in a period of some length from an instant on, s, in order. A period may
+/// extend beyond the end of a typical year.
+fn parts(
+    placed: &[Record],
+    calendar: Calendar,
+    from: f64,
+    length: f64,
+) -> Vec<(f64, f64, &Record)> {
+    let year = calendar.year();
+    let turns = if calendar.wraps() { vec![-year, 0.0, year] } else { vec![0.0] };
+    let of_turn = |turn: f64| {
+        placed.iter().filter_map(move |record| {
+            let start = (record.from + turn).max(from);
+            let end = (record.to + turn).min(from + length);
+            // times of a shifted clock have rounding errors
+            (end > start + 1e-3).then_some((start, end, record))
+        })
+    };
+    let mut parts: Vec<_> = turns.into_iter().flat_map(of_turn).collect();
+    parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    parts
 }

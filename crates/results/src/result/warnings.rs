@@ -53,137 +53,142 @@ impl RunResult {
 }
 
 fn warnings(result: &RunResult) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    let mut warn = |kind, text| warnings.push(Warning { kind, text });
+    let all = [lost, cut_off, few_batches, starved, unseen, dark, few_histories];
+    all.into_iter().filter_map(|found| found(result)).collect()
+}
+
+fn lost(result: &RunResult) -> Option<Warning> {
     let energy = &result.energy;
-    let lost =
+    let shares =
         energy.lost.iter().zip(&energy.emitted).map(|(l, e)| if *e > 0.0 { l / e } else { 0.0 });
-    let lost = lost.fold(0.0, f64::max);
-    if lost > MUCH_LOST {
-        warn(
-            "power was lost at the length limits",
-            format!(
-                "{:.2} % of the power was on paths cut off at the length limits (lost); do all surfaces absorb? \
-                 (docs/method.md#following-a-photon)",
-                100.0 * lost
-            ),
-        );
-    }
-    let cut_off = result.cut_off.unwrap_or(0.0);
-    if cut_off > MUCH_LOST {
-        warn(
-            "paths were cut off at the length limits",
-            format!(
-                "{:.2} % of the paths were cut off at the length limits, and miss light; do all surfaces absorb? \
-                 (docs/method.md#following-a-photon)",
-                100.0 * cut_off
-            ),
-        );
-    }
-    match result.batches {
-        1 => warn(
-            "one batch: no standard error is known",
-            "one batch: no standard error is known; trace more (docs/results.md#standard-errors)"
-                .into(),
+    let lost = shares.fold(0.0, f64::max);
+    (lost > MUCH_LOST).then(|| Warning {
+        kind: "power was lost at the length limits",
+        text: format!(
+            "{:.2} % of the power was on paths cut off at the length limits (lost); do all surfaces absorb? \
+             (docs/method.md#following-a-photon)",
+            100.0 * lost
         ),
-        batches if batches < FEW_BATCHES => warn(
-            "standard errors come from few batches",
-            format!(
+    })
+}
+
+fn cut_off(result: &RunResult) -> Option<Warning> {
+    let cut_off = result.cut_off.filter(|share| *share > MUCH_LOST)?;
+    Some(Warning {
+        kind: "paths were cut off at the length limits",
+        text: format!(
+            "{:.2} % of the paths were cut off at the length limits, and miss light; do all surfaces absorb? \
+             (docs/method.md#following-a-photon)",
+            100.0 * cut_off
+        ),
+    })
+}
+
+fn few_batches(result: &RunResult) -> Option<Warning> {
+    match result.batches {
+        1 => Some(Warning {
+            kind: "one batch: no standard error is known",
+            text: "one batch: no standard error is known; trace more (docs/results.md#standard-errors)".into(),
+        }),
+        batches if batches < FEW_BATCHES => Some(Warning {
+            kind: "standard errors come from few batches",
+            text: format!(
                 "the standard errors come from {batches} batches only and are rough themselves; trace more \
                  (docs/results.md#standard-errors)"
             ),
-        ),
-        _ => {}
+        }),
+        _ => None,
     }
-    if result.starved {
-        warn(
-            "lamps are not guided",
-            "too little light was found to guide lamps by: captors that little reaches may miss some; trace \
-             more (docs/method.md#importance)"
-                .into(),
-        );
-    }
+}
+
+fn starved(result: &RunResult) -> Option<Warning> {
+    result.starved.then(|| Warning {
+        kind: "lamps are not guided",
+        text: "too little light was found to guide lamps by: captors that little reaches may miss some; trace \
+               more (docs/method.md#importance)"
+            .into(),
+    })
+}
+
+fn unseen(result: &RunResult) -> Option<Warning> {
     let unseen = result.unseen.iter().flatten().copied().fold(0.0, f64::max);
-    if unseen > 0.0 {
-        warn(
-            "paths cannot find some of the light",
-            format!(
-                "about {:.2} % of the flux on the captors is missing, which paths cannot find; \
-                 --estimator photons finds it (docs/method.md#paths-from-the-captors)",
-                100.0 * unseen
-            ),
-        );
+    (unseen > 0.0).then(|| Warning {
+        kind: "paths cannot find some of the light",
+        text: format!(
+            "about {:.2} % of the flux on the captors is missing, which paths cannot find; \
+             --estimator photons finds it (docs/method.md#paths-from-the-captors)",
+            100.0 * unseen
+        ),
+    })
+}
+
+/// Returns whether the light of each lamp is kept apart, which complete paths do not.
+fn is_split(result: &RunResult) -> bool {
+    result.captors.iter().any(|captor| captor.front.by_light.is_some())
+}
+
+fn dark(result: &RunResult) -> Option<Warning> {
+    let is_lit = |face: &FaceResult| face.flux.iter().any(|&flux| flux > 0.0);
+    let dark = result.captors.iter().filter(|captor| !captor.faces().any(is_lit));
+    let dark: Vec<&str> = dark.map(|captor| captor.id.as_str()).collect();
+    if dark.is_empty() {
+        return None;
     }
-    let lit = |face: &FaceResult| face.flux.iter().any(|&flux| flux > 0.0);
-    let reached =
-        |captor: &CaptorResult| lit(&captor.front) || captor.back.as_ref().is_some_and(lit);
-    let dark: Vec<&str> =
-        result.captors.iter().filter(|c| !reached(c)).map(|c| c.id.as_str()).collect();
-    if !dark.is_empty() {
-        let nothing = match result.estimator {
-            Estimator::Paths => "no path found light from",
-            Estimator::Complete => "neither paths nor photons found light on",
-            _ => "no photon reached",
-        };
-        let split = result.captors.iter().any(|captor| captor.front.by_light.is_some());
-        let remedy = match result.estimator {
-            Estimator::Photons if !split => {
-                "; --estimator complete starts from the captors (docs/accuracy.md#which-estimator)"
-            }
-            _ => "",
-        };
-        let which = some(&dark, LISTED);
-        warn("a captor that no light reached", format!("{nothing} {which}{remedy}"));
-    }
+    let nothing = match result.estimator {
+        Estimator::Paths => "no path found light from",
+        Estimator::Complete => "neither paths nor photons found light on",
+        _ => "no photon reached",
+    };
+    let remedy = match result.estimator {
+        Estimator::Photons if !is_split(result) => {
+            "; --estimator complete starts from the captors (docs/accuracy.md#which-estimator)"
+        }
+        _ => "",
+    };
+    let which = some(&dark, LISTED);
+    let text = format!("{nothing} {which}{remedy}");
+    Some(Warning { kind: "a captor that no light reached", text })
+}
+
+fn few_histories(result: &RunResult) -> Option<Warning> {
     let few = |captor: &&CaptorResult| captor.faces().any(|face| face.few_paths);
     let rough: Vec<&str> = result.captors.iter().filter(few).map(|c| c.id.as_str()).collect();
     if rough.is_empty() {
-        return warnings;
+        return None;
     }
-    // complete paths keep no lights apart
-    let by_light = result.captors.iter().any(|captor| captor.front.by_light.is_some());
-    match result.estimator {
-        Estimator::Paths | Estimator::Complete => {
-            let or = match result.estimator {
-                Estimator::Paths if by_light => ", or --estimator photons",
-                Estimator::Paths => ", or --estimator complete",
-                _ => "",
-            };
-            let faces = || result.captors.iter().flat_map(CaptorResult::faces);
-            warn(
-                "errors that rest on few paths",
-                format!(
-                    "the errors at {} of {} faces of captors rest on few paths, and may be far too small, as may \
-                     the values; trace more{or} (docs/results.md#standard-errors)",
-                    faces().filter(|face| face.few_paths).count(),
-                    faces().count()
-                ),
-            );
-        }
-        _ => {
-            // a face may be marked although many photons came to it
-            let many = |face: &FaceResult| {
-                face.few_paths && face.histories.is_some_and(|n| n >= FEW_HISTORIES)
-            };
-            let or = match result.captors.iter().flat_map(CaptorResult::faces).any(many) {
-                true => ", or so few that brought most of its light",
-                false => "",
-            };
-            warn(
-                "few photons on a face of a captor",
-                format!(
-                    "fewer than {FEW_HISTORIES} photons on a face of {}{or}: values and errors are not reliable; trace \
-                     more{} (docs/results.md#standard-errors)",
-                    some(&rough, LISTED),
-                    match (by_light, &result.chosen) {
-                        (true, _) => ", or try --estimator paths",
-                        (false, None) => ", or leave the estimator to a trial (--estimator auto)",
-                        // a trial has found that paths take more work
-                        (false, Some(_)) => "",
-                    }
-                ),
-            );
-        }
+    let faces = || result.captors.iter().flat_map(CaptorResult::faces);
+    let by_light = is_split(result);
+    if let Estimator::Paths | Estimator::Complete = result.estimator {
+        let or = match result.estimator {
+            Estimator::Paths if by_light => ", or --estimator photons",
+            Estimator::Paths => ", or --estimator complete",
+            _ => "",
+        };
+        let text = format!(
+            "the errors at {} of {} faces of captors rest on few paths, and may be far too small, as may \
+             the values; trace more{or} (docs/results.md#standard-errors)",
+            faces().filter(|face| face.few_paths).count(),
+            faces().count()
+        );
+        return Some(Warning { kind: "errors that rest on few paths", text });
     }
-    warnings
+    // a face may be marked although many photons came to it
+    let many =
+        |face: &FaceResult| face.few_paths && face.histories.is_some_and(|n| n >= FEW_HISTORIES);
+    let or = match faces().any(many) {
+        true => ", or so few that brought most of its light",
+        false => "",
+    };
+    let remedy = match (by_light, &result.chosen) {
+        (true, _) => ", or try --estimator paths",
+        (false, None) => ", or leave the estimator to a trial (--estimator auto)",
+        // a trial has found that paths take more work
+        (false, Some(_)) => "",
+    };
+    let text = format!(
+        "fewer than {FEW_HISTORIES} photons on a face of {}{or}: values and errors are not reliable; trace \
+         more{remedy} (docs/results.md#standard-errors)",
+        some(&rough, LISTED)
+    );
+    Some(Warning { kind: "few photons on a face of a captor", text })
 }

@@ -38,6 +38,45 @@ pub fn names() -> Vec<String> {
 /// Number of runs that have warnings of each kind.
 pub type Warned = BTreeMap<String, usize>;
 
+/// Names of columns, with what stands in them.
+type Columns = &'static [(&'static str, Kind)];
+const SEED: (&str, Kind) = ("seed", Kind::Whole);
+/// Columns of a captor or group: after its name and, of a group, after the number of its captors.
+const OF_FACE: Columns = &[
+    ("face", Kind::Text),
+    ("band", Kind::Text),
+    ("irradiance", Kind::Number),
+    ("irradiance_se", Kind::Number),
+    ("absorbed", Kind::Number),
+    ("absorbed_se", Kind::Number),
+    ("few_paths", Kind::Whole),
+];
+/// Further columns of a group.
+const OF_GROUP: Columns = &[
+    ("min", Kind::Number),
+    ("max", Kind::Number),
+    ("min_over_mean", Kind::Number),
+    ("min_over_mean_se", Kind::Number),
+    ("cv", Kind::Number),
+    ("cv_se", Kind::Number),
+];
+const OF_RATIOS: Columns = &[
+    SEED,
+    ("captor", Kind::Text),
+    ("face", Kind::Text),
+    ("ratio", Kind::Text),
+    ("value", Kind::Number),
+    ("standard_error", Kind::Number),
+];
+const OF_LAMPS: Columns = &[
+    SEED,
+    ("of", Kind::Text),
+    ("band", Kind::Text),
+    ("quantity", Kind::Text),
+    ("value", Kind::Number),
+    ("standard_error", Kind::Number),
+];
+
 /// Writes the tables and plots of a sweep in which every run is done or has failed. Returns how
 /// many runs have warnings of each kind.
 pub fn write(
@@ -46,59 +85,7 @@ pub fn write(
     states: &[State],
     control: &SweepControl,
 ) -> Result<Warned> {
-    let columns = |before: &[(&str, Kind)], after: &[(&str, Kind)]| -> Vec<(String, Kind)> {
-        let own = |names: &[(&str, Kind)]| {
-            names.iter().map(|(name, kind)| (name.to_string(), *kind)).collect::<Vec<_>>()
-        };
-        let parameters = sweep.parameters().iter();
-        let parameters = parameters.map(|p| (p.name.clone(), Kind::of(&p.values))).collect();
-        [own(before), parameters, own(after)].concat()
-    };
-    let values = [
-        ("face", Kind::Text),
-        ("band", Kind::Text),
-        ("irradiance", Kind::Number),
-        ("irradiance_se", Kind::Number),
-        ("absorbed", Kind::Number),
-        ("absorbed_se", Kind::Number),
-        ("few_paths", Kind::Whole),
-    ];
-    let (run, seed) = (("run", Kind::Whole), ("seed", Kind::Whole));
-    let of_captors = [&[seed, ("captor", Kind::Text)], &values[..]].concat();
-    let of_groups = [
-        &[seed, ("group", Kind::Text), ("captors", Kind::Whole)],
-        &values[..],
-        &[
-            ("min", Kind::Number),
-            ("max", Kind::Number),
-            ("min_over_mean", Kind::Number),
-            ("min_over_mean_se", Kind::Number),
-            ("cv", Kind::Number),
-            ("cv_se", Kind::Number),
-        ],
-    ];
-    let create = |name, after: &[(&str, Kind)]| {
-        Table::create(folder.written(), name, &columns(&[run], after))
-    };
-    let mut captors = create(TABLES[0], &of_captors)?;
-    let mut groups = create(TABLES[1], &of_groups.concat())?;
-    let of_ratios = [
-        seed,
-        ("captor", Kind::Text),
-        ("face", Kind::Text),
-        ("ratio", Kind::Text),
-        ("value", Kind::Number),
-        ("standard_error", Kind::Number),
-    ];
-    let of_lamps = [
-        seed,
-        ("of", Kind::Text),
-        ("band", Kind::Text),
-        ("quantity", Kind::Text),
-        ("value", Kind::Number),
-        ("standard_error", Kind::Number),
-    ];
-    let (mut ratios, mut electricity) = (None, None);
+    let mut tables = Tables::create(folder, sweep)?;
     let (mut balance, mut responses) = (Balance::default(), Responses::default());
     let mut warned = Warned::new();
     for (run, state) in sweep.runs().zip(states) {
@@ -116,37 +103,11 @@ pub fn write(
         for kind in results.warning_kinds() {
             *warned.entry(kind.clone()).or_default() += 1;
         }
-        for captor in &results.captors {
-            rows(&mut captors, &results, &run, captor, None)?;
-        }
-        for group in &results.groups {
-            rows(&mut groups, &results, &run, &group.values, Some(group.captors))?;
-        }
-        if !results.ratios.is_empty() {
-            let table = opened(&mut ratios, || create(RATIOS, &of_ratios))?;
-            let groups = results.groups.iter().filter(|group| group.captors > 1);
-            for captor in results.captors.iter().chain(groups.map(|group| &group.values)) {
-                ratio_rows(table, &results, &run, captor)?;
-            }
-        }
-        if let Some(found) = &results.electricity {
-            let table = opened(&mut electricity, || create(ELECTRICITY, &of_lamps))?;
-            for row in found.rows() {
-                let mut cells = begun(&run);
-                let band = &results.bands[row.band].name;
-                cells.extend([Cell::Text(row.of), Cell::Text(band), Cell::Text(row.quantity)]);
-                cells.extend([Cell::number(Some(row.value)), Cell::number(row.error)]);
-                table.row(&cells)?;
-            }
-        }
+        tables.add(&run, &results)?;
         responses.add(sweep, &run, &results);
         balance.add(results);
     }
-    captors.finish()?;
-    groups.finish()?;
-    for table in ratios.into_iter().chain(electricity) {
-        table.finish()?;
-    }
+    tables.finish()?;
     let charts = responses.charts(sweep);
     let ending = control.plots.ending();
     let pictures = file_names(charts.iter().map(|(name, _)| name.as_str()), ending);
@@ -156,8 +117,89 @@ pub fn write(
         file.write_all(&drawn).map_err(|e| Error::unwritable(&name, e))?;
         file.finish()?;
     }
+    write_runs(folder, sweep, states, &balance)?;
+    Ok(warned)
+}
 
-    let mut of_runs = columns(&[run, ("file", Kind::Text)], &[seed, ("photons", Kind::Whole)]);
+/// Returns the columns of a table: the number of the run, those before the parameters, the parameters,
+/// and those after them.
+fn columns(sweep: &Sweep, before: Columns, after: &[Columns]) -> Vec<(String, Kind)> {
+    let own = |names: &[(&str, Kind)]| {
+        names.iter().map(|(name, kind)| (name.to_string(), *kind)).collect::<Vec<_>>()
+    };
+    let parameters = sweep.parameters().iter();
+    let parameters = parameters.map(|p| (p.name.clone(), Kind::of(&p.values))).collect();
+    [own(&[("run", Kind::Whole)]), own(before), parameters, own(&after.concat())].concat()
+}
+
+/// The tables of captors, groups and, where runs have them, ratios and electricity, while they are
+/// written.
+struct Tables<'a> {
+    folder: &'a SweepFolder,
+    sweep: &'a Sweep,
+    captors: Table<'a>,
+    groups: Table<'a>,
+    ratios: Option<Table<'a>>,
+    electricity: Option<Table<'a>>,
+}
+
+impl<'a> Tables<'a> {
+    fn create(folder: &'a SweepFolder, sweep: &'a Sweep) -> Result<Self> {
+        let create = |name, after: &[Columns]| {
+            Table::create(folder.written(), name, &columns(sweep, &[], after))
+        };
+        let captors = create(TABLES[0], &[&[SEED, ("captor", Kind::Text)], OF_FACE])?;
+        let group = &[SEED, ("group", Kind::Text), ("captors", Kind::Whole)];
+        let groups = create(TABLES[1], &[group, OF_FACE, OF_GROUP])?;
+        Ok(Self { folder, sweep, captors, groups, ratios: None, electricity: None })
+    }
+
+    /// Adds the rows of a run.
+    fn add(&mut self, run: &Run, results: &ResultsFile) -> Result<()> {
+        for captor in &results.captors {
+            rows(&mut self.captors, results, run, captor, None)?;
+        }
+        for group in &results.groups {
+            rows(&mut self.groups, results, run, &group.values, Some(group.captors))?;
+        }
+        let (folder, sweep) = (self.folder, self.sweep);
+        let create =
+            |name, own| Table::create(folder.written(), name, &columns(sweep, &[], &[own]));
+        if !results.ratios.is_empty() {
+            let table = opened(&mut self.ratios, || create(RATIOS, OF_RATIOS))?;
+            let groups = results.groups.iter().filter(|group| group.captors > 1);
+            for captor in results.captors.iter().chain(groups.map(|group| &group.values)) {
+                ratio_rows(table, results, run, captor)?;
+            }
+        }
+        if let Some(found) = &results.electricity {
+            let table = opened(&mut self.electricity, || create(ELECTRICITY, OF_LAMPS))?;
+            for row in found.rows() {
+                let mut cells = begun(run);
+                let band = &results.bands[row.band].name;
+                cells.extend([Cell::Text(row.of), Cell::Text(band), Cell::Text(row.quantity)]);
+                cells.extend([Cell::number(Some(row.value)), Cell::number(row.error)]);
+                table.row(&cells)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<()> {
+        let Self { captors, groups, ratios, electricity, .. } = self;
+        [captors, groups].into_iter().chain(ratios).chain(electricity).try_for_each(Table::finish)
+    }
+}
+
+/// Writes the table of runs, with their energy balances and errors.
+fn write_runs(
+    folder: &SweepFolder,
+    sweep: &Sweep,
+    states: &[State],
+    balance: &Balance,
+) -> Result<()> {
+    let after: Columns = &[SEED, ("photons", Kind::Whole)];
+    let mut of_runs = columns(sweep, &[("file", Kind::Text)], &[after]);
     let energy = balance.columns().map(|(word, band)| (format!("{word}{band}"), Kind::Number));
     of_runs.extend(energy);
     of_runs.push(("error".into(), Kind::Text));
@@ -177,8 +219,7 @@ pub fn write(
         });
         runs.row(&cells)?;
     }
-    runs.finish()?;
-    Ok(warned)
+    runs.finish()
 }
 
 /// Returns a table, which is made when it is used first.

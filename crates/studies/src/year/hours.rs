@@ -87,6 +87,18 @@ pub(super) fn of_a_day(slots: &[Slot], hours: &[usize]) -> Period {
     Period { slots: hours.iter().map(|&s| (s, scale * slots[s].length)).collect() }
 }
 
+/// Returns the periods over which a year sums light: its days, its months, and all of it.
+pub(super) fn summed(
+    slots: &[Slot],
+    days: &IndexMap<String, Vec<usize>>,
+    months: &IndexMap<String, Vec<usize>>,
+) -> Vec<Period> {
+    let all: Vec<usize> = (0..slots.len()).collect();
+    let days = days.values().map(|hours| of_the_day(slots, hours));
+    let months = months.values().chain([&all]).map(|hours| of_a_day(slots, hours));
+    days.chain(months).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -114,15 +114,8 @@ impl YearScenes {
                 (0..states.len()).filter(|&i| set >> i & 1 == 1).map(|i| &states[i]).collect();
             let names: Vec<String> = on.iter().map(|state| state.name.clone()).collect();
             let own = shares.iter().zip(&slots).map(|(share, slot)| share * slot.length);
-            let (own, said) = (own.sum::<f64>(), names.join(" + "));
-            // each angle of a tracker may hold for a short time
-            if !on.is_empty() && !on.iter().any(|state| state.turns) && own < SHORT {
-                warnings.push(format!(
-                    "states {} hold for {own:.3} h only, without others, for which the scene is traced once more \
-                     (docs/year.md#states-screens-shades-whitewash)",
-                    quoted(&said)
-                ));
-            }
+            let said = names.join(" + ");
+            warnings.extend(holds_for_a_short_time(&on, &said, own.sum()));
             let own = changed(&document, &on)?;
             let by_hour = ByHour { division, shares: Some(&shares) };
             let loaded = load_state(own, path, by_hour)?;
@@ -135,19 +128,7 @@ impl YearScenes {
             let places = Places::new(&loaded.scene);
             match &first {
                 None => first = Some(places),
-                Some(first) => {
-                    if let Some(id) = first.differs(&places) {
-                        let place = on.first().map_or(String::new(), |state| state.place.clone());
-                        let problem = format!(
-                            "with {} the captors or groups are others than without: {}",
-                            quoted(&said),
-                            quoted(id)
-                        );
-                        return Err(Error::input(place, problem).remedy(
-                            "let states change only what is no captor, or captors that keep their ids",
-                        ));
-                    }
-                }
+                Some(first) => check_same(first, &places, &on, &said)?,
             }
             files.extend(loaded.files.iter().cloned());
             of_light.extend(loaded.files.iter().cloned());
@@ -357,6 +338,32 @@ fn changed(document: &Value, on: &[&State]) -> Result<Value> {
         }
     }
     Ok(document)
+}
+
+/// Warns about states that hold together, and without others, for a short time; each angle of a
+/// tracker may.
+fn holds_for_a_short_time(on: &[&State], said: &str, hours: f64) -> Option<String> {
+    let is_short = !on.is_empty() && !on.iter().any(|state| state.turns) && hours < SHORT;
+    is_short.then(|| {
+        format!(
+            "states {} hold for {hours:.3} h only, without others, for which the scene is traced once more \
+             (docs/year.md#states-screens-shades-whitewash)",
+            quoted(said)
+        )
+    })
+}
+
+/// Checks that states leave captors and groups as they are.
+fn check_same(first: &Places, places: &Places, on: &[&State], said: &str) -> Result<()> {
+    let Some(id) = first.differs(places) else { return Ok(()) };
+    let place = on.first().map_or(String::new(), |state| state.place.clone());
+    let problem = format!(
+        "with {} the captors or groups are others than without: {}",
+        quoted(said),
+        quoted(id)
+    );
+    Err(Error::input(place, problem)
+        .remedy("let states change only what is no captor, or captors that keep their ids"))
 }
 
 #[cfg(test)]
