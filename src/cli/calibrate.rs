@@ -13,7 +13,7 @@ use super::{
     interrupt,
     outputs::check_places,
     run,
-    summary::{SHOWN_BANDS, short},
+    summary::{SHOWN_BANDS, short, with_error},
     table::Table,
     terminal,
 };
@@ -252,7 +252,7 @@ fn describe_even(found: &EvenPowers, result: &RunResult) -> String {
     write(&mut text, &table);
     text.push_str(&terminal::more(found.factors.len(), LISTED));
     let with = |value: f64, error: Option<f64>| match error {
-        Some(error) => format!("{} ± {}", short(value), short(error)),
+        Some(error) => with_error(value, error),
         None => short(value),
     };
     let share = |value: Option<f64>, error| value.map_or("-".into(), |value| with(value, error));

@@ -8,7 +8,7 @@ use super::{
     terminal,
 };
 use phylux_core::{
-    math::pattern::copied,
+    math::{pattern::copied, units::rounded},
     transport::settings::{Estimator, Guiding},
 };
 use phylux_results::result::{
@@ -622,21 +622,11 @@ fn two_digits(value: f64) -> String {
     }
 }
 
-/// Formats a value with its standard error, both with the digits that the error leaves: one of it, or
-/// two if the first is 1.
+/// Formats a value with its standard error, both with the digits that the error leaves.
 pub(super) fn with_error(value: f64, error: f64) -> String {
-    if error <= 0.0 || !error.is_finite() {
-        return short(value);
-    }
-    let power = error.log10().floor();
-    let first = (error / 10f64.powf(power)).floor();
-    let decimals = -power + if first < 2.0 { 1.0 } else { 0.0 };
-    match (-6.0..7.0).contains(&decimals) {
-        true => {
-            let decimals = decimals.max(0.0) as usize;
-            format!("{value:.decimals$} ± {error:.decimals$}")
-        }
-        false => format!("{} ± {error:.0e}", short(value)),
+    match error > 0.0 && error.is_finite() {
+        true => rounded(value, error).join(" ± "),
+        false => short(value),
     }
 }
 

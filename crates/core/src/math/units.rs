@@ -88,9 +88,30 @@ pub fn printed(label: &str) -> String {
     label.replace("umol/", "µmol/").replace("/m2", "/m²")
 }
 
+/// Writes a value and its standard error, which is above 0, with the digits that the error leaves: one
+/// of the error, or two if the first is 1. Very small and very large ones have two digits and a power of
+/// ten.
+pub fn rounded(value: f64, error: f64) -> [String; 2] {
+    let power = error.log10().floor();
+    let first = (error / 10f64.powf(power)).floor();
+    let decimals = -power + if first < 2.0 { 1.0 } else { 0.0 };
+    match (-6.0..7.0).contains(&decimals) {
+        true => [value, error].map(|number| format!("{number:.*}", decimals.max(0.0) as usize)),
+        false => [value, error].map(|number| format!("{number:.1e}")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn errors_have_one_digit_or_two() {
+        assert_eq!(rounded(429.08, 7.19), ["429", "7"]);
+        assert_eq!(rounded(0.71234, 0.0123), ["0.712", "0.012"]);
+        assert_eq!(rounded(1234.0, 150.0), ["1234", "150"]);
+        assert_eq!(rounded(3e-12, 2e-13), ["3.0e-12", "2.0e-13"]);
+    }
 
     #[test]
     fn units_are_printed_with_their_letters() {
