@@ -43,7 +43,7 @@ def main():
         variant = folder / "scene.json"
         scene.variant(options.scene, variant)
         world = scene.load(variant)
-        ours = {"photons": ["--estimator", "photons"], "paths": ["--estimator", "paths"],
+        ours = {"photons": ["--estimator", "photons", "--guiding", "off"], "paths": ["--estimator", "paths"],
                 "photons, aimed": ["--estimator", "photons", "--guiding", "aim"]}
         methods = [Phylux(name, own, options, variant, world) for name, own in ours.items()]
         for name in options.variants.split(","):
