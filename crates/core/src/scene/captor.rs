@@ -6,13 +6,13 @@ use glam::DVec3;
 
 use crate::{
     error::{Problem, check_range},
-    math::geometry::Transform,
+    math::{geometry::Transform, round::Round},
 };
 
 /// What kind of surface a captor is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CaptorKind {
-    /// Triangles of its own, which light crosses unhindered.
+    /// Triangles of its own, or a disc or sphere, which light crosses unhindered.
     Virtual {
         /// Whether light from behind is counted, too, in a separate channel.
         both_sides: bool,
@@ -61,6 +61,8 @@ impl CaptorKind {
 /// Shape and response of a sensor. The default is flat and has a cosine response.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sensor {
+    /// The disc or sphere that it is, m from the user's origin; `None` if it is made of triangles.
+    pub round: Option<Round>,
     /// Whether it is a sphere. The area of a sphere is that of its cross-section: the flux that
     /// enters the sphere, divided by that area, is the fluence rate.
     pub is_sphere: bool,
@@ -117,7 +119,7 @@ pub struct Captor {
     /// Area-weighted mean normal, a unit vector; zero where it cancels (a closed surface).
     pub normal: DVec3,
     /// Range of its triangles, among those of the scene's virtual captors or of the scene's
-    /// surfaces.
+    /// surfaces. A disc or sphere counts as one; they come after all triangles of virtual captors.
     pub triangles: Range<usize>,
     /// Index of its first channel.
     pub first_channel: usize,
@@ -148,7 +150,7 @@ impl Captor {
 }
 
 /// Writes the last two fields only where they are special, so that [`Scene::digest`](crate::scene::Scene::digest) of a
-/// scene without them is the same as before they existed.
+/// scene without them is the same as before they existed. A disc is not special: the scene knows its shape.
 impl fmt::Debug for Captor {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self { id, kind, area, center, normal, triangles, first_channel, groups, .. } = self;
@@ -157,7 +159,7 @@ impl fmt::Debug for Captor {
         text.field("id", id).field("kind", kind).field("area", area).field("center", center);
         text.field("normal", normal).field("triangles", triangles);
         text.field("first_channel", first_channel).field("groups", groups);
-        if *sensor != Sensor::default() {
+        if sensor.is_sphere || sensor.response.is_some() {
             text.field("sensor", sensor);
         }
         if *by_face {
@@ -176,6 +178,13 @@ pub struct Moments {
     pub center: DVec3,
     /// Unit vector along the sum of the area vectors, or zero.
     pub normal: DVec3,
+}
+
+impl From<&Round> for Moments {
+    fn from(round: &Round) -> Self {
+        let normal = round.normal.unwrap_or_default();
+        Self { area: round.area(), center: round.center, normal }
+    }
 }
 
 impl Moments {
