@@ -25,7 +25,7 @@ use phylux_core::{
 };
 
 /// A disc or sphere takes the memory of so many triangles, with its name and what a run keeps of it.
-const LIKE_TRIANGLES: usize = 4;
+const LIKE_TRIANGLES: usize = 8;
 
 impl Loader<'_> {
     pub(super) fn load_captors(&mut self, captors: &[CaptorSpec]) -> Result<()> {

@@ -9,7 +9,6 @@ use super::{
 };
 use phylux_core::{
     math::{
-        geometry::Extent,
         rng::{Purpose, Stream, Streams},
         spectrum::{Lanes, Spectrum, with_lanes},
     },

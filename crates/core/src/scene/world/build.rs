@@ -439,8 +439,8 @@ fn copies(
 }
 
 /// Returns the point that coordinates are relative to: the median of the middles of all captors'
-/// triangles, discs and spheres or, without captors, of all surfaces' triangles, along each axis. Single precision is
-/// finest there, whatever stands far away. `None` without triangles.
+/// triangles, discs and spheres or, without captors, of all surfaces' triangles, along each axis.
+/// Single precision is finest there, whatever stands far away. `None` without any of these.
 fn working_center(parts: &SceneParts) -> Option<DVec3> {
     // triangles without area do not count, as nowhere else
     let middle =
