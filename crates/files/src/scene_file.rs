@@ -28,6 +28,7 @@ mod placed;
 mod radiance;
 mod rooms;
 mod sensitivity;
+mod source;
 pub mod spec;
 mod spectra;
 mod sums;
@@ -51,6 +52,7 @@ pub use kept::Kept;
 pub use known_spectra::SpectrumAverage;
 use loader::{Loader, Sources};
 pub use notes::TableNote;
+pub use source::SceneSource;
 pub use spec::{Count, SceneSpec};
 use spec::{LayersSpec, LightSpec, PeriodicSpec, PowerSpec};
 
