@@ -252,8 +252,7 @@ def name(value: Any, place: str, what: str) -> str:
 
 
 def options(given: Mapping[str, Any]) -> list[str]:
-    """Returns options as the command line has them; an option with a list of values is repeated for each value. Those that
-    name files are bytes."""
+    """Returns options as the command line has them; an option with a list of values is repeated for each value."""
     found: list[str] = []
     for name, values in given.items():
         option = "--" + name.replace("_", "-")

@@ -203,8 +203,9 @@ pub fn year(
     light: Option<PathBuf>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<String>> {
+    let folder = scene.parent().unwrap_or(Path::new("")).to_path_buf();
+    let of_errors = folder.clone();
     let (_, warnings) = studied(py, progress, move |desk| {
-        let folder = scene.parent().unwrap_or(Path::new("")).to_path_buf();
         let work = || {
             let job = read::<YearArguments>(&arguments)?;
             let job = job.job(scene, control, light, read::<Style>(&style)?.plots()?)?;
@@ -214,9 +215,12 @@ pub fn year(
                 Some(shard) => job.shard(&output, shard, checkpoint, desk).map(|_| ()),
             }
         };
-        work().map_err(|error| within(&folder, error))
+        work().map_err(|error| {
+            let place = within(&of_errors, error.place());
+            error.at(place)
+        })
     })?;
-    Ok(warnings)
+    Ok(warnings.iter().map(|warning| within(&folder, warning)).collect())
 }
 
 /// Joins the shards of a year, and writes its tables into the folder `output`. Returns the warnings.
@@ -234,17 +238,13 @@ pub fn merged_year(
     Ok(warnings)
 }
 
-/// Returns an error about a file in `folder`, which the package has written for a scene in memory,
-/// with the name of what it stands for.
-fn within(folder: &Path, error: Error) -> Error {
-    let place = error.place().to_owned();
-    ["scene", "control"]
-        .into_iter()
-        .find_map(|name| {
-            let file = folder.join(format!("{name}.json")).display().to_string();
-            place.strip_prefix(&file).map(|rest| format!("{name}{rest}"))
-        })
-        .map_or(error.clone(), |place| error.at(place))
+/// Returns a text in which files that the package has written into `folder`, for a scene in memory,
+/// have the names of what they stand for.
+fn within(folder: &Path, text: &str) -> String {
+    let path = |name: &str| folder.join(name).display().to_string();
+    text.replace(&path("scene.json"), "scene")
+        .replace(&path("control.json"), "control")
+        .replace(&path(""), "")
 }
 
 #[derive(Deserialize)]

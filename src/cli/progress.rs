@@ -121,14 +121,6 @@ impl Listener for Heard {
     }
 }
 
-/// Does `work` of which nothing but the time is known, and says what it is.
-pub fn during<T>(what: &str, work: impl FnOnce() -> T) -> T {
-    let bar = terminal_bar(&format!("{{elapsed}} {what}"));
-    let done = work();
-    bar.finish_and_clear();
-    done
-}
-
 /// Shows how far a simulation has come.
 pub fn show(bar: &ProgressBar, progress: Progress) {
     if let Some(of) = progress.of {

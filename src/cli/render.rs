@@ -14,7 +14,6 @@ use std::path::{Path, PathBuf};
 use super::{
     interrupt,
     outputs::{check_places, place_of},
-    progress::during,
 };
 use arguments::What;
 pub(super) use arguments::{Arguments, range};
@@ -42,7 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .collect();
     check_places(&places, &FilesRead::default())?;
 
-    let loaded = during("reading the scene", || scene_file::load(&arguments.scene))?;
+    let loaded = desk.during("reading the scene", |_| scene_file::load(&arguments.scene))?;
     let read = FilesRead::new(loaded.files.iter().chain(&arguments.results));
     check_places(&places, &read)?;
     super::terminal::warn(&loaded.warnings);

@@ -13,7 +13,7 @@ use clap::Args;
 use super::{
     interrupt,
     outputs::{check_places, place_of},
-    progress::{during, show, terminal_bar},
+    progress::{show, terminal_bar},
     tracing::TracingArguments,
 };
 use phylux_core::{
@@ -70,7 +70,7 @@ pub(super) fn write(
     let desk = interrupt::desk()?;
     let file = desk.file(output)?;
     let place = file.place().map(Path::to_path_buf);
-    let (results, loaded) = during("reading the scene", || -> Result<_> {
+    let (results, loaded) = desk.during("reading the scene", |_| -> Result<_> {
         let results = source.results.as_deref().map(read_results).transpose()?;
         Ok((results, scene_file::load(&source.scene)?))
     })?;
@@ -125,6 +125,6 @@ pub(super) fn write(
         return Err(Error::interrupted("run", NOTHING_WRITTEN));
     }
     desk.writing();
-    during("writing", || file.write(&read, |writer| write(&rendered, writer)))?;
+    desk.during("writing", |_| file.write(&read, |writer| write(&rendered, writer)))?;
     super::terminal::print(&format!("wrote {}\n", place_of(output)))
 }

@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::{
     interrupt,
     outputs::{FILES, OutputArguments, Outputs, check_places, place_of},
-    progress::{during, show, terminal_bar},
+    progress::{show, terminal_bar},
     summary::{far_off, summary},
     terminal,
 };
@@ -278,7 +278,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let mut places = [outputs.places(), stats_place.as_slice().to_vec()].concat();
     check_places(&places, &FilesRead::default())?;
 
-    let (loaded, digest) = during("reading the scene", || match arguments.shard {
+    let (loaded, digest) = desk.during("reading the scene", |_| match arguments.shard {
         Some(_) => scene_file::load_with_digest(&arguments.scene),
         None => Ok((scene_file::load(&arguments.scene)?, String::new())),
     })?;
@@ -330,7 +330,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     bar.finish_and_clear();
     let simulation = simulation.map_err(placed)?;
     let traced = Instant::now();
-    let result = during("estimating", || RunResult::new(&simulation));
+    let result = desk.during("estimating", |_| RunResult::new(&simulation));
     let result = result.with_warnings_of_scene(warnings);
     let estimated = Instant::now();
     if desk.stop().load(Ordering::Relaxed) {
@@ -338,7 +338,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     }
     desk.writing();
 
-    during("writing", || outputs.write(&read, &result))?;
+    desk.during("writing", |_| outputs.write(&read, &result))?;
     let trace_seconds = (traced - scene_read).as_secs_f64();
     let totals = simulation.totals();
     let stats = Stats {

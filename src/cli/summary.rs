@@ -565,11 +565,13 @@ struct Spread {
 }
 
 impl Spread {
-    /// Finds the least, the middle and the largest of `values`, of which there is at least one.
+    /// Finds the least, the median and the largest of `values`, of which there is at least one.
     fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let (min, max) = (values[0], values[values.len() - 1]);
-        Self { min, median: values[values.len() / 2], max }
+        // the mean of the two in the middle, which may be one
+        let [below, above] = [(values.len() - 1) / 2, values.len() / 2].map(|i| values[i]);
+        Self { min, median: below + 0.5 * (above - below), max }
     }
 
     /// Returns the three numbers as cells.
@@ -636,5 +638,20 @@ pub(super) fn short(value: f64) -> String {
             format!("{value:.decimals$}")
         }
         _ => format!("{value:.3e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_of_an_even_number_is_between_the_middle_ones() {
+        for (values, median) in
+            [(vec![3.0], 3.0), (vec![5.0, 1.0], 3.0), (vec![9.0, 1.0, 2.0], 2.0)]
+        {
+            assert_eq!(Spread::of(values).median, median);
+        }
+        assert_eq!(Spread::of(vec![4.0, 8.0, 1.0, 9.0]).median, 6.0);
     }
 }

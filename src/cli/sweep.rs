@@ -12,7 +12,7 @@ use indicatif::ProgressBar;
 use super::{
     interrupt,
     outputs::{check_places, place_of},
-    progress::{during, terminal_bar},
+    progress::terminal_bar,
     style::Plots,
     summary::summary,
     tracing::TracingArguments,
@@ -95,9 +95,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let desk = interrupt::desk()?;
     arguments.output.as_deref().map_or(Ok(()), check_folder)?;
     let TracingArguments { photons, seed, threads } = arguments.tracing;
-    let file = during("reading the sweep", || Sweep::load(&arguments.sweep))?;
+    let file = desk.during("reading the sweep", |_| Sweep::load(&arguments.sweep))?;
     let file = file.with_settings(photons.map(PhotonCount::get), seed);
-    let base = during("reading the scene", || load_base(&file))?;
+    let base = desk.during("reading the scene", |_| load_base(&file))?;
     let threads = threads.unwrap_or(base.settings.threads).get();
     let plan = SweepPlan { shard: arguments.shard, threads, jobs: arguments.jobs };
     super::terminal::warn(&base.warnings);

@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use super::{
     interrupt,
     outputs::{check_places, place_of},
-    progress::{during, show, terminal_bar},
+    progress::{show, terminal_bar},
     summary::with_error,
     table::Table,
     terminal,
@@ -202,7 +202,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let places: Vec<PathBuf> =
         files.iter().filter_map(OutputFile::place).map(Path::to_path_buf).collect();
     check_places(&places, &FilesRead::default())?;
-    let loaded = during("reading the scene", || scene_file::load(&arguments.scene))?;
+    let loaded = desk.during("reading the scene", |_| scene_file::load(&arguments.scene))?;
     let read = FilesRead::new(&loaded.files);
     check_places(&places, &read)?;
     terminal::warn(&loaded.warnings);
@@ -220,7 +220,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     terminal::warn(&warnings(&result));
     let mut text = tables(&result);
     // all are completed before the first has its place
-    let complete = during("writing", || {
+    let complete = desk.during("writing", |_| {
         let files = files.into_iter().zip(&forms);
         let complete =
             files.map(|(file, form)| file.complete(&read, |writer| form.write(&result, writer)));

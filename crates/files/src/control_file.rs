@@ -179,7 +179,28 @@ pub enum Prefer {
     Cheapest,
 }
 
+/// The most entries that fill up days behind one with `until_dli`: what that one does on the day is
+/// found anew for each of them.
+const MOST_BEHIND: usize = 20;
+
 impl ControlFile {
+    /// Refuses too many entries that fill up days behind one with `until_dli`.
+    fn check_order(&self, name: &str) -> Result<()> {
+        let entries = self.lamps.iter().enumerate();
+        let mut behind = entries
+            .skip_while(|(_, lamps)| lamps.until_dli.is_none())
+            .filter(|(_, lamps)| lamps.fill_day.is_some());
+        match behind.nth(MOST_BEHIND) {
+            None => Ok(()),
+            Some((i, _)) => {
+                let problem =
+                    format!("more than {MOST_BEHIND} entries behind one with `until_dli`");
+                Err(Error::input(json::place(name, &format!("/lamps/{i}/fill_day")), problem)
+                    .remedy("let entries with `fill_day` stand before those with `until_dli`"))
+            }
+        }
+    }
+
     /// Returns whether the scene is another one at times.
     pub fn changes_scene(&self) -> bool {
         !self.states.is_empty() || !self.trackers.is_empty()
@@ -205,6 +226,7 @@ impl ControlFile {
         for (i, lamps) in file.lamps.iter().enumerate() {
             lamps.check(&|key| json::place(&name, &format!("/lamps/{i}{key}")))?;
         }
+        file.check_order(&name)?;
         for (i, tracker) in file.trackers.iter().enumerate() {
             tracker.check(&|key| json::place(&name, &format!("/trackers/{i}{key}")))?;
         }
@@ -440,6 +462,22 @@ mod tests {
         assert_eq!(lamps([0.0, 24.0]).when().allowed(23.0, 1.0), 1.0);
         assert_eq!(lamps([8.0, 8.0]).when().allowed(8.0, 1.0), 0.0);
         assert!(day.names("row 1a") && !day.names("row 2"));
+    }
+
+    /// Before entries with `until_dli` any number may fill up days, but behind them only some.
+    #[test]
+    fn few_days_are_filled_up_behind_others() {
+        let file = |before: usize, behind: usize| {
+            let fill = serde_json::json!({ "lights": "a", "fill_day": 12, "of": "a" });
+            let mut lamps = vec![fill; before + behind];
+            lamps.insert(before, serde_json::json!({ "lights": "b", "until_dli": 9, "of": "a" }));
+            let file: ControlFile =
+                serde_json::from_value(serde_json::json!({ "lamps": lamps })).unwrap();
+            file.check_order("c.json").map_err(|error| error.to_string())
+        };
+        assert!(file(500, MOST_BEHIND).is_ok());
+        let error = file(0, MOST_BEHIND + 1).unwrap_err();
+        assert!(error.starts_with("c.json: /lamps/21/fill_day: more than 20 entries"), "{error}");
     }
 
     #[test]

@@ -99,7 +99,8 @@ impl Desk {
     }
 
     /// Prepares to write a file, or the standard output if `path` is `-`. What is prepared is
-    /// removed if the work ends at once.
+    /// removed if the work ends at once. Errors: the file cannot be written; the standard output is
+    /// taken.
     pub fn file(&self, path: &Path) -> Result<OutputFile> {
         if path == Path::new(STANDARD_OUTPUT) {
             self.listener.take_output()?;
@@ -109,6 +110,7 @@ impl Desk {
     }
 
     /// Prepares to write files into a folder. What is prepared is removed if the work ends at once.
+    /// Error: it cannot be written.
     pub fn folder(&self, path: &Path) -> Result<OutputFolder> {
         check_folder(path)?;
         self.make(|| OutputFolder::create(path), |folder| Some(folder.temporary()))
@@ -123,7 +125,7 @@ impl Desk {
     }
 
     /// Makes something that is removed if the work ends at once; such an end waits while `make` is
-    /// at work.
+    /// at work. Error: that of `make`.
     pub fn make<T>(
         &self,
         make: impl FnOnce() -> Result<T>,

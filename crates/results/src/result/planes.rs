@@ -40,7 +40,9 @@ pub(super) fn sampled_areas(scene: &Scene) -> Vec<Option<f64>> {
     let mut lattices: Vec<Lattice> = lattices.collect();
     // a part of a grid may be a lattice of larger cells, so that the smallest count
     lattices.sort_by(|a, b| a.cell.total_cmp(&b.cell));
-    let of = |captor: &Captor| lattices.iter().position(|l| captor.groups.contains(&l.group));
+    let mut lattice_of = vec![None; members.len()];
+    lattices.iter().enumerate().for_each(|(l, lattice)| lattice_of[lattice.group] = Some(l));
+    let of = |captor: &Captor| captor.groups.iter().filter_map(|&g| lattice_of[g]).min();
     let area = |members: &Vec<&Captor>| {
         let first = members.first()?;
         let mut used: Vec<usize> = Vec::new();

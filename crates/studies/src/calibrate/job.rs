@@ -158,7 +158,7 @@ pub fn calibrated(
                 let name = source.path().display().to_string();
                 let numbers = Numbers::new(&name, given, vary, prior.is_some())?;
                 let runs = Runs {
-                    load: &|document| source.load_changed(document.clone(), None),
+                    load: &|document| source.load_changed(document.clone()),
                     run: &|loaded| light.of(loaded, desk),
                 };
                 let found = search(&numbers, (rows, file), &plan, &runs)?;

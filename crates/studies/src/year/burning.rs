@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{
-    hours::{HOUR, day, local},
+    hours::{HOUR, day as day_of, local},
     part::Part,
     places::Places,
 };
@@ -59,14 +59,13 @@ pub(super) struct Burning<'a> {
     daylight: Vec<Vec<f64>>,
 }
 
-/// The lamps of some entries through a day.
-struct Burnt {
-    /// For each slot and entry the fraction of the slot in which they are on, and of their power.
+/// A day, with the lamps of the first entries.
+struct Day {
+    slots: Range<usize>,
+    /// For each of these entries and each slot, how its lamps burn.
     burn: Vec<Vec<Burn>>,
-    /// For each slot and place the light of the day and of the lamps.
+    /// For each slot and place the light of the day and of these lamps.
     light: Vec<Vec<f64>>,
-    /// For each place what has come in all slots, mol/m2 or MJ/m2.
-    sums: Vec<f64>,
 }
 
 /// How lamps burn in a slot.
@@ -109,25 +108,40 @@ impl<'a> Burning<'a> {
     /// are planned for all of it, by what the entries before them would bring without them.
     pub fn switch(&self, entries: &mut [Entry]) {
         for slots in self.days() {
+            let mut day = self.dark_day(slots.clone());
             let mut plans: Vec<Option<Vec<f64>>> = vec![None; entries.len()];
-            for e in 0..entries.len() {
-                plans[e] = self.plan(slots.clone(), &entries[..=e], &plans);
+            for (e, entry) in entries.iter().enumerate() {
+                if let (Some(fill_day), Some(place)) = (entry.lamps.fill_day, entry.place) {
+                    day = self.burn(day, &entries[..e], &plans);
+                    plans[e] = Some(self.plan(&day, (e, entry), fill_day, place));
+                }
             }
-            let Burnt { burn, sums, .. } = self.burn(slots.clone(), entries, &plans);
-            for (e, entry) in entries.iter_mut().enumerate() {
-                for of_slot in &burn {
-                    let Burn { on, strength } = of_slot[e];
-                    entry.on.push(on);
+            let lit = self.burn(day, entries, &plans);
+            for (entry, burn) in entries.iter_mut().zip(&lit.burn) {
+                for Burn { on, strength } in burn {
+                    entry.on.push(*on);
                     entry.power.push(on * strength);
                 }
                 if let (Some(fill_day), Some(place)) = (entry.lamps.fill_day, entry.place) {
                     let (date, _) = local(&self.slots[slots.start]);
                     if entry.lamps.when().includes((date.month, date.day)) {
-                        entry.lacking.add(fill_day, sums[place], || day(date));
+                        entry.lacking.add(fill_day, self.sum(&lit, place), || day_of(date));
                     }
                 }
             }
         }
+    }
+
+    /// Returns a day without lamps.
+    fn dark_day(&self, slots: Range<usize>) -> Day {
+        let at = |slot: usize| self.daylight.iter().map(|of_place| of_place[slot]).collect();
+        Day { light: slots.clone().map(at).collect(), slots, burn: Vec::new() }
+    }
+
+    /// Returns what comes to a place on a day, mol/m2 or MJ/m2.
+    fn sum(&self, day: &Day, place: usize) -> f64 {
+        let slots = self.slots[day.slots.clone()].iter().zip(&day.light);
+        slots.map(|(slot, light)| slot.length * HOUR * light[place]).sum()
     }
 
     /// Returns the slots of each day.
@@ -139,24 +153,23 @@ impl<'a> Burning<'a> {
         starts.iter().zip(ends).map(|(&start, end)| start..end).collect()
     }
 
-    /// Decides for how much of each slot of a day the lamps of the last of these entries are on;
-    /// `None` if it does not fill up the day.
+    /// Decides for how much of each slot of a day the lamps of an entry are on to fill it up, beside
+    /// the lamps of the entries before it, which are in `day`.
     fn plan(
         &self,
-        slots: Range<usize>,
-        entries: &[Entry],
-        plans: &[Option<Vec<f64>>],
-    ) -> Option<Vec<f64>> {
-        let (entry, before) = entries.split_last()?;
-        let (fill_day, place) = (entry.lamps.fill_day?, entry.place?);
-        let Burnt { light, sums, .. } = self.burn(slots.clone(), before, plans);
-        let mut missing = (fill_day - sums[place]).max(0.0);
+        day: &Day,
+        (e, entry): (usize, &Entry),
+        fill_day: f64,
+        place: usize,
+    ) -> Vec<f64> {
+        let slots = day.slots.clone();
+        let mut missing = (fill_day - self.sum(day, place)).max(0.0);
         let may = |(slot, light): (usize, &Vec<f64>)| {
-            let full = self.full(before.len(), slot);
+            let full = self.full(e, slot);
             let Burn { on, strength } = self.may_burn(entry, slot, light, &full);
             (on, self.slots[slot].length * HOUR * strength * full[place])
         };
-        let may: Vec<(f64, f64)> = slots.clone().zip(&light).map(may).collect();
+        let may: Vec<(f64, f64)> = slots.clone().zip(&day.light).map(may).collect();
         let daylight = |i: usize| self.daylight[place][slots.start + i];
         let mut order: Vec<usize> = (0..slots.len()).collect();
         match entry.lamps.prefer.unwrap_or_default() {
@@ -176,46 +189,46 @@ impl<'a> Burning<'a> {
                 missing = (missing - plan[i] * brings).max(0.0);
             }
         }
-        Some(plan)
+        plan
     }
 
-    /// Follows the lamps of some entries through the slots of a day.
-    fn burn(&self, slots: Range<usize>, entries: &[Entry], plans: &[Option<Vec<f64>>]) -> Burnt {
-        let places = 0..self.daylight.len();
-        let mut sums = vec![0.0; places.len()];
-        let (mut burn, mut all_light) = (Vec::new(), Vec::new());
-        for (i, s) in slots.enumerate() {
+    /// Follows the lamps of all these entries through a day, in which the first of them are already.
+    fn burn(&self, mut day: Day, entries: &[Entry], plans: &[Option<Vec<f64>>]) -> Day {
+        if entries.iter().any(|entry| entry.lamps.until_dli.is_some()) {
+            // what has come since midnight is of all entries, so that each may change those before
+            day = self.dark_day(day.slots);
+        }
+        let first = day.burn.len();
+        day.burn.resize(entries.len(), Vec::new());
+        let mut since_midnight = vec![0.0; self.daylight.len()];
+        for (i, s) in day.slots.clone().enumerate() {
             let amount = self.slots[s].length * HOUR;
-            // daylight and the lamps of the entries so far
-            let mut light: Vec<f64> = places.clone().map(|p| self.daylight[p][s]).collect();
-            for (sum, daylight) in sums.iter_mut().zip(&light) {
-                *sum += amount * daylight;
+            let light = &mut day.light[i];
+            for (sum, light) in since_midnight.iter_mut().zip(&*light) {
+                *sum += amount * light;
             }
-            let mut of_slot = Vec::with_capacity(entries.len());
-            for (e, entry) in entries.iter().enumerate() {
+            for (e, entry) in entries.iter().enumerate().skip(first) {
                 let full = self.full(e, s);
-                let Burn { mut on, strength } = self.may_burn(entry, s, &light, &full);
+                let Burn { mut on, strength } = self.may_burn(entry, s, light, &full);
                 if let Some(plan) = &plans[e] {
                     on = on.min(plan[i]);
                 }
                 if let (Some(until), Some(place)) = (entry.lamps.until_dli, entry.place) {
-                    let missing = (until - sums[place]).max(0.0);
+                    let missing = (until - since_midnight[place]).max(0.0);
                     let brought = amount * strength * full[place];
                     on = if missing < on * brought { missing / brought } else { on };
                     on = if missing > 0.0 { on } else { 0.0 };
                 }
                 on = if strength > 0.0 { on } else { 0.0 };
                 let power = on * strength;
-                for ((sum, light), full) in sums.iter_mut().zip(&mut light).zip(&full) {
+                for ((sum, light), full) in since_midnight.iter_mut().zip(&mut *light).zip(&full) {
                     *light += power * full;
                     *sum += amount * power * full;
                 }
-                of_slot.push(Burn { on, strength });
+                day.burn[e].push(Burn { on, strength });
             }
-            burn.push(of_slot);
-            all_light.push(light);
         }
-        Burnt { burn, light: all_light, sums }
+        day
     }
 
     /// Returns what an entry brings to each place in a slot at its full power.

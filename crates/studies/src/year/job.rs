@@ -199,7 +199,9 @@ pub struct MadeYear {
 
 impl YearJob {
     /// Finds the year, and writes its tables into `folder`, which is made if it does not exist. What
-    /// is done is kept in the file `checkpoint`, from which the same job goes on.
+    /// is done is kept in the file `checkpoint`, from which the same job goes on. Errors: those of the
+    /// scene, the control file and [`Year::find`]; a file in the folder that no year has written;
+    /// light that is not of this scene.
     pub fn tables(
         &self,
         folder: &Path,
@@ -244,7 +246,8 @@ impl YearJob {
     }
 
     /// Joins the shards of a year, and writes its tables into `folder`. `scene` is the scene file if
-    /// it is not where it was when the shards were traced.
+    /// it is not where it was when the shards were traced. Errors: those of [`tables`](Self::tables);
+    /// shards that do not belong together.
     pub fn merge(
         shards: &[PathBuf],
         scene: Option<&Path>,
@@ -270,7 +273,7 @@ impl YearJob {
     }
 
     /// Does the work of a shard, and writes it into the file `output`. Returns the name of the
-    /// scene.
+    /// scene. Errors: those of [`tables`](Self::tables).
     pub fn shard(
         &self,
         output: &Path,
