@@ -59,7 +59,7 @@ impl CaptorKind {
 }
 
 /// Shape and response of a sensor. The default is flat and has a cosine response.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Default, PartialEq)]
 pub struct Sensor {
     /// The disc or sphere that it is, m from the user's origin; `None` if it is made of triangles.
     pub round: Option<Round>,
@@ -68,6 +68,18 @@ pub struct Sensor {
     pub is_sphere: bool,
     /// Factor on each arrival by its angle. `None` counts all arrivals alike.
     pub response: Option<Response>,
+}
+
+/// Writes the shape only of a disc or sphere, so that [`Scene::digest`](crate::scene::Scene::digest)
+/// of a scene without them is the same as before they existed.
+impl fmt::Debug for Sensor {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let mut text = f.debug_struct("Sensor");
+        if let Some(round) = &self.round {
+            text.field("round", round);
+        }
+        text.field("is_sphere", &self.is_sphere).field("response", &self.response).finish()
+    }
 }
 
 /// A factor on each arrival, by its angle to the normal: linear between the entries of a table,
@@ -150,7 +162,7 @@ impl Captor {
 }
 
 /// Writes the last two fields only where they are special, so that [`Scene::digest`](crate::scene::Scene::digest) of a
-/// scene without them is the same as before they existed. A disc is not special: the scene knows its shape.
+/// scene without them is the same as before they existed.
 impl fmt::Debug for Captor {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self { id, kind, area, center, normal, triangles, first_channel, groups, .. } = self;
@@ -159,7 +171,7 @@ impl fmt::Debug for Captor {
         text.field("id", id).field("kind", kind).field("area", area).field("center", center);
         text.field("normal", normal).field("triangles", triangles);
         text.field("first_channel", first_channel).field("groups", groups);
-        if sensor.is_sphere || sensor.response.is_some() {
+        if *sensor != Sensor::default() {
             text.field("sensor", sensor);
         }
         if *by_face {

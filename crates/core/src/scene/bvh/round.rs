@@ -58,16 +58,17 @@ fn may_cross(leaf: &RoundLeaf, origin: Vec3A, direction: Vec3A, gather: impl Gat
     for i in 0..8 {
         let (x, y, z) = (leaf[0].0[i] - ox, leaf[1].0[i] - oy, leaf[2].0[i] - oz);
         let [nx, ny, nz] = [0, 1, 2].map(|axis| leaf[NORMAL + axis].0[i]);
-        let error = ROUNDING * (x.abs() + y.abs() + z.abs() + far);
+        let radius = leaf[RADIUS].0[i];
+        let error = ROUNDING * (x.abs() + y.abs() + z.abs() + far + radius);
         // the ball around it
         let along = x * dx + y * dy + z * dz;
         let (ax, ay, az) = (x - along * dx, y - along * dy, z - along * dz);
-        let ball = leaf[RADIUS].0[i] + error;
+        let ball = radius + error;
         let by_ball = ax * ax + ay * ay + az * az <= ball * ball;
         // where the ray meets the plane, times the cosine: zero for a sphere
         let (cos, height) = (nx * dx + ny * dy + nz * dz, nx * x + ny * y + nz * z);
         let (bx, by, bz) = (height * dx - cos * x, height * dy - cos * y, height * dz - cos * z);
-        let disc = cos.abs() * leaf[RADIUS].0[i] + error;
+        let disc = cos.abs() * radius + error;
         let by_plane = bx * bx + by * by + bz * bz <= disc * disc;
         possible[i] = if by_ball & by_plane { u32::MAX } else { 0 };
     }

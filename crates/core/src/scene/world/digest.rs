@@ -6,7 +6,7 @@ use std::fmt::{self, Write};
 use sha2::{Digest, Sha256};
 
 use super::{Scene, Surface};
-use crate::math::{geometry::Triangle, round::Round};
+use crate::math::geometry::Triangle;
 
 /// A writer that hashes everything written to it.
 struct Hashing(Sha256);
@@ -62,11 +62,6 @@ impl Scene {
             let _ = write!(hash, " {:?}", placed.instances);
         }
         self.captor_triangles().iter().for_each(|triangle| hash.triangle(triangle));
-        for Round { center, radius, normal } in &self.shapes.rounds {
-            let [center, normal] = [*center, normal.unwrap_or_default()].map(|v| v.to_array());
-            let numbers = center.iter().chain([radius]).chain(&normal);
-            numbers.for_each(|number| hash.0.update(number.to_le_bytes()));
-        }
         hash.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 }

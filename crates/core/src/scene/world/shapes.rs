@@ -296,6 +296,10 @@ impl Shapes {
             })
             .collect();
         // a captor larger than the surface that it lies in is found from the surface
+        let mut lies_in = |shape: usize, offset: f32| {
+            let largest = below.entry(captor_of_triangle[shape] as usize).or_insert(offset);
+            *largest = largest.max(offset);
+        };
         if !captor_triangles.is_empty() {
             let above = |t: &Triangle| {
                 let (middle, normal) = (t.centroid(), t.normal());
@@ -317,11 +321,7 @@ impl Shapes {
                 least.map(|captor_triangle| (captor_triangle, t.offset_at(middle)))
             };
             let covered: Vec<(u32, f32)> = triangles.par_iter().filter_map(above).collect();
-            for (t, offset) in covered {
-                let captor = captor_of_triangle[t as usize] as usize;
-                let largest = below.entry(captor).or_insert(offset);
-                *largest = largest.max(offset);
-            }
+            covered.into_iter().for_each(|(t, offset)| lies_in(t as usize, offset));
         }
         if rounds.iter().any(|round| round.normal.is_some()) {
             let above = |t: &Triangle| {
@@ -336,18 +336,14 @@ impl Shapes {
                         least = Some(least.map_or(of, |other: usize| other.min(of)));
                     }
                 });
-                least.map(|disc| (disc, t.offset_at(middle)))
+                least.map(|disc| (captor_triangles.len() + disc, t.offset_at(middle)))
             };
             let covered: Vec<(usize, f32)> = triangles.par_iter().filter_map(above).collect();
-            for (disc, offset) in covered {
-                let captor = captor_of_triangle[captor_triangles.len() + disc] as usize;
-                let largest = below.entry(captor).or_insert(offset);
-                *largest = largest.max(offset);
-            }
+            covered.into_iter().for_each(|(shape, offset)| lies_in(shape, offset));
         }
         let mut lifted = all_captors.into_owned();
         let mut rounds_lifted = vec![DVec3::ZERO; rounds.len()];
-        let mut lifts = BTreeMap::new();
+        let (mut lifts, mut are_lifted) = (BTreeMap::new(), false);
         let of_images = repeats.map_or(&[][..], |repeats| &repeats.captors.of);
         for (captor, range) in captors.iter().filter(|(captor, _)| below.contains_key(captor)) {
             if let Some(round) = round_of(range) {
@@ -359,6 +355,7 @@ impl Shapes {
                 lifts.insert(*captor, lift);
                 continue;
             }
+            are_lifted = true;
             let own = &mut lifted[range.clone()];
             let apart = |t: &Triangle| closeness(t.reach()) + 4.0 * t.offset();
             let lift = own.iter().map(apart).fold(0.0, f32::max) + 2.0 * below[captor];
@@ -369,10 +366,7 @@ impl Shapes {
                 *triangle = lifted_by(triangle, lift);
             }
         }
-        let are_lifted = captors
-            .iter()
-            .any(|(captor, range)| lifts.contains_key(captor) && round_of(range).is_none());
-        let captor_bvh = if !are_lifted { captor_bvh } else { Bvh::build_for_few(&lifted) };
+        let captor_bvh = if are_lifted { Bvh::build_for_few(&lifted) } else { captor_bvh };
         if rounds_lifted.iter().any(|lift| *lift != DVec3::ZERO) {
             let lift = |(index, round): (usize, &Round)| {
                 round.moved(rounds_lifted[outlines.round_origin(index).0])
