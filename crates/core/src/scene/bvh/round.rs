@@ -55,7 +55,7 @@ fn may_cross(leaf: &RoundLeaf, origin: Vec3A, direction: Vec3A, gather: impl Gat
     let mut possible = [0; 8];
     let ([ox, oy, oz], [dx, dy, dz]) = (origin.to_array(), direction.to_array());
     let far = ox.abs() + oy.abs() + oz.abs();
-    for i in 0..8 {
+    for (i, possible) in possible.iter_mut().enumerate() {
         let (x, y, z) = (leaf[0].0[i] - ox, leaf[1].0[i] - oy, leaf[2].0[i] - oz);
         let [nx, ny, nz] = [0, 1, 2].map(|axis| leaf[NORMAL + axis].0[i]);
         let radius = leaf[RADIUS].0[i];
@@ -70,7 +70,7 @@ fn may_cross(leaf: &RoundLeaf, origin: Vec3A, direction: Vec3A, gather: impl Gat
         let (bx, by, bz) = (height * dx - cos * x, height * dy - cos * y, height * dz - cos * z);
         let disc = cos.abs() * radius + error;
         let by_plane = bx * bx + by * by + bz * bz <= disc * disc;
-        possible[i] = if by_ball & by_plane { u32::MAX } else { 0 };
+        *possible = if by_ball & by_plane { u32::MAX } else { 0 };
     }
     gather(possible)
 }
