@@ -18,6 +18,13 @@ fn scene() -> TestScene {
         .light(json!({ "type": "point", "position": [0.1, 0.2, 0.7], "power": [3, 4] }))
         .light(json!({ "type": "tube", "from": [-0.5, 0, 0.9], "to": [0.5, 0, 0.9],
                        "radius": 0.02, "power": [2, 0.1] }))
+        .edited(|scene| {
+            let disc = json!({ "center": [0.4, 0, 0.2], "normal": [0, 0.6, 0.8], "radius": 0.2 });
+            let sphere = json!({ "center": [-0.5, 0.2, 0.3], "radius": 0.1 });
+            let captors = scene["captors"].as_array_mut().expect("a list");
+            captors.push(json!({ "name": "disc", "disc": disc, "sides": "both" }));
+            captors.push(json!({ "name": "sphere", "sphere": sphere }));
+        })
         .write()
 }
 

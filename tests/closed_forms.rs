@@ -7,5 +7,6 @@ mod furnace;
 pub mod glass;
 mod leaf;
 pub mod lights;
+mod rounds;
 mod sheets;
 mod view_factors;

@@ -104,7 +104,7 @@ pub fn check_export(scene: &Scene, format: ExportFormat, colours: &Colours) -> R
         ExportFormat::Vtk(_) => (usize::MAX, vec![(triangles, MAX_TRIANGLES, "triangles")]),
         // copies share their triangles, and each of their parts is a node
         ExportFormat::Glb if triangles > MOST_TILES => {
-            let own = scene.unshared() + scene.captor_triangles().len();
+            let own = scene.unshared() + scene.captor_tiles();
             let nodes = Tiles::least(scene) - own;
             (
                 MOST_TILES,

@@ -215,7 +215,7 @@ fn check_tiles(scene: &Scene, most: usize) -> Result<()> {
     const CUT: u64 = 200;
     /// The same where triangles are merged: corners and index, in lists that grow.
     const MERGED: u64 = 120;
-    let all = scene.triangles().len() + scene.captor_triangles().len();
+    let all = scene.triangles().len() + scene.captor_tiles();
     let shared = scene.triangles().len() - scene.unshared();
     let merged = if all > most { shared.min(most.max(Tiles::least(scene))) } else { 0 };
     let cut = if merged > 0 { all - shared } else { all };

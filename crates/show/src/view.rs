@@ -69,7 +69,7 @@ const THREE_LICENCE: &str = include_str!("view/three.LICENSE");
 /// Checks that a scene fits into a page, and returns the most tiles of a page. Error: it has too many
 /// triangles, copies or captors. Copies that share their triangles count only with their parts.
 pub fn check_view(scene: &Scene) -> Result<usize> {
-    let distinct = scene.distinct_triangles() + scene.captor_triangles().len();
+    let distinct = scene.distinct_triangles() + scene.captor_tiles();
     let counts = [
         (distinct, MOST_TILES, "triangles"),
         (Tiles::least(scene), MOST_TILES, "parts of copies"),

@@ -107,7 +107,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     let surfaces = surfaces(scene);
     let lit = scene.lights().iter().map(|light| light.extent());
     let lit = lit.fold(scene.triangles().extent(), Extent::join);
-    let size = lit.join(Extent::of_triangles(scene.captor_triangles())).size().as_dvec3();
+    let size = lit.join(scene.captors_extent()).size().as_dvec3();
 
     let mut remarks = Remarks { warnings: loaded.warnings.clone(), notes: loaded.notes.clone() };
     let usual = check_unit(size, loaded.unit, &mut remarks);
@@ -118,7 +118,7 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     check_distances(scene, &mut remarks);
     // of a scene in the wrong unit all powers look wrong
     if usual {
-        let extent = lit.join(Extent::of_triangles(scene.captor_triangles()));
+        let extent = lit.join(scene.captors_extent());
         check_powers(scene, &extent, &mut remarks);
     }
     check_flush_lights(scene, &mut remarks);
@@ -256,7 +256,7 @@ fn far_from(around: &Extent) -> f32 {
 
 /// Warns of lamps that are so far from everything that their unit is in doubt.
 fn check_distances(scene: &Scene, remarks: &mut Remarks) {
-    let around = scene.triangles().extent().join(Extent::of_triangles(scene.captor_triangles()));
+    let around = scene.triangles().extent().join(scene.captors_extent());
     let lamps = scene.lights().iter().filter(|light| light.entrance().is_none());
     let there = around.size() != Vec3::ZERO;
     let far = lamps.filter(|light| there && light.extent().is_clear_of(&around, far_from(&around)));
@@ -307,7 +307,7 @@ fn check_captors(scene: &Scene, lit: &Extent, remarks: &mut Remarks) {
     let bounded = !scene.triangles().is_empty() && scene.lattice().is_none();
     let outside = scene.captors().iter().filter(|captor| {
         bounded && matches!(captor.kind, CaptorKind::Virtual { .. }) && {
-            let extent = Extent::of_triangles(&*scene.triangles_of(captor));
+            let extent = scene.extent_of(captor);
             // above a canopy there is sky
             let gap = match scene.has_daylight() {
                 true => far_from(lit),
@@ -455,6 +455,7 @@ fn check_areas(scene: &Scene, remarks: &mut Remarks) {
         .map(|(&m, count)| format!("{count} of `{}`", scene.materials()[m as usize].name));
     let on_captors = scene.captors().iter().filter_map(|captor| {
         let CaptorKind::Virtual { .. } = captor.kind else { return None };
+        let None = scene.round(captor) else { return None };
         let count = scene.triangles_of(captor).iter().filter(|t| flat(t)).count();
         (count > 0).then(|| format!("{count} of captor `{}`", captor.id))
     });

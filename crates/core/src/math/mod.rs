@@ -1,9 +1,9 @@
 //! Mathematics without any notion of light.
 //!
 //! Read `rng` and `sampling` first: every estimator draws from the random streams and samplers
-//! with their densities that these define. `geometry` holds vectors and frames, `spectrum`
-//! numbers per band, `stats` means with standard errors, `curve` measured curves,
-//! `least_squares` fits, `linear_program` least costs, `units` units, `luminosity` lumens,
+//! with their densities that these define. `geometry` holds vectors and frames, `round` discs and
+//! spheres, `spectrum` numbers per band, `stats` means with standard errors, `curve` measured
+//! curves, `least_squares` fits, `linear_program` least costs, `units` units, `luminosity` lumens,
 //! `phytochrome` its cross-sections and `weighting` what plants make of a wavelength. `machine` says
 //! how many processors and how much memory there are, and `effort` counts work. `pattern` and
 //! `expression` read patterns of names and arithmetic expressions.
@@ -23,6 +23,7 @@ pub mod odds;
 pub mod pattern;
 pub mod phytochrome;
 pub mod rng;
+pub mod round;
 pub mod sampling;
 pub mod spectrum;
 pub mod stats;

@@ -4,14 +4,16 @@
 //! node has eight children, the root up to 32, and each leaf up to eight triangles; boxes and
 //! triangles are tested eight at a time. The walk through the tree (`walk`) and both tests (boxes
 //! in `walk`, triangles in `triangle`) are written here, because a photon that slips between two
-//! triangles is flux that is missing from the balance. `query` holds the entry points of the
-//! search. All code paths give the same bits on every processor.
+//! triangles is flux that is missing from the balance. A tree may also hold discs and spheres
+//! (`round`). `query` holds the entry points of the search. All code paths give the same bits on
+//! every processor.
 
 mod binary;
 mod build;
 mod layout;
 mod pages;
 mod query;
+mod round;
 mod triangle;
 mod walk;
 mod wide;
@@ -19,8 +21,12 @@ mod wide;
 #[cfg(test)]
 mod tests;
 
-use crate::math::geometry::{Extent, Ray, Triangle};
+use crate::math::{
+    geometry::{Extent, Ray, Triangle},
+    round::{Round, RoundHit},
+};
 use query::{Closest, ClosestWithin, Crossings, Meet, Occluded, OccludedWithin};
+use round::CrossRounds;
 use walk::ROOT_NODES;
 
 pub use layout::{Bvh, Hit};
@@ -59,6 +65,23 @@ impl Bvh {
     /// Builds a tree of boxes, at least one, around what has trees of its own.
     pub fn build_of_boxes(boxes: &[Extent]) -> Self {
         build::build_of_boxes(boxes)
+    }
+
+    /// Builds a tree of discs and spheres.
+    pub fn build_of_rounds(rounds: &[Round]) -> Self {
+        if rounds.is_empty() { Self::default() } else { build::build_of_rounds(rounds) }
+    }
+
+    /// Visits every crossing of a ray with 0 < t < `t_max` with the discs and spheres that the tree was
+    /// built of, in no particular order, each with its index among them.
+    pub fn cross_rounds(
+        &self,
+        rounds: &[Round],
+        ray: &Ray,
+        t_max: f32,
+        mut visit: impl FnMut(usize, RoundHit),
+    ) {
+        query::ask(CrossRounds { bvh: self, rounds, ray, t_max, visit: &mut visit });
     }
 
     /// Returns, for a tree of boxes, the nearest hit with 0 < t < `t_max` in what the boxes hold,
@@ -115,7 +138,7 @@ impl Bvh {
         query::ask(Meet { surfaces: self, crossed, ray, visit: &mut visit })
     }
 
-    /// Returns whether the structure holds no triangle.
+    /// Returns whether the structure holds nothing.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }

@@ -6,13 +6,13 @@ use glam::DVec3;
 
 use crate::{
     error::{Problem, check_range},
-    math::geometry::Transform,
+    math::{geometry::Transform, round::Round},
 };
 
 /// What kind of surface a captor is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CaptorKind {
-    /// Triangles of its own, which light crosses unhindered.
+    /// Triangles of its own, or a disc or sphere, which light crosses unhindered.
     Virtual {
         /// Whether light from behind is counted, too, in a separate channel.
         both_sides: bool,
@@ -59,13 +59,27 @@ impl CaptorKind {
 }
 
 /// Shape and response of a sensor. The default is flat and has a cosine response.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Default, PartialEq)]
 pub struct Sensor {
+    /// The disc or sphere that it is, m from the user's origin; `None` if it is made of triangles.
+    pub round: Option<Round>,
     /// Whether it is a sphere. The area of a sphere is that of its cross-section: the flux that
     /// enters the sphere, divided by that area, is the fluence rate.
     pub is_sphere: bool,
     /// Factor on each arrival by its angle. `None` counts all arrivals alike.
     pub response: Option<Response>,
+}
+
+/// Writes the shape only of a disc or sphere, so that [`Scene::digest`](crate::scene::Scene::digest)
+/// of a scene without them is the same as before they existed.
+impl fmt::Debug for Sensor {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let mut text = f.debug_struct("Sensor");
+        if let Some(round) = &self.round {
+            text.field("round", round);
+        }
+        text.field("is_sphere", &self.is_sphere).field("response", &self.response).finish()
+    }
 }
 
 /// A factor on each arrival, by its angle to the normal: linear between the entries of a table,
@@ -117,7 +131,7 @@ pub struct Captor {
     /// Area-weighted mean normal, a unit vector; zero where it cancels (a closed surface).
     pub normal: DVec3,
     /// Range of its triangles, among those of the scene's virtual captors or of the scene's
-    /// surfaces.
+    /// surfaces. A disc or sphere counts as one; they come after all triangles of virtual captors.
     pub triangles: Range<usize>,
     /// Index of its first channel.
     pub first_channel: usize,
@@ -176,6 +190,13 @@ pub struct Moments {
     pub center: DVec3,
     /// Unit vector along the sum of the area vectors, or zero.
     pub normal: DVec3,
+}
+
+impl From<&Round> for Moments {
+    fn from(round: &Round) -> Self {
+        let normal = round.normal.unwrap_or_default();
+        Self { area: round.area(), center: round.center, normal }
+    }
 }
 
 impl Moments {

@@ -15,6 +15,7 @@ use crate::{
     math::{
         geometry::{Extent, ROUNDING, Ray, Triangle},
         rng::Stream,
+        round::Round,
     },
 };
 
@@ -560,14 +561,37 @@ impl Iterator for Walk<'_> {
     }
 }
 
-/// Images of triangles that reach into the cell (0, 0) from others. A search structure holds the
-/// triangles of the scene first and then these.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Images {
+/// Images of triangles, or of other shapes, that reach into the cell (0, 0) from others. A search
+/// structure holds the shapes of the scene first and then these.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Images<S = Triangle> {
     /// The images.
-    pub shapes: Vec<Triangle>,
-    /// For each of them, the index of the triangle and the cell into which it is moved.
+    pub shapes: Vec<S>,
+    /// For each of them, the index of the shape and the cell into which it is moved.
     pub of: Vec<(u32, Cell)>,
+}
+
+impl<S> Default for Images<S> {
+    fn default() -> Self {
+        Self { shapes: Vec::new(), of: Vec::new() }
+    }
+}
+
+impl Images<Round> {
+    /// Finds the images of discs and spheres, which are given relative to the centre of the scene, as
+    /// the lattice is.
+    pub fn of_rounds(lattice: &Lattice, slack: f64, rounds: &[Round]) -> Self {
+        let mut images = Self::default();
+        for (index, round) in rounds.iter().enumerate() {
+            let [[x0, x1], [y0, y1]] = lattice.images_of(&round.corners(), slack);
+            let cells = (x0..=x1).flat_map(|x| (y0..=y1).map(move |y| [x, y]));
+            for cell in cells.filter(|cell| *cell != [0, 0]) {
+                images.shapes.push(round.moved(lattice.shift(cell)));
+                images.of.push((index as u32, cell));
+            }
+        }
+        images
+    }
 }
 
 impl Images {
@@ -601,13 +625,15 @@ impl Images {
         }
         images
     }
+}
 
-    /// Returns the index and the cell of the triangle of which the search structure, with so many
-    /// `own` triangles, knows this one.
+impl<S> Images<S> {
+    /// Returns the index and the cell of the shape of which the search structure, with so many `own`
+    /// shapes, knows this one.
     #[inline]
-    pub fn origin(&self, triangle: u32, own: usize) -> (u32, Cell) {
-        match (triangle as usize).checked_sub(own) {
-            None => (triangle, [0, 0]),
+    pub fn origin(&self, shape: u32, own: usize) -> (u32, Cell) {
+        match (shape as usize).checked_sub(own) {
+            None => (shape, [0, 0]),
             Some(image) => self.of[image],
         }
     }
@@ -624,6 +650,8 @@ pub struct Repeats {
     pub surfaces: Images,
     /// Images of the triangles of virtual captors, where the user put them.
     pub captors: Images,
+    /// Images of the discs and spheres among virtual captors, where the user put them.
+    pub rounds: Images<Round>,
 }
 
 impl Repeats {

@@ -118,7 +118,12 @@ impl Tiles {
         {
             let first = tiles.corners.len();
             tiles.corners.extend_from_slice(&scene.triangles_of(captor));
-            tiles.triangles.extend(captor.triangles.clone().map(|t| t as u32));
+            match scene.round(captor) {
+                Some(_) => {
+                    tiles.triangles.resize(tiles.corners.len(), captor.triangles.start as u32)
+                }
+                None => tiles.triangles.extend(captor.triangles.clone().map(|t| t as u32)),
+            }
             tiles.add_to_part(TilePart {
                 object: None,
                 material: None,
@@ -132,7 +137,7 @@ impl Tiles {
     /// Returns the least number of tiles that a scene can be shown in: of shared copies one for each
     /// part of each copy.
     pub fn least(scene: &Scene) -> usize {
-        let own = scene.unshared() + scene.captor_triangles().len();
+        let own = scene.unshared() + scene.captor_tiles();
         own + merged(&parts_of_copies(scene), usize::MAX)
     }
 
@@ -202,7 +207,7 @@ fn parts_of_copies(scene: &Scene) -> Vec<(Vec<usize>, usize)> {
 /// tiles or each part of a copy is one; 1 where the triangles themselves are no more.
 fn run_of(scene: &Scene, most: usize) -> usize {
     let shared = scene.triangles().len() - scene.unshared();
-    let others = scene.unshared() + scene.captor_triangles().len();
+    let others = scene.unshared() + scene.captor_tiles();
     if shared == 0 || shared + others <= most {
         return 1;
     }

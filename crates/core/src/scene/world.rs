@@ -36,7 +36,8 @@ use glam::{DVec3, Vec3, Vec4};
 use crate::{
     error::Problem,
     math::{
-        geometry::{POINT, ROUNDING, Ray, Transform, Triangle, across, closeness},
+        geometry::{Extent, POINT, ROUNDING, Ray, Transform, Triangle, across, closeness},
+        round::{Round, RoundHit},
         sampling::Discrete,
         spectrum::lanes,
         units::{Quantity, UnitNames},
@@ -58,7 +59,7 @@ use tubes::Tubes;
 pub use arrived::Arrived;
 pub use flush::FlushLight;
 pub use mirrors::{ChosenImage, FlatMirrors, MirrorPlane};
-pub use outline::Outline;
+pub use outline::{Outline, Shape};
 pub use outside::Outside;
 pub use parts::{
     Band, BandRatio, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts,
@@ -253,7 +254,7 @@ pub struct Crossing {
     pub t: f32,
     /// Index of the captor.
     pub captor: usize,
-    /// Index of the triangle in the list of captor triangles.
+    /// Index of the triangle in the list of captor triangles, or of the disc or sphere after them.
     pub triangle: usize,
     /// Whether the ray goes against the normal, and so arrives at the front.
     pub front: bool,
@@ -445,10 +446,48 @@ impl Scene {
         Some(layers.of(heights, self.triangles().at(triangle).weights(point)))
     }
 
-    /// Returns the triangles of all virtual captors, where the user put them.
+    /// Returns the triangles of the virtual captors that are made of triangles, where the user put
+    /// them.
     #[inline]
     pub fn captor_triangles(&self) -> &[Triangle] {
         &self.shapes.captor_triangles
+    }
+
+    /// Returns a box around all virtual captors, m from the centre of the scene.
+    pub fn captors_extent(&self) -> Extent {
+        let triangles = Extent::of_triangles(self.captor_triangles());
+        self.shapes.rounds.iter().map(Round::extent).fold(triangles, Extent::join)
+    }
+
+    /// Returns the number of shapes of virtual captors: of triangles, discs and spheres.
+    pub fn captor_shapes(&self) -> usize {
+        self.shapes.captor_of_triangle.len()
+    }
+
+    /// Returns the number of triangles by which virtual captors are shown.
+    pub fn captor_tiles(&self) -> usize {
+        let rounds = self.shapes.rounds.iter().map(Round::shown_by);
+        self.captor_triangles().len() + rounds.sum::<usize>()
+    }
+
+    /// Returns the disc or sphere that a virtual captor is, m from the centre of the scene; `None` if it
+    /// is made of triangles.
+    #[inline]
+    pub fn round(&self, captor: &Captor) -> Option<&Round> {
+        captor.sensor.round?;
+        self.shapes.rounds.get(captor.triangles.start - self.captor_triangles().len())
+    }
+
+    /// Returns the unit normal of the front of a virtual captor where a ray crosses it.
+    #[inline]
+    pub fn crossed_normal(&self, crossing: &Crossing) -> Vec3 {
+        let triangles = self.captor_triangles();
+        match triangles.get(crossing.triangle) {
+            Some(triangle) => triangle.normal(),
+            None => {
+                self.shapes.rounds[crossing.triangle - triangles.len()].normal_at(crossing.point)
+            }
+        }
     }
 
     /// Returns the properties of a triangle of a surface.
@@ -510,7 +549,7 @@ impl Scene {
 
     /// Returns whether the scene has virtual captors.
     pub fn has_virtual_captors(&self) -> bool {
-        !self.shapes.captor_bvh.is_empty()
+        !self.shapes.captor_of_triangle.is_empty()
     }
 
     /// Returns the distance by which a captor's triangles are lifted off the surface that they lie
@@ -552,8 +591,8 @@ impl Scene {
     #[inline]
     pub fn meet(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) -> Option<SurfaceHit> {
         let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
-        if !self.shapes.is_plain {
-            return self.meet_in_pieces(ray, &mut visit);
+        if !self.shapes.has_plain_captors {
+            return self.meet_otherwise(ray, &mut visit);
         }
         let hit = if captor_bvh.is_empty() {
             surface_bvh.closest(ray, f32::INFINITY)
@@ -563,11 +602,55 @@ impl Scene {
         hit.map(|hit| self.surface_hit(ray, &hit))
     }
 
+    /// The search of [`meet`](Self::meet) where not all is made of plain triangles.
+    #[inline(never)]
+    fn meet_otherwise(&self, ray: &Ray, visit: &mut dyn FnMut(Crossing)) -> Option<SurfaceHit> {
+        let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
+        if !self.shapes.is_plain {
+            return self.meet_in_pieces(ray, visit);
+        }
+        let mut visit = |crossing| visit(crossing);
+        let hit = match captor_bvh.is_empty() {
+            true => surface_bvh.closest(ray, f32::INFINITY),
+            false => surface_bvh.meet(captor_bvh, ray, self.crossing(ray, &mut visit)),
+        };
+        let t = hit.map_or(f32::INFINITY, |hit| hit.t);
+        self.cross_rounds(ray, [0.0, t.next_up()], Some(t), &mut visit);
+        hit.map(|hit| self.surface_hit(ray, &hit))
+    }
+
+    /// Visits the discs and spheres that a ray crosses at the distances `from <= t < to`. `hit` is the
+    /// distance at which it meets a surface: see [`crossing`](Self::crossing).
+    #[inline]
+    fn cross_rounds(
+        &self,
+        ray: &Ray,
+        [from, to]: [f32; 2],
+        hit: Option<f32>,
+        visit: &mut impl FnMut(Crossing),
+    ) {
+        let shapes = &*self.shapes;
+        shapes.round_captors.crossings(ray, to, |index, RoundHit { t, front, mut point }| {
+            let (index, cell) = shapes.round_origin(index);
+            let triangle = shapes.captor_triangles.len() + index;
+            let captor = shapes.captor_of_triangle[triangle] as usize;
+            let is_tied = hit == Some(t);
+            if t < from || (is_tied && !(front && self.lift(captor) > 0.0)) {
+                return;
+            }
+            if let Some(repeats) = shapes.repeats.as_ref().filter(|_| cell != [0, 0]) {
+                point -= repeats.lattice.shift(cell).as_vec3();
+            }
+            visit(Crossing { t, captor, triangle, front, point });
+        });
+    }
+
     /// Visits every virtual captor that a ray crosses before `t_max`, in any order.
     pub fn crossings(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(Crossing)) {
         if self.shapes.repeats.is_some() {
             return self.crossings_in_pieces(ray, t_max, &mut visit);
         }
+        self.cross_rounds(ray, [0.0, t_max], None, &mut visit);
         let mut visit = self.crossing(ray, &mut visit);
         self.shapes.captor_bvh.crossings(ray, t_max, |hit| visit(hit, false));
     }
@@ -576,16 +659,18 @@ impl Scene {
     /// Surfaces are searched only as far as the farthest captor: less work than
     /// [`meet`](Self::meet) where few rays cross a captor.
     pub fn glance(&self, ray: &Ray, mut visit: impl FnMut(Crossing)) {
-        let Shapes { surface_bvh, captor_bvh, .. } = &*self.shapes;
+        let Shapes { surface_bvh, captor_bvh, round_captors, .. } = &*self.shapes;
         if !self.shapes.is_plain {
             self.meet_in_pieces(ray, &mut visit);
             return;
         }
         let mut farthest = 0.0;
         captor_bvh.crossings(ray, f32::INFINITY, |hit| farthest = hit.t.max(farthest));
+        round_captors.crossings(ray, f32::INFINITY, |_, hit| farthest = hit.t.max(farthest));
         if farthest > 0.0 {
             let hit = surface_bvh.closest(ray, farthest.next_up());
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
+            self.cross_rounds(ray, [0.0, t_max.next_up()], Some(t_max), &mut visit);
             let mut visit = self.crossing(ray, &mut visit);
             captor_bvh.crossings(ray, t_max.next_up(), |hit| visit(hit, hit.t == t_max));
         }

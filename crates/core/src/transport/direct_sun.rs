@@ -243,13 +243,17 @@ fn of_captor<L: Lanes>(
     let faces: Vec<Face> = kind.faces().iter().map(|&c| Face::new(scene, captor, c)).collect();
     let streams = Streams::new(seed, Purpose::DirectSun, captor as u64);
     let (bands, columns) = (scene.bands().len(), scene.bands().len() + scene.sums().len());
-    // a captor with a back, and one before a mirror, may get the light of any sun
-    let from_anywhere = faces.len() > 1 || scene.flat_mirrors().is_some();
+    // a captor with a back, a sphere, and one before a mirror may get the light of any sun
+    let of = &scene.captors()[captor];
+    let from_anywhere = faces.len() > 1 || scene.flat_mirrors().is_some() || of.sensor.is_sphere;
     let normals: Vec<_> = match from_anywhere {
         true => Vec::new(),
         false => {
-            let triangles = scene.triangles_of(&scene.captors()[captor]);
-            triangles.iter().map(|t| t.normal()).collect()
+            let disc = scene.round(of).and_then(|round| round.normal);
+            match disc {
+                Some(normal) => vec![normal.as_vec3()],
+                None => scene.triangles_of(of).iter().map(|t| t.normal()).collect(),
+            }
         }
     };
     let row = channels * columns + 1;

@@ -114,7 +114,10 @@ fn has_estimate(scene: &Scene, captor: &Captor) -> bool {
     let is_shared =
         captor.kind == CaptorKind::Surface && captor.triangles.start >= scene.unshared();
     let is_large = is_shared && captor.triangles.len() > MOST_SHARED;
-    !is_large && is_flat(&scene.triangles_of(captor))
+    match scene.round(captor) {
+        Some(round) => round.normal.is_some(),
+        None => !is_large && is_flat(&scene.triangles_of(captor)),
+    }
 }
 
 /// Returns whether triangles lie in one plane and look to one side, but for rounding. Only then is the
@@ -178,6 +181,9 @@ fn sum(
 /// Returns the point of the captor nearest to its area centroid.
 fn middle(scene: &Scene, captor: &Captor) -> Vec3 {
     let center = (captor.center - scene.center()).as_vec3();
+    if scene.round(captor).is_some() {
+        return center;
+    }
     let distance = |p: &Vec3| p.distance_squared(center);
     scene
         .triangles_of(captor)
@@ -202,6 +208,12 @@ fn gather(
     }
     let bin = (captor.first_channel + face as usize) as u32;
     let k = k.unwrap_or_else(|| chosen_k(map.count(bin), map.histories_on(bin)));
+    if let Some(round) = scene.round(captor) {
+        // the query is the middle of the disc
+        return map.gather(bin, query, k, captor.area, |radius| {
+            PI * f64::from(radius).min(round.radius).powi(2)
+        });
+    }
     let triangles = scene.triangles_of(captor);
     map.gather(bin, query, k, captor.area, |radius| {
         triangles.iter().map(|t| f64::from(t.area_in_ball(query, radius))).sum()
@@ -210,6 +222,9 @@ fn gather(
 
 /// Returns the distance from `query` to the farthest point of the captor, m.
 fn reach(scene: &Scene, captor: &Captor, query: Vec3) -> f32 {
+    if let Some(round) = scene.round(captor) {
+        return round.radius as f32;
+    }
     let triangles = scene.triangles_of(captor);
     let corners = triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
     corners.map(|p| p.distance(query)).fold(0.0, f32::max)

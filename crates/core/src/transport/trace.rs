@@ -135,8 +135,7 @@ impl<L: Lanes> Event<'_, L> {
     pub fn cosine(&self, scene: &Scene) -> f32 {
         match *self {
             Self::Crossing { crossing, direction, .. } => {
-                let triangle = &scene.captor_triangles()[crossing.triangle];
-                triangle.normal().dot(direction).abs()
+                scene.crossed_normal(&crossing).dot(direction).abs()
             }
             Self::Arrival { at, .. } | Self::ArrivalBeside { at, .. } => at.interaction.cos,
             Self::FlightBeside

@@ -1,10 +1,7 @@
 //! Loads virtual captors: discs (single, in a grid or from CSV files), spheres, line sensors, and
 //! the groups of OBJ files. Makes groups of captors by patterns of their ids, too.
 
-use std::{
-    collections::BTreeMap,
-    f64::consts::{PI, TAU},
-};
+use std::collections::BTreeMap;
 
 use glam::DVec3;
 
@@ -19,17 +16,16 @@ use phylux_core::{
         geometry::{Transform, area, unit_vector},
         machine::{gib, memory_left},
         pattern,
+        round::Round,
     },
     scene::{
         captor::{CaptorKind, Response, Sensor},
-        world::{CaptorPart, MAX_TRIANGLES},
+        world::{CaptorPart, MAX_CAPTORS},
     },
 };
 
-/// Number of triangles that a disc is made of.
-const DISC_TRIANGLES: usize = 32;
-/// Number of segments that each edge of a sphere's octahedron is cut into.
-const SPHERE_CUTS: usize = 16;
+/// A disc or sphere takes the memory of so many triangles, with its name and what a run keeps of it.
+const LIKE_TRIANGLES: usize = 8;
 
 impl Loader<'_> {
     pub(super) fn load_captors(&mut self, captors: &[CaptorSpec]) -> Result<()> {
@@ -49,7 +45,7 @@ impl Loader<'_> {
                 ),
                 None => None,
             };
-            let sensor = Sensor { is_sphere: file.sphere.is_some(), response };
+            let sensor = Sensor { round: None, is_sphere: file.sphere.is_some(), response };
             if file.csv.is_none() && !file.ignore.is_empty() {
                 return Err(self
                     .error(format!("{pointer}/ignore"), "there is no table whose columns to ignore")
@@ -109,10 +105,9 @@ impl Loader<'_> {
         for (row, captor) in rows.into_iter().enumerate() {
             let id = captor.id.unwrap_or_else(|| row.to_string());
             let center = captor.center * self.metres;
-            self.count_triangles(DISC_TRIANGLES)?;
-            let disc = disc(center, captor.normal, captor.radius * self.metres);
+            let disc = Round::disc(center, captor.normal, captor.radius * self.metres);
             let place = format!("{}:{}", path.display(), captor.line);
-            self.add_captor(entry, &place, format!("{}/{id}", entry.name), disc)?;
+            self.add_round(entry, &place, format!("{}/{id}", entry.name), disc)?;
         }
         Ok(())
     }
@@ -133,18 +128,16 @@ impl Loader<'_> {
                 .error(format!("{pointer}/normal"), "a normal of length 0")
                 .remedy("say where the front of the disc looks: [0, 0, 1] is up"));
         };
-        self.count_triangles(DISC_TRIANGLES)?;
-        let triangles = disc(self.point(file.center), normal, file.radius * self.metres);
+        let disc = Round::disc(self.point(file.center), normal, file.radius * self.metres);
         let place = self.error(&pointer, "").place().to_string();
-        self.add_captor(entry, &place, entry.name.clone(), triangles)
+        self.add_round(entry, &place, entry.name.clone(), disc)
     }
 
     fn load_sphere(&mut self, entry: &Entry, file: &SphereSpec) -> Result<()> {
         let pointer = format!("{}/sphere", entry.pointer);
         self.check_size(&format!("{pointer}/radius"), file.radius)?;
-        self.count_triangles(8 * SPHERE_CUTS * SPHERE_CUTS)?;
-        let triangles = sphere(self.point(file.center), file.radius * self.metres);
-        self.add_captor(entry, &self.place(&pointer), entry.name.clone(), triangles)
+        let sphere = Round::sphere(self.point(file.center), file.radius * self.metres);
+        self.add_round(entry, &self.place(&pointer), entry.name.clone(), sphere)
     }
 
     fn load_grid(&mut self, entry: &Entry, file: &GridSpec) -> Result<()> {
@@ -159,7 +152,7 @@ impl Loader<'_> {
         }
         // before the first of them is made
         let discs = u128::from(file.nx.0) * u128::from(file.ny.0);
-        let most = (MAX_TRIANGLES / DISC_TRIANGLES) as u128;
+        let most = MAX_CAPTORS as u128;
         if discs > most {
             let problem = format!("{} x {} discs, must be at most {most}", file.nx.0, file.ny.0);
             return Err(self.error(pointer, problem).remedy("give fewer sensors"));
@@ -174,17 +167,11 @@ impl Loader<'_> {
             let share = (i as f64 + 0.5) / n.0 as f64;
             low * (1.0 - share) + high * share
         };
-        let radius = file.radius * self.metres;
+        let (radius, place) = (file.radius * self.metres, self.place(&pointer));
         for (iy, ix) in (0..file.ny.0).flat_map(|iy| (0..file.nx.0).map(move |ix| (iy, ix))) {
-            self.count_triangles(DISC_TRIANGLES)?;
             let center = [middle(file.x, ix, file.nx), middle(file.y, iy, file.ny), file.z];
-            let triangles = disc(self.point(center), normal, radius);
-            self.add_captor(
-                entry,
-                &self.place(&pointer),
-                format!("{}/{ix}-{iy}", entry.name),
-                triangles,
-            )?;
+            let disc = Round::disc(self.point(center), normal, radius);
+            self.add_round(entry, &place, format!("{}/{ix}-{iy}", entry.name), disc)?;
         }
         Ok(())
     }
@@ -323,6 +310,15 @@ impl Loader<'_> {
         Ok(())
     }
 
+    fn add_round(&mut self, entry: &Entry, place: &str, id: String, round: Round) -> Result<()> {
+        self.count_triangles(LIKE_TRIANGLES)?;
+        if round.area() <= 0.0 {
+            return Err(without_area(place, &id));
+        }
+        let sensor = Sensor { round: Some(round), ..entry.sensor.clone() };
+        self.add(entry, id, Vec::new(), sensor)
+    }
+
     fn add_captor(
         &mut self,
         entry: &Entry,
@@ -331,15 +327,28 @@ impl Loader<'_> {
         triangles: Vec<[DVec3; 3]>,
     ) -> Result<()> {
         if triangles.iter().map(area).sum::<f64>() <= 0.0 {
-            return Err(Error::input(place, format!("captor `{id}` has no area"))
-                .remedy("leave it out, or correct its corners"));
+            return Err(without_area(place, &id));
         }
+        self.add(entry, id, triangles, entry.sensor.clone())
+    }
+
+    fn add(
+        &mut self,
+        entry: &Entry,
+        id: String,
+        triangles: Vec<[DVec3; 3]>,
+        sensor: Sensor,
+    ) -> Result<()> {
         self.claim_id(&entry.pointer, &id)?;
-        let Entry { kind, groups, sensor, .. } = entry;
-        let (kind, groups, sensor) = (*kind, groups.clone(), sensor.clone());
+        let (kind, groups) = (entry.kind, entry.groups.clone());
         self.parts.captors.push(CaptorPart { id, kind, triangles, groups, sensor });
         Ok(())
     }
+}
+
+fn without_area(place: &str, id: &str) -> Error {
+    Error::input(place, format!("captor `{id}` has no area"))
+        .remedy("leave it out, or correct its corners")
 }
 
 /// What the captors of one entry of the scene file share.
@@ -349,78 +358,4 @@ struct Entry {
     kind: CaptorKind,
     groups: Vec<usize>,
     sensor: Sensor,
-}
-
-/// Makes a fan of triangles with the area of the disc; its front is on the side that the unit
-/// vector `normal` points to.
-fn disc(center: DVec3, normal: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
-    let (x, y) = normal.any_orthonormal_pair();
-    let n = DISC_TRIANGLES as f64;
-    let rim = radius * (TAU / n / (TAU / n).sin()).sqrt();
-    let corner = |i: usize| {
-        let (sin, cos) = (TAU * (i % DISC_TRIANGLES) as f64 / n).sin_cos();
-        center + rim * (cos * x + sin * y)
-    };
-    (0..DISC_TRIANGLES).map(|i| [center, corner(i), corner(i + 1)]).collect()
-}
-
-/// Makes an octahedron whose faces are cut into triangles with corners on a sphere and normals out.
-/// Their total area is four times that of the wanted sphere's cross-section: then their mean
-/// cross-section is that of the sphere, too (Cauchy).
-fn sphere(center: DVec3, radius: f64) -> Vec<[DVec3; 3]> {
-    let n = SPHERE_CUTS;
-    let mut triangles = Vec::with_capacity(8 * n * n);
-    for octant in 0..8 {
-        let sign = |axis: usize| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
-        let signs = DVec3::new(sign(0), sign(1), sign(2));
-        let corner = |i: usize, j: usize| {
-            (DVec3::new((n - i - j) as f64, i as f64, j as f64).normalize()) * signs
-        };
-        let mut add = |a: DVec3, b: DVec3, c: DVec3| {
-            let outward = (b - a).cross(c - a).dot(a) > 0.0;
-            triangles.push(if outward { [a, b, c] } else { [a, c, b] });
-        };
-        for (i, j) in (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j))) {
-            add(corner(i, j), corner(i + 1, j), corner(i, j + 1));
-            if i + j + 1 < n {
-                add(corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
-            }
-        }
-    }
-    let total: f64 = triangles.iter().map(area).sum();
-    let scale = radius * (4.0 * PI / total).sqrt();
-    triangles.iter().map(|triangle| triangle.map(|p| center + scale * p)).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The sphere has its area, all its normals point out, and its outline from any side has the
-    /// circle's area to 0.2 %.
-    #[test]
-    fn a_sphere_is_round() {
-        let center = DVec3::new(1.0, -2.0, 3.0);
-        let triangles = sphere(center, 0.5);
-        assert_eq!(triangles.len(), 8 * SPHERE_CUTS * SPHERE_CUTS);
-        let total: f64 = triangles.iter().map(area).sum();
-        assert!((total - PI).abs() < 1e-12);
-        let vectors = triangles.iter().map(|[a, b, c]| (*a, 0.5 * (b - a).cross(c - a)));
-        assert!(vectors.clone().all(|(a, vector)| (a - center).dot(vector) > 0.0));
-        for from in [DVec3::X, DVec3::ONE, DVec3::new(1.0, 1.0, 0.0), DVec3::new(3.0, -1.0, 0.5)] {
-            let from = from.normalize();
-            let seen: f64 = vectors.clone().map(|(_, vector)| vector.dot(from).max(0.0)).sum();
-            assert!((seen / (0.25 * PI) - 1.0).abs() < 2e-3, "{seen}");
-        }
-    }
-
-    #[test]
-    fn disc_has_its_true_area_and_front() {
-        for normal in [DVec3::Z, DVec3::NEG_Z, DVec3::new(1.0, -2.0, 0.5)] {
-            let triangles = disc(DVec3::new(3.0, 2.0, 1.0), normal.normalize(), 0.4);
-            let total: f64 = triangles.iter().map(area).sum();
-            assert!((total - PI * 0.16).abs() < 1e-12);
-            assert!(triangles.iter().all(|[a, b, c]| (b - a).cross(c - a).dot(normal) > 0.0));
-        }
-    }
 }

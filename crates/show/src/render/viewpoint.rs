@@ -82,8 +82,7 @@ impl<'a> Viewpoint<'a> {
         let triangles = (0..scene.triangles().len())
             .filter(|&triangle| scene.surface(triangle).captor().is_some())
             .map(|triangle| scene.triangles().at(triangle));
-        let captors =
-            Extent::of_triangles(triangles).join(Extent::of_triangles(scene.captor_triangles()));
+        let captors = Extent::of_triangles(triangles).join(scene.captors_extent());
         let is_part = (0.0..PART * all.size().length()).contains(&captors.size().length());
         if !is_part || captors.size() == Vec3::ZERO {
             return Ok(View::of(&all, scene.center(), size, fov_deg));
@@ -168,7 +167,7 @@ impl<'a> Viewpoint<'a> {
             let t = t * (1.0 - 2.0 * ROUNDING) - 2.0 * self.scene.lift(crossing.captor);
             if t < nearest {
                 nearest = t;
-                let normal = self.scene.captor_triangles()[crossing.triangle].normal();
+                let normal = self.scene.crossed_normal(&crossing);
                 let cos = ray.direction.dot(normal).abs();
                 visible = FirstVisible::Thing {
                     cos,

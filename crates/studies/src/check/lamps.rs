@@ -9,7 +9,6 @@ use super::{
 };
 use phylux_core::{
     math::{
-        geometry::Extent,
         rng::{Purpose, Stream, Streams},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
@@ -53,7 +52,7 @@ pub(super) fn check_lamps(scene: &Scene, room: Option<usize>, remarks: &mut Rema
     });
     let lamps: Vec<usize> = lamps.map(|(l, _)| l).take(MOST_LAMPS).collect();
     let around = scene.triangles().extent();
-    let around = around.join(Extent::of_triangles(scene.captor_triangles()));
+    let around = around.join(scene.captors_extent());
     let areas: f64 = scene.captors().iter().map(|captor| captor.area).sum();
     let density = areas / f64::from(2.0 * around.half_area());
     let fate = |l: usize| with_lanes!(scene.lanes(), L => fate::<L>(scene, l, room, density));

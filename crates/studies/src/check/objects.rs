@@ -313,7 +313,7 @@ fn check_captors_in_solids(scene: &Scene, remarks: &mut Remarks) {
 fn check_dark_captors(scene: &Scene, remarks: &mut Remarks) {
     let lit = scene.lights().iter().any(|light| light.power.iter().any(|power| *power > 0.0));
     let around = scene.triangles().extent();
-    let around = around.join(Extent::of_triangles(scene.captor_triangles()));
+    let around = around.join(scene.captors_extent());
     let areas: f64 = scene.captors().iter().map(|captor| captor.area).sum();
     let expected = (TRIAL * FLIGHTS) as f64 * areas / f64::from(2.0 * around.half_area());
     if !lit || expected.is_nan() || expected < lamps::EXPECTED || scene.sources() as u64 > TRIAL {

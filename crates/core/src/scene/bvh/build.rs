@@ -1,10 +1,13 @@
-//! Builds the tree from triangles or boxes.
+//! Builds the tree from triangles, discs and spheres, or boxes.
 
 use super::binary::binary_tree;
 use super::layout::Bvh;
 use super::walk::{ROOT_NODES, STACK};
 use super::wide::{Branch, Packed, Things, Within, widen};
-use crate::math::geometry::{Extent, Triangle};
+use crate::math::{
+    geometry::{Extent, Triangle},
+    round::Round,
+};
 
 pub(super) fn build(
     triangles: &[Triangle],
@@ -35,6 +38,12 @@ pub(super) fn build_within(
 pub(super) fn build_of_boxes(boxes: &[Extent]) -> Bvh {
     let all: Vec<u32> = (0..boxes.len() as u32).collect();
     arrange(boxes, all, 1)
+}
+
+/// Builds the tree of discs and spheres, of which there must be at least one.
+pub(super) fn build_of_rounds(rounds: &[Round]) -> Bvh {
+    let all: Vec<u32> = (0..rounds.len() as u32).collect();
+    arrange(rounds, all, 1)
 }
 
 fn arrange<T: Things + ?Sized>(things: &T, indices: Vec<u32>, root_nodes: usize) -> Bvh {

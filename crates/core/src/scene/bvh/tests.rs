@@ -8,10 +8,14 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::build::balanced;
 use super::query::{Crossings, ask, ask_plain};
+use super::round::CrossRounds;
 use super::walk::{ROOT_NODES, STACK};
 use super::wide::{Branch, Packed, Wide, widen};
 use super::{Bvh, Hit};
-use crate::math::geometry::{Ray, Triangle};
+use crate::math::{
+    geometry::{Ray, Triangle},
+    round::Round,
+};
 
 struct Random(Xoshiro256PlusPlus);
 
@@ -481,4 +485,50 @@ fn near_finds_all_in_a_ball() {
         }
     }
     assert!((500..50_000).contains(&visits), "{visits} of 100000 visits");
+}
+
+/// Of discs and spheres of all sizes, some of them far away, level or in one place, a ray crosses those
+/// that it crosses when each is tested exactly; with the code for any processor, too.
+#[test]
+fn rounds_are_crossed_as_one_by_one() {
+    let mut random = Random::new(11);
+    for (n, size) in [(1, 0.5), (9, 0.3), (300, 0.1), (2000, 0.03)] {
+        let mut rounds: Vec<Round> = Vec::new();
+        for i in 0..n {
+            let far = if i % 50 == 7 { 1e3 } else { 1.0 };
+            let center = (far * random.cube()).as_dvec3();
+            let radius = f64::from(size * far * (0.1 + random.unit()));
+            let normal = random.direction().as_dvec3().normalize();
+            rounds.push(match i % 5 {
+                0 => Round::sphere(center, radius),
+                1 => Round::disc(center, DVec3::Z, radius),
+                2 => Round { radius, ..rounds[random.0.next_u64() as usize % rounds.len()] },
+                _ => Round::disc(center, normal, radius),
+            });
+        }
+        let bvh = Bvh::build_of_rounds(&rounds);
+        let mut crossings = 0;
+        for _ in 0..2_000 {
+            let origin = 2.0 * random.cube();
+            let target = random.pick(&rounds).center.as_vec3() + size * random.cube();
+            let ray = Ray { origin, direction: (target - origin).normalize() };
+            let t_max = if random.unit() < 0.5 { f32::INFINITY } else { 3.0 * random.unit() };
+            let hits = |(i, round): (usize, &Round)| {
+                round.crossed(&ray, t_max).into_iter().flatten().map(move |hit| (i, hit))
+            };
+            let expected: Vec<_> = rounds.iter().enumerate().flat_map(hits).collect();
+            let (mut found, mut plain) = (Vec::new(), Vec::new());
+            bvh.cross_rounds(&rounds, &ray, t_max, |i, hit| found.push((i, hit)));
+            let visit = &mut |i, hit| plain.push((i, hit));
+            ask_plain(CrossRounds { bvh: &bvh, rounds: &rounds, ray: &ray, t_max, visit });
+            assert_eq!(found, plain);
+            found.sort_by(|(i, a), (j, b)| i.cmp(j).then(b.front.cmp(&a.front)));
+            assert_eq!(found, expected);
+            crossings += found.len();
+        }
+        assert!(crossings > 200, "{crossings}");
+        let mut near = Vec::new();
+        bvh.near_rounds(rounds[0].center.as_vec3(), 0.01, |i| near.push(i));
+        assert!(near.contains(&0));
+    }
 }

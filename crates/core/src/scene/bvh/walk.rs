@@ -325,7 +325,7 @@ const LARGEST_INVERSE: f32 = (1u128 << 96) as f32;
 
 impl Slabs {
     #[inline(always)]
-    fn new(origin: Vec3A, direction: Vec3A) -> Self {
+    pub fn new(origin: Vec3A, direction: Vec3A) -> Self {
         let zero = direction.abs().cmplt(Vec3A::splat(1.0 / LARGEST_INVERSE));
         let infinite = Vec3A::splat(LARGEST_INVERSE).copysign(direction);
         let inverse = Vec3A::select(zero, infinite, 1.0 / direction);

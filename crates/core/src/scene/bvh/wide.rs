@@ -1,5 +1,5 @@
 //! Turns a binary tree into one with eight children per node, up to 32 at the root, and up to eight
-//! triangles per leaf.
+//! triangles, discs or spheres per leaf.
 
 use arrayvec::ArrayVec;
 
@@ -58,7 +58,7 @@ impl From<Branch> for Packed {
 /// Number of places for the children of a node, and for the triangles of a leaf.
 const WIDTH: usize = 8;
 
-/// What a tree arranges: triangles, or boxes around what has a tree of its own.
+/// What a tree arranges: triangles, discs and spheres, or boxes around what has a tree of its own.
 pub(super) trait Things: Sync {
     /// The largest number of them in a leaf.
     const IN_LEAF: usize;
@@ -81,8 +81,16 @@ impl Things for [Triangle] {
     }
 
     fn leaf(&self, binary: &[Packed], branch: usize, rows: &mut Vec<Row>) -> Child {
-        let mut leaf = [Row([f32::NAN; WIDTH]); 10];
-        fill(&mut leaf, &mut 0, binary, branch, self);
+        let mut leaf: Leaf = [Row([f32::NAN; WIDTH]); 10];
+        things_below(binary, branch, &mut |lane, index| {
+            let Triangle { a, b, c } = self[index as usize];
+            for axis in 0..3 {
+                for (corner, point) in [a, b, c].iter().enumerate() {
+                    leaf[3 * axis + corner].0[lane] = point[axis];
+                }
+            }
+            leaf[INDICES].0[lane] = f32::from_bits(index);
+        });
         let child = Child::leaf(rows.len());
         rows.extend(leaf);
         child
@@ -200,27 +208,16 @@ fn padded(extent: &Extent) -> Extent {
     Extent { min: extent.min - pad, max: extent.max + pad }
 }
 
-/// Puts a branch's triangles into the lanes of a leaf from `lane` on.
-fn fill(
-    leaf: &mut Leaf,
-    lane: &mut usize,
-    binary: &[Packed],
-    branch: usize,
-    triangles: &[Triangle],
-) {
-    match binary[branch].branch() {
-        Branch::Fork(first) => {
-            Branch::below(first).iter().for_each(|&b| fill(leaf, lane, binary, b, triangles));
-        }
-        Branch::Thing(index) => {
-            let Triangle { a, b, c } = triangles[index as usize];
-            for axis in 0..3 {
-                for (corner, point) in [a, b, c].iter().enumerate() {
-                    leaf[3 * axis + corner].0[*lane] = point[axis];
-                }
+/// Calls `put` for each thing below a branch that becomes a leaf, with its lane and its index.
+pub(super) fn things_below(binary: &[Packed], branch: usize, put: &mut impl FnMut(usize, u32)) {
+    let (mut lane, mut waiting) = (0, ArrayVec::<usize, WIDTH>::from_iter([branch]));
+    while let Some(branch) = waiting.pop() {
+        match binary[branch].branch() {
+            Branch::Fork(first) => waiting.extend(Branch::below(first).into_iter().rev()),
+            Branch::Thing(index) => {
+                put(lane, index);
+                lane += 1;
             }
-            leaf[INDICES].0[*lane] = f32::from_bits(index);
-            *lane += 1;
         }
     }
 }

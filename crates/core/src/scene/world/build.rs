@@ -5,8 +5,8 @@ use std::{collections::HashMap, ops::Range, sync::OnceLock};
 use glam::{DVec3, Vec3};
 
 use super::{
-    Common, CopyPart, LightPart, NO_CAPTOR, NamedMaterial, ObjectCopy, Scene, SceneParts,
-    SharedPart, Surface, SurfacePart, flush,
+    CaptorPart, Common, CopyPart, LightPart, NO_CAPTOR, NamedMaterial, ObjectCopy, Scene,
+    SceneParts, SharedPart, Surface, SurfacePart, flush,
     images::LightImages,
     mirrors::FlatMirrors,
     shapes::{KeptShapes, Outlines},
@@ -17,6 +17,7 @@ use crate::{
     error::{Checked, Error, NO_THREADS, Result, number},
     math::{
         geometry::{Extent, ROUNDING, Triangle, across, area, closeness},
+        round::Round,
         spectrum::lanes,
     },
     scene::{
@@ -70,6 +71,8 @@ impl Scene {
         }
         let radius = radius as f32;
         let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
+        let of_captor = |captor: &CaptorPart| captor.sensor.round.map(|round| round.moved(-center));
+        let rounds: Vec<Round> = parts.captors.iter().filter_map(of_captor).collect();
         let lattice = parts.lattice.map(|lattice| lattice.relative_to(center));
         let layers = lattice.map(|lattice| {
             let layers = Layers::new(&lattice, |visit| each_piece(&parts, center, visit));
@@ -105,6 +108,10 @@ impl Scene {
         let of_surfaces = images(false, &mut surfaces());
         let virtual_triangles = parts.captors.iter().flat_map(|captor| &captor.triangles);
         let of_captors = images(true, &mut virtual_triangles.into_iter());
+        let of_rounds = match (&lattice, &layers) {
+            (Some(lattice), Some(layers)) => Images::of_rounds(lattice, layers.slack, &rounds),
+            _ => Images::default(),
+        };
         let mut stand = Stand::default();
         if !parts.ground.is_empty() {
             stand.is_ground = vec![false; parts.objects.len()];
@@ -185,12 +192,21 @@ impl Scene {
         let mut captors: Vec<Captor> = Vec::with_capacity(parts.captors.len());
         let mut captor_triangles = Vec::new();
         let mut captor_of_triangle = Vec::new();
+        let mut captor_of_round = Vec::with_capacity(rounds.len());
+        // discs and spheres come after all triangles
+        let first_round: usize = parts.captors.iter().map(|captor| captor.triangles.len()).sum();
         for (index, part) in parts.captors.into_iter().enumerate() {
             let (corners, first) = match part.kind {
                 CaptorKind::Surface => (Vec::new(), 0),
                 CaptorKind::Virtual { .. } => (part.triangles, captor_triangles.len()),
             };
-            let own = || (Moments::of(&corners), first..first + corners.len());
+            let own = || match &part.sensor.round {
+                Some(round) => {
+                    let first = first_round + captor_of_round.len();
+                    (Moments::from(round), first..first + 1)
+                }
+                None => (Moments::of(&corners), first..first + corners.len()),
+            };
             let (moments, range) = found.remove(&index).unwrap_or_else(own);
             let Moments { area, center, normal } = moments;
             if area <= 0.0 {
@@ -198,7 +214,10 @@ impl Scene {
                     .remedy("leave it out, or correct its corners"));
             }
             let area = if part.sensor.is_sphere { 0.25 * area } else { area };
-            if let CaptorKind::Virtual { .. } = part.kind {
+            if let Some(round) = &part.sensor.round {
+                check_radius(&part.id, round, center)?;
+                captor_of_round.push(index as u32);
+            } else if let CaptorKind::Virtual { .. } = part.kind {
                 check_rounding(("captor", &part.id), &corners, 0.001, local)?;
                 captor_triangles.extend(corners.iter().map(local));
                 captor_of_triangle.resize(captor_triangles.len(), index as u32);
@@ -219,7 +238,10 @@ impl Scene {
             });
         }
 
+        captor_of_triangle.extend(captor_of_round);
+
         let around = Extent::of_triangles(&triangles).join(Extent::of_triangles(&captor_triangles));
+        let around = rounds.iter().map(Round::extent).fold(around, Extent::join);
         let around = boxes.iter().fold(around, |around, copy| around.join(*copy));
         let around = if around.min.is_finite() { around } else { Extent::of([Vec3::ZERO]) };
         let margin = MARGIN * closeness(around.min.abs().max(around.max.abs()));
@@ -228,6 +250,8 @@ impl Scene {
             Some(lattice) => {
                 let own = triangles.iter().chain(&captor_triangles).flat_map(|t| [t.a, t.b, t.c]);
                 let corners = own.chain(boxes.iter().flat_map(Extent::corners));
+                let of_rounds = rounds.iter().map(Round::extent);
+                let corners = corners.chain(of_rounds.flat_map(|extent| extent.corners()));
                 Prism::of_cell(lattice, &around, corners)
             }
             None => around.into(),
@@ -257,10 +281,11 @@ impl Scene {
             light_triangles.iter().chain(&light_images.triangles.shapes).copied().collect();
         let light_bvh = Bvh::build(&with_images);
         let repeats = lattice.zip(layers).map(|(lattice, layers)| {
-            Box::new(Repeats { lattice, layers, surfaces: of_surfaces, captors: of_captors })
+            let (surfaces, captors, rounds) = (of_surfaces, of_captors, of_rounds);
+            Box::new(Repeats { lattice, layers, surfaces, captors, rounds })
         });
         let outlines =
-            Outlines { triangles, captor_triangles, captor_of_triangle, repeats, placed };
+            Outlines { triangles, captor_triangles, rounds, captor_of_triangle, repeats, placed };
         let shapes = kept.shapes(outlines);
         // after the search structures, whose making needs the most memory
         let mut surfaces: Vec<Surface> = Vec::with_capacity(shapes.triangles.len());
@@ -414,8 +439,8 @@ fn copies(
 }
 
 /// Returns the point that coordinates are relative to: the median of the middles of all captors'
-/// triangles or, without captors, of all surfaces' triangles, along each axis. Single precision is
-/// finest there, whatever stands far away. `None` without triangles.
+/// triangles, discs and spheres or, without captors, of all surfaces' triangles, along each axis.
+/// Single precision is finest there, whatever stands far away. `None` without any of these.
 fn working_center(parts: &SceneParts) -> Option<DVec3> {
     // triangles without area do not count, as nowhere else
     let middle =
@@ -425,7 +450,8 @@ fn working_center(parts: &SceneParts) -> Option<DVec3> {
         of.flat_map(|part| &part.triangles).filter_map(middle)
     };
     let sensors = parts.captors.iter().flat_map(|captor| &captor.triangles).filter_map(middle);
-    let mut middles: Vec<DVec3> = surfaces(true).chain(sensors).collect();
+    let rounds = parts.captors.iter().filter_map(|captor| Some(captor.sensor.round?.center));
+    let mut middles: Vec<DVec3> = surfaces(true).chain(sensors).chain(rounds).collect();
     if middles.is_empty() {
         middles = surfaces(false).collect();
     }
@@ -447,7 +473,7 @@ fn working_center(parts: &SceneParts) -> Option<DVec3> {
 }
 
 /// Visits the corners of each thing that rays may meet: triangles of surfaces and captors, what lamps
-/// are made of, and boxes around copies.
+/// are made of, and boxes around discs, spheres and copies.
 fn each_piece(parts: &SceneParts, center: DVec3, visit: &mut dyn FnMut(&[DVec3])) {
     let surfaces = parts.surfaces.iter().flat_map(|part| &part.triangles);
     let captors = parts.captors.iter().flat_map(|captor| &captor.triangles);
@@ -456,7 +482,8 @@ fn each_piece(parts: &SceneParts, center: DVec3, visit: &mut dyn FnMut(&[DVec3])
     for corners in surfaces.chain(captors).copied().chain(lamps) {
         visit(&corners.map(|corner| corner - center));
     }
-    for corners in parts.shared.iter().flat_map(SharedPart::boxes) {
+    let rounds = parts.captors.iter().filter_map(|captor| Some(captor.sensor.round?.corners()));
+    for corners in parts.shared.iter().flat_map(SharedPart::boxes).chain(rounds) {
         visit(&corners.map(|corner| corner - center));
     }
 }
@@ -489,11 +516,28 @@ fn check_rounding(
     if seen && change <= tolerated * exact {
         return Ok(());
     }
+    Err(drowns((what, name), exact, far))
+}
+
+/// Refuses a disc or sphere that is so small where it stands that single precision moves rays by more
+/// than a hundredth of its radius.
+fn check_radius(name: &str, round: &Round, center: DVec3) -> Result<()> {
+    const NANOMETRE: f64 = 1e-9;
+    let far = round.moved(-center).reach().max_element();
+    let moves = 0.5 * f64::from(f32::EPSILON) * f64::from(far);
+    if round.radius >= NANOMETRE.max(100.0 * moves) {
+        return Ok(());
+    }
+    Err(drowns(("captor", name), round.area(), far))
+}
+
+/// Makes the error on a shape of this area, m2, so far from the centre, m.
+fn drowns((what, name): (&str, &str), area: f64, far: f32) -> Error {
     let problem = format!(
-        "{what} `{name}` of {exact:.1e} m2 drowns in the rounding of its coordinates: it is \
+        "{what} `{name}` of {area:.1e} m2 drowns in the rounding of its coordinates: it is \
         {far:.3} m from the middle of the captors"
     );
-    Err(Error::input("scene", problem).remedy("bring what is far away nearer, or make it larger"))
+    Error::input("scene", problem).remedy("bring what is far away nearer, or make it larger")
 }
 
 /// Extent of everything in a scene, m.
@@ -510,6 +554,8 @@ impl Bounds {
         let triangles = parts.surfaces.iter().flat_map(|s| &s.triangles);
         let captors = parts.captors.iter().flat_map(|c| &c.triangles);
         triangles.chain(captors).flatten().for_each(|&p| bounds.add(p));
+        let rounds = parts.captors.iter().filter_map(|captor| Some(captor.sensor.round?.corners()));
+        rounds.flatten().for_each(|p| bounds.add(p));
         parts.shared.iter().flat_map(SharedPart::boxes).flatten().for_each(|p| bounds.add(p));
         for lamp in parts.lights.iter().filter_map(LightPart::lamp) {
             lamp.outline().points().iter().for_each(|&p| bounds.add(p));

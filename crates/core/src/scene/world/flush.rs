@@ -54,14 +54,20 @@ pub fn lift(lights: &mut [Light], shapes: &Shapes, middle: Vec3, radius: f32) ->
         flush.push(FlushLight { light: l, triangle, lifted });
         if lifted {
             let highest = shapes.lifts.iter().copied().fold(0.0, f32::max);
+            let mut close = Vec::new();
             for place in light.places(PLACES) {
                 shapes.captor_bvh.near(place, lift + highest, |triangle| {
-                    let triangle = shapes.captor_origin(triangle) as usize;
-                    let captor = shapes.captor_of_triangle[triangle] as usize;
+                    close.push(shapes.captor_origin(triangle) as usize);
+                });
+                shapes.round_captors.near(place, lift + highest, |index| {
+                    close.push(shapes.captor_triangles.len() + shapes.round_origin(index).0);
+                });
+                for shape in close.drain(..) {
+                    let captor = shapes.captor_of_triangle[shape] as usize;
                     if let Ok(captor) = shapes.in_surface.binary_search(&captor) {
                         lift = lift.max(1.5 * shapes.lifts[captor]);
                     }
-                });
+                }
             }
             for found in near {
                 leave(light, &found.triangle, middle, lift);

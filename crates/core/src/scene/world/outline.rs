@@ -1,52 +1,99 @@
-//! The triangles of a captor, for points that are drawn on them.
+//! The shapes of a captor, for points that are drawn on them.
 
 use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
 
 use super::{Scene, triangles::located};
 use crate::{
     math::{
         geometry::Triangle,
-        sampling::{Chosen, Discrete},
+        rng::Stream,
+        round::Round,
+        sampling::{Discrete, uniform_triangle},
     },
     scene::captor::{Captor, CaptorKind},
 };
 
-/// The triangles of a captor. Copies that share their triangles take no memory of their own.
+/// The shapes of a captor: triangles, or one disc or sphere. Copies that share their triangles take
+/// no memory of their own.
 pub struct Outline<'s> {
     scene: &'s Scene,
     /// Index of the first triangle among those of all surfaces, where they are shared.
     first: usize,
     /// The triangles, where they are not shared; else empty.
     own: &'s [Triangle],
-    areas: Arc<Discrete>,
+    /// Their areas, or those of shared triangles.
+    areas: Option<Arc<Discrete>>,
+    round: Option<&'s Round>,
 }
 
-impl Outline<'_> {
-    /// Chooses a triangle in proportion to its area, by a number in [0, 1).
-    #[inline]
-    pub fn choose(&self, u: f64) -> Chosen {
-        self.areas.choose(u)
+/// A shape of a captor.
+pub enum Shape<'s> {
+    /// A triangle.
+    Triangle(Triangle),
+    /// A disc or sphere.
+    Round(&'s Round),
+}
+
+impl Shape<'_> {
+    /// Returns the point that numbers have chosen, rounded: the barycentric weights of the corners b
+    /// and c of a triangle, or the numbers of [`Round::point`].
+    pub fn point(&self, at: Vec2) -> Vec3 {
+        match self {
+            Self::Triangle(triangle) => triangle.point(at.x, at.y),
+            Self::Round(round) => round.point(at).as_vec3(),
+        }
     }
 
-    /// Returns a triangle of the captor.
+    /// Returns the unit normal of the front at a point.
+    pub fn normal_at(&self, point: Vec3) -> Vec3 {
+        match self {
+            Self::Triangle(triangle) => triangle.normal(),
+            Self::Round(round) => round.normal_at(point),
+        }
+    }
+}
+
+impl<'s> Outline<'s> {
+    /// Draws a place, uniform over the area: the index of a shape, and the numbers of a
+    /// [point](Shape::point) on it.
     #[inline]
-    pub fn triangle(&self, index: usize) -> Triangle {
-        match self.own.get(index) {
-            Some(triangle) => *triangle,
-            None => self.scene.triangles().at(self.first + index),
+    pub fn choose(&self, rng: &mut Stream) -> (usize, Vec2) {
+        let first = rng.uniform_fine();
+        match &self.areas {
+            Some(areas) => {
+                let chosen = areas.choose(first);
+                (chosen.index, uniform_triangle(Vec2::new(chosen.rest, rng.uniform())))
+            }
+            None => (0, Vec2::new(first as f32, rng.uniform())),
+        }
+    }
+
+    /// Returns a shape of the captor.
+    #[inline]
+    pub fn shape(&self, index: usize) -> Shape<'s> {
+        match (self.round, self.own.get(index)) {
+            (Some(round), _) => Shape::Round(round),
+            (None, Some(triangle)) => Shape::Triangle(*triangle),
+            (None, None) => Shape::Triangle(self.scene.triangles().at(self.first + index)),
         }
     }
 
     /// Returns the triangles, where they are not shared; else nothing.
-    pub fn own(&self) -> &[Triangle] {
+    pub fn own(&self) -> &'s [Triangle] {
         self.own
     }
 }
 
 impl Scene {
-    /// Returns the triangles of a captor, for points that are drawn on them.
+    /// Returns the shapes of a captor, for points that are drawn on them.
     pub fn outline(&self, captor: &Captor) -> Outline<'_> {
         let range = captor.triangles.clone();
+        let first = range.start;
+        if let Some(round) = self.round(captor) {
+            return Outline { scene: self, first, own: &[], areas: None, round: Some(round) };
+        }
         let own = match captor.kind {
             CaptorKind::Virtual { .. } => self.captor_triangles().get(range.clone()),
             CaptorKind::Surface => self.shapes.triangles.get(range.clone()),
@@ -69,6 +116,7 @@ impl Scene {
                 common.areas[captor].get_or_init(areas).clone()
             }
         };
-        Outline { scene: self, first: range.start, own: own.unwrap_or_default(), areas }
+        let own = own.unwrap_or_default();
+        Outline { scene: self, first, own, areas: Some(areas), round: None }
     }
 }

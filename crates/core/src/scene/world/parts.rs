@@ -239,8 +239,8 @@ pub struct CaptorPart {
     pub id: String,
     /// Whether the captor is virtual or a surface.
     pub kind: CaptorKind,
-    /// Corners of a virtual captor, m from the user's origin. Empty for a surface captor, which
-    /// consists of the surface parts that name it.
+    /// Corners of a virtual captor, m from the user's origin. Empty for a disc or sphere, which its
+    /// `sensor` describes, and for a surface captor, which consists of the surface parts that name it.
     pub triangles: Vec<[DVec3; 3]>,
     /// Indices of the groups that it belongs to, each once.
     pub groups: Vec<usize>,

@@ -94,7 +94,7 @@ impl Scene {
         for stretch in self.pieces(ray) {
             let t_max = stretch.inside[1] + slack;
             let met = self.shapes.first_met(&stretch.ray, t_max);
-            if !self.shapes.captor_bvh.is_empty() {
+            if self.has_virtual_captors() {
                 let [from, to] = stretch.inside;
                 let t = met.map(|met| met.t());
                 let to = t.map_or(to, f32::next_up);
@@ -133,6 +133,11 @@ impl Scene {
         hit: Option<f32>,
         visit: &mut dyn FnMut(Crossing),
     ) {
+        let mut visit = |crossing: Crossing| {
+            let t = (stretch.start + f64::from(crossing.t)) as f32;
+            visit(Crossing { t, ..crossing });
+        };
+        self.cross_rounds(&stretch.ray, [from, to], hit, &mut visit);
         let own = self.captor_triangles().len();
         self.shapes.captor_bvh.crossings(&stretch.ray, to, |mut crossed| {
             if crossed.t < from {
@@ -143,10 +148,6 @@ impl Scene {
                 crossed.triangle = triangle;
                 crossed.point -= repeats.lattice.shift(cell).as_vec3();
             }
-            let mut visit = |crossing: Crossing| {
-                let t = (stretch.start + f64::from(crossing.t)) as f32;
-                visit(Crossing { t, ..crossing });
-            };
             self.crossing(&stretch.ray, &mut visit)(crossed, hit == Some(crossed.t));
         });
     }

@@ -1,4 +1,4 @@
-//! The triangles of a scene with their search structures. They are the part of a scene that takes
+//! The shapes of a scene with their search structures. They are the part of a scene that takes
 //! time to build, and they do not depend on its materials and powers.
 
 use std::{
@@ -9,12 +9,15 @@ use std::{
     sync::{Arc, Mutex, Weak},
 };
 
-use glam::Vec3;
+use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::{
     error::lock,
-    math::geometry::{Ray, Triangle, closeness},
+    math::{
+        geometry::{ROUNDING, Ray, Triangle, across, closeness},
+        round::{Round, RoundHit},
+    },
     scene::{
         bvh::Bvh,
         instances::{Forest, Instance, Met, Placed},
@@ -22,14 +25,17 @@ use crate::{
     },
 };
 
-/// Triangles, before search structures are built.
+/// Triangles, discs and spheres, before search structures are built.
 #[derive(Debug, PartialEq)]
 pub struct Outlines {
     /// Triangles of all surfaces.
     pub triangles: Vec<Triangle>,
     /// Triangles of all virtual captors, where the user put them.
     pub captor_triangles: Vec<Triangle>,
-    /// Index of the captor of each of `captor_triangles`.
+    /// The discs and spheres among the virtual captors, where the user put them, m from the centre of
+    /// the scene.
+    pub rounds: Vec<Round>,
+    /// Index of the captor of each of `captor_triangles`, and then of each of `rounds`.
     pub captor_of_triangle: Vec<u32>,
     /// How they repeat; `None` if they do not.
     pub repeats: Option<Box<Repeats>>,
@@ -93,6 +99,46 @@ impl Outlines {
         let own = self.captor_triangles.len();
         self.repeats.as_ref().map_or(index, |repeats| repeats.captors.origin(index, own).0)
     }
+
+    /// Returns the index of the disc or sphere of which the search structure knows this image, or which
+    /// it is itself, and the cell of the image.
+    pub fn round_origin(&self, index: usize) -> (usize, Cell) {
+        let Some(repeats) = &self.repeats else { return (index, [0, 0]) };
+        let (of, cell) = repeats.rounds.origin(index as u32, self.rounds.len());
+        (of as usize, cell)
+    }
+}
+
+/// Discs and spheres as rays meet them, lifted and with their images, and what finds them.
+#[derive(Debug, Default)]
+pub struct Rounds {
+    shapes: Vec<Round>,
+    bvh: Bvh,
+}
+
+impl Rounds {
+    fn new(shapes: Vec<Round>) -> Self {
+        Self { bvh: Bvh::build_of_rounds(&shapes), shapes }
+    }
+
+    /// Returns whether there is none.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.shapes.is_empty()
+    }
+
+    /// Visits every crossing of a ray with 0 < t < `t_max`, each with the index of the disc or sphere.
+    #[inline]
+    pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(usize, RoundHit)) {
+        if !self.is_empty() {
+            self.bvh.cross_rounds(&self.shapes, ray, t_max, visit);
+        }
+    }
+
+    /// Visits the index of each that may reach into the ball of `radius`, m, around `center`.
+    pub fn near(&self, center: Vec3, radius: f32, visit: impl FnMut(usize)) {
+        self.bvh.near_rounds(center, radius, visit);
+    }
 }
 
 #[inline]
@@ -125,11 +171,15 @@ pub struct Shapes {
     pub surface_bvh: Bvh,
     /// Finds triangles of copies that share them, if there are any.
     pub forest: Option<Forest>,
-    /// Whether all that rays may meet is in the two search structures as it is: nothing repeats, and
-    /// no triangles are shared.
+    /// Whether all surfaces that rays may meet are in the search structure as they are: nothing
+    /// repeats, and no triangles are shared.
     pub is_plain: bool,
+    /// Whether the same holds of virtual captors, as all are made of triangles.
+    pub has_plain_captors: bool,
     /// Finds triangles of virtual captors, lifted off the surfaces that they lie in.
     pub captor_bvh: Bvh,
+    /// The discs and spheres among them, lifted, too.
+    pub round_captors: Rounds,
     /// Indices of the virtual captors that lie in a surface, in rising order.
     pub in_surface: Vec<usize>,
     /// The distance, m, by which each of these is lifted.
@@ -178,7 +228,7 @@ impl Shapes {
     /// surface counts as lying off it, on the side to which its normal points: its triangles move
     /// above the points that rays start from.
     fn new(outlines: Outlines) -> Self {
-        let Outlines { triangles, captor_triangles, captor_of_triangle, repeats, placed } =
+        let Outlines { triangles, captor_triangles, rounds, captor_of_triangle, repeats, placed } =
             &outlines;
         let repeats = repeats.as_deref();
         let lattice = repeats.map(|repeats| (&repeats.lattice, repeats.layers.slack));
@@ -199,14 +249,14 @@ impl Shapes {
         copies.retain(|[copy, _]| (*copy as usize) < triangles.len());
         let all_captors = with_images(captor_triangles, repeats.map(|repeats| &repeats.captors));
         let captor_bvh = Bvh::build_for_few(&all_captors);
-        // the largest offset of the surfaces in which a captor's triangle lies
-        let offset_below = |triangle: &Triangle| {
-            let normal = triangle.normal();
-            let near_corners = [(0.05, 0.05), (0.9, 0.05), (0.05, 0.9)];
-            let points = [(1.0 / 3.0, 1.0 / 3.0)].iter().chain(&near_corners);
+        let of_rounds = repeats.iter().flat_map(|repeats| &repeats.rounds.shapes);
+        let all_rounds = rounds.iter().chain(of_rounds).copied().collect();
+        let mut round_captors = Rounds::new(all_rounds);
+        // the largest offset of the surfaces in which points of a captor lie, where it has this normal
+        let largest_offset = |points: &mut dyn Iterator<Item = Vec3>, normal: Vec3| {
             let mut largest: Option<f32> = None;
-            for point in points.map(|&(u, v)| triangle.point(u, v)) {
-                let reach = closeness(point) + 4.0 * triangle.offset_at(point);
+            for point in points {
+                let reach = closeness(point) + 4.0 * ROUNDING * across(normal, point);
                 let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
                     crosses(&outlines, &surface_bvh, forest.as_ref(), ray, t_max, visit);
                 };
@@ -218,15 +268,38 @@ impl Shapes {
             }
             largest
         };
+        let offset_below = |triangle: &Triangle| {
+            let near_corners = [(0.05, 0.05), (0.9, 0.05), (0.05, 0.9)];
+            let points = [(1.0 / 3.0, 1.0 / 3.0)].into_iter().chain(near_corners);
+            largest_offset(&mut points.map(|(u, v)| triangle.point(u, v)), triangle.normal())
+        };
+        // a sphere lies in no plane
+        let offset_below_disc = |round: &Round| {
+            let near_rim = (0..8).map(|i| Vec2::new(0.9, i as f32 / 8.0));
+            let points = [Vec2::ZERO].into_iter().chain(near_rim);
+            let normal = round.normal?.as_vec3();
+            largest_offset(&mut points.map(|u| round.point(u).as_vec3()), normal)
+        };
+        let round_of = |range: &Range<usize>| range.start.checked_sub(captor_triangles.len());
         let captors = captors(captor_of_triangle);
         let mut below: BTreeMap<usize, f32> = captors
             .par_iter()
             .filter_map(|(captor, range)| {
-                let offsets = captor_triangles[range.clone()].iter().filter_map(&offset_below);
-                Some((*captor, offsets.reduce(f32::max)?))
+                let offset = match round_of(range) {
+                    Some(round) => offset_below_disc(&rounds[round]),
+                    None => {
+                        let own = captor_triangles[range.clone()].iter();
+                        own.filter_map(&offset_below).reduce(f32::max)
+                    }
+                };
+                Some((*captor, offset?))
             })
             .collect();
         // a captor larger than the surface that it lies in is found from the surface
+        let mut lies_in = |shape: usize, offset: f32| {
+            let largest = below.entry(captor_of_triangle[shape] as usize).or_insert(offset);
+            *largest = largest.max(offset);
+        };
         if !captor_triangles.is_empty() {
             let above = |t: &Triangle| {
                 let (middle, normal) = (t.centroid(), t.normal());
@@ -248,30 +321,73 @@ impl Shapes {
                 least.map(|captor_triangle| (captor_triangle, t.offset_at(middle)))
             };
             let covered: Vec<(u32, f32)> = triangles.par_iter().filter_map(above).collect();
-            for (t, offset) in covered {
-                let captor = captor_of_triangle[t as usize] as usize;
-                let largest = below.entry(captor).or_insert(offset);
-                *largest = largest.max(offset);
-            }
+            covered.into_iter().for_each(|(t, offset)| lies_in(t as usize, offset));
+        }
+        if rounds.iter().any(|round| round.normal.is_some()) {
+            let above = |t: &Triangle| {
+                let (middle, normal) = (t.centroid(), t.normal());
+                let reach = closeness(middle) + 4.0 * t.offset_at(middle);
+                let ray = Ray { origin: middle - reach * normal, direction: normal };
+                let mut least = None;
+                round_captors.crossings(&ray, 2.0 * reach, |index, _| {
+                    let (of, _) = outlines.round_origin(index);
+                    let cos = rounds[of].normal.map_or(0.0, |disc| disc.as_vec3().dot(normal));
+                    if cos.abs() > 0.999_999 {
+                        least = Some(least.map_or(of, |other: usize| other.min(of)));
+                    }
+                });
+                least.map(|disc| (captor_triangles.len() + disc, t.offset_at(middle)))
+            };
+            let covered: Vec<(usize, f32)> = triangles.par_iter().filter_map(above).collect();
+            covered.into_iter().for_each(|(shape, offset)| lies_in(shape, offset));
         }
         let mut lifted = all_captors.into_owned();
-        let mut lifts = Vec::with_capacity(below.len());
+        let mut rounds_lifted = vec![DVec3::ZERO; rounds.len()];
+        let (mut lifts, mut are_lifted) = (BTreeMap::new(), false);
         let of_images = repeats.map_or(&[][..], |repeats| &repeats.captors.of);
         for (captor, range) in captors.iter().filter(|(captor, _)| below.contains_key(captor)) {
+            if let Some(round) = round_of(range) {
+                let (reach, normal) = (rounds[round].reach(), rounds[round].normal);
+                let normal = normal.unwrap_or_default();
+                let offset = ROUNDING * across(normal.as_vec3(), reach);
+                let lift = closeness(reach) + 4.0 * offset + 2.0 * below[captor];
+                rounds_lifted[round] = f64::from(lift) * normal;
+                lifts.insert(*captor, lift);
+                continue;
+            }
+            are_lifted = true;
             let own = &mut lifted[range.clone()];
             let apart = |t: &Triangle| closeness(t.reach()) + 4.0 * t.offset();
             let lift = own.iter().map(apart).fold(0.0, f32::max) + 2.0 * below[captor];
             own.iter_mut().for_each(|triangle| *triangle = lifted_by(triangle, lift));
-            lifts.push(lift);
+            lifts.insert(*captor, lift);
             let images = lifted[captor_triangles.len()..].iter_mut().zip(of_images);
             for (triangle, _) in images.filter(|(_, (of, _))| range.contains(&(*of as usize))) {
                 *triangle = lifted_by(triangle, lift);
             }
         }
-        let captor_bvh = if lifts.is_empty() { captor_bvh } else { Bvh::build_for_few(&lifted) };
-        let in_surface = below.into_keys().collect();
+        let captor_bvh = if are_lifted { Bvh::build_for_few(&lifted) } else { captor_bvh };
+        if rounds_lifted.iter().any(|lift| *lift != DVec3::ZERO) {
+            let lift = |(index, round): (usize, &Round)| {
+                round.moved(rounds_lifted[outlines.round_origin(index).0])
+            };
+            let lifted = round_captors.shapes.iter().enumerate().map(lift).collect();
+            round_captors = Rounds::new(lifted);
+        }
+        let (in_surface, lifts) = lifts.into_iter().unzip();
         let is_plain = outlines.repeats.is_none() && forest.is_none();
-        Self { outlines, copies, surface_bvh, forest, is_plain, captor_bvh, in_surface, lifts }
+        Self {
+            copies,
+            surface_bvh,
+            forest,
+            is_plain,
+            has_plain_captors: is_plain && round_captors.is_empty(),
+            captor_bvh,
+            round_captors,
+            in_surface,
+            lifts,
+            outlines,
+        }
     }
 
     /// Visits triangles of surfaces that a ray crosses with 0 < t < `t_max`, each once, in no
@@ -399,6 +515,7 @@ mod tests {
         let outlines = |z: f32| Outlines {
             triangles: vec![[Vec3::ZERO, Vec3::X, Vec3::new(0.0, 1.0, z)].into()],
             captor_triangles: Vec::new(),
+            rounds: Vec::new(),
             captor_of_triangle: Vec::new(),
             repeats: None,
             placed: Placed::default(),
@@ -427,6 +544,7 @@ mod tests {
         let outlines = Outlines {
             triangles,
             captor_triangles: Vec::new(),
+            rounds: Vec::new(),
             captor_of_triangle: Vec::new(),
             repeats: None,
             placed: Placed::default(),
@@ -451,10 +569,14 @@ mod tests {
             let triangles: Vec<Triangle> = (0..count).map(at).collect();
             let mut asked = 0;
             let middle = triangles[0].centroid();
-            let (captor_triangles, captor_of_triangle) = (Vec::new(), Vec::new());
-            let (repeats, placed) = (None, Placed::default());
-            let outlines =
-                Outlines { triangles, captor_triangles, captor_of_triangle, repeats, placed };
+            let outlines = Outlines {
+                triangles,
+                captor_triangles: Vec::new(),
+                rounds: Vec::new(),
+                captor_of_triangle: Vec::new(),
+                repeats: None,
+                placed: Placed::default(),
+            };
             let bvh = Bvh::build(&outlines.triangles);
             let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
                 crosses(&outlines, &bvh, None, ray, t_max, visit);

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use glam::{Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 
 use super::{
     Common, MARGINS, NO_CAPTOR, ObjectCopy, Scene, Surface, SurfaceHit,
@@ -10,7 +10,7 @@ use super::{
     triangles::{Alike, SharedCopy, Standing, Triangles, located},
 };
 use crate::{
-    math::geometry::{ROUNDING, Ray, Triangle},
+    math::geometry::{Extent, ROUNDING, Ray, Triangle},
     scene::{
         bvh::Hit,
         captor::{Captor, CaptorKind},
@@ -95,8 +95,12 @@ impl Scene {
         if triangle < self.shapes.triangles.len() { None } else { placed.locate(triangle) }
     }
 
-    /// Returns the triangles of a captor.
+    /// Returns the triangles of a captor; of a disc or sphere those by which it is shown.
     pub fn triangles_of(&self, captor: &Captor) -> Cow<'_, [Triangle]> {
+        if let Some(round) = self.round(captor) {
+            let rounded = |corners: [DVec3; 3]| corners.map(|corner| corner.as_vec3()).into();
+            return round.triangles().into_iter().map(rounded).collect();
+        }
         let range = captor.triangles.clone();
         match captor.kind {
             CaptorKind::Virtual { .. } => Cow::Borrowed(&self.captor_triangles()[range]),
@@ -104,6 +108,14 @@ impl Scene {
                 Some(triangles) => Cow::Borrowed(triangles),
                 None => range.map(|triangle| self.triangles().at(triangle)).collect(),
             },
+        }
+    }
+
+    /// Returns a box around a captor, m from the centre of the scene.
+    pub fn extent_of(&self, captor: &Captor) -> Extent {
+        match self.round(captor) {
+            Some(round) => round.extent(),
+            None => Extent::of_triangles(&*self.triangles_of(captor)),
         }
     }
 

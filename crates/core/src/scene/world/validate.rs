@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     error::{Checked, Error, Problem, Result, check_range, number},
-    math::spectrum::MAX_BANDS,
+    math::{round::Round, spectrum::MAX_BANDS},
     scene::{
         captor::{CaptorKind, Sensor},
         daylight::InfiniteLight,
@@ -425,6 +425,23 @@ impl CaptorPart {
             let problem = "a surface captor with a shape or response of its own";
             return Err(Problem::new(problem, "give it to a virtual captor"));
         }
+        if let Some(Round { center, radius, normal }) = self.sensor.round {
+            if !self.triangles.is_empty() {
+                let problem = "a disc or sphere with triangles";
+                return Err(Problem::new(problem, "give it either"));
+            }
+            let is_unit = normal.is_none_or(|normal| (normal.length() - 1.0).abs() < 1e-9);
+            // not a number is not positive
+            if !(radius > 0.0 && radius.is_finite() && center.is_finite() && is_unit) {
+                let problem = "a disc or sphere that is none";
+                let remedy = "its radius is above 0, and a normal has the length 1";
+                return Err(Problem::new(problem, remedy));
+            }
+            if self.sensor.is_sphere != normal.is_none() {
+                let problem = "a sphere with a normal, or a disc without one";
+                return Err(Problem::new(problem, "say the same of its shape and of its area"));
+            }
+        }
         let mut seen = HashSet::new();
         for &group in &self.groups {
             check_index("group", group, parts.groups.len())?;
@@ -447,6 +464,11 @@ pub fn check_images(parts: &SceneParts, lattice: &Lattice, slack: f64) -> Checke
     let captors = parts.captors.iter().flat_map(|captor| {
         captor.triangles.iter().map(|corners| (captor.id.as_str(), corners.as_slice()))
     });
+    let rounds = parts.captors.iter().filter_map(|captor| Some((captor, captor.sensor.round?)));
+    for (captor, round) in rounds {
+        all = all.saturating_add(lattice.count_images(&round.corners(), slack));
+        check_count(all, &captor.id)?;
+    }
     for shared in &parts.shared {
         let images = shared.boxes().map(|corners| lattice.count_images(&corners, slack));
         all = images.fold(all, u64::saturating_add);
@@ -465,15 +487,18 @@ pub fn check_images(parts: &SceneParts, lattice: &Lattice, slack: f64) -> Checke
     });
     for (name, corners) in surfaces.chain(captors).chain(lights).chain(tubes).chain(openings) {
         all = all.saturating_add(lattice.count_images(corners, slack));
-        if all > MAX_TRIANGLES as u64 {
-            return Err(Problem::new(
-                format!(
-                    "what reaches over the cell's borders has more than {MAX_TRIANGLES} images in \
-                    it, at `{name}`"
-                ),
-                "make the ground as large as the cell, or the cell larger",
-            ));
-        }
+        check_count(all, name)?;
     }
     Ok(())
+}
+
+/// Refuses too many images of what has been counted up to `name`.
+fn check_count(images: u64, name: &str) -> Checked {
+    if images <= MAX_TRIANGLES as u64 {
+        return Ok(());
+    }
+    let problem = format!(
+        "what reaches over the cell's borders has more than {MAX_TRIANGLES} images in it, at `{name}`"
+    );
+    Err(Problem::new(problem, "make the ground as large as the cell, or the cell larger"))
 }

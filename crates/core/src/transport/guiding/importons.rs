@@ -6,15 +6,14 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-use glam::Vec2;
 use rayon::prelude::*;
 
 use super::Cells;
 use crate::{
     math::{
-        geometry::{Frame, Ray},
+        geometry::{Frame, ROUNDING, Ray, across},
         rng::{Purpose, Stream, Streams},
-        sampling::{cosine_hemisphere, uniform_triangle},
+        sampling::cosine_hemisphere,
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
@@ -42,7 +41,7 @@ pub struct Sources<'a> {
 }
 
 struct Source<'a> {
-    triangles: Outline<'a>,
+    outline: Outline<'a>,
     /// How far the captor is lifted above the surface that it lies in, m.
     lift: f32,
     face: Channel,
@@ -58,11 +57,11 @@ impl<'a> Sources<'a> {
         let mut faces: Vec<Source> = Vec::new();
         for (c, captor) in scene.captors().iter().enumerate() {
             for &face in captor.kind.faces() {
-                let triangles = scene.outline(captor);
+                let outline = scene.outline(captor);
                 let light = expected.next().into_iter().flatten();
                 let weights = light.map(|light| (1.0 / light) as f32).collect();
                 let lift = scene.lift(c);
-                faces.push(Source { triangles, lift, face, weights });
+                faces.push(Source { outline, lift, face, weights });
             }
         }
         // a face emits importons of pi / light in all, and starts one in `faces.len()` of them
@@ -74,14 +73,13 @@ impl<'a> Sources<'a> {
 
 impl Source<'_> {
     fn start(&self, rng: &mut Stream) -> Ray {
-        let chosen = self.triangles.choose(rng.uniform_fine());
-        let triangle = self.triangles.triangle(chosen.index);
-        let at = uniform_triangle(Vec2::new(chosen.rest, rng.uniform()));
-        let normal = triangle.normal();
-        let normal = if self.face == Channel::Back { -normal } else { normal };
+        let (shape, at) = self.outline.choose(rng);
+        let shape = self.outline.shape(shape);
+        let point = shape.point(at);
+        let front = shape.normal_at(point);
+        let normal = if self.face == Channel::Back { -front } else { front };
         let direction = Frame::new(normal).to_world(cosine_hemisphere(rng.square()));
-        let point = triangle.point(at.x, at.y);
-        let lift = self.lift + triangle.offset_at(point);
+        let lift = self.lift + ROUNDING * across(front, point);
         Ray { origin: point + lift * normal, direction }
     }
 }

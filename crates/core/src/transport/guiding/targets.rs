@@ -427,6 +427,18 @@ fn meets_ball(to: Vec3, radius: f32, direction: Vec3) -> bool {
 
 impl Target {
     fn new(scene: &Scene, index: usize, captor: &Captor) -> Self {
+        if let Some(round) = scene.round(captor) {
+            let (middle, radius) = (round.center.as_vec3(), MARGIN * round.radius as f32);
+            return match round.normal.map(|normal| normal.as_vec3()) {
+                Some(normal) => {
+                    let Frame { tangent, bitangent, .. } = Frame::new(normal);
+                    let axes = [tangent, bitangent].map(|axis| radius * axis);
+                    let center = middle + scene.lift(index) * normal;
+                    Self::ellipse(center, normal, axes, captor)
+                }
+                None => Self { center: middle, radius, least: radius, shape: Shape::Ball },
+            };
+        }
         let triangles = scene.triangles_of(captor);
         let corners = || triangles.iter().flat_map(|t: &Triangle| [t.a, t.b, t.c]);
         let exact: Vec<[glam::DVec3; 3]> =
@@ -443,6 +455,11 @@ impl Target {
             return Self { center: middle, radius, least: radius, shape: Shape::Ball };
         }
         let axes = axes(middle, normal, &triangles).map(|axis| MARGIN * axis);
+        Self::ellipse(middle + scene.lift(index) * normal, normal, axes, captor)
+    }
+
+    /// Makes the target of a flat captor, from the half axes of the ellipse around it, m.
+    fn ellipse(center: Vec3, normal: Vec3, axes: [Vec3; 2], captor: &Captor) -> Self {
         let [a, b] = axes.map(Vec3::length);
         let shape = Shape::Ellipse {
             normal,
@@ -451,7 +468,6 @@ impl Target {
             area: PI * a * b,
             one_sided: !captor.kind.has_back(),
         };
-        let center = middle + scene.lift(index) * normal;
         Self { center, radius: a.max(b), least: a.min(b), shape }
     }
 

@@ -15,7 +15,7 @@ use crate::{
     math::{
         geometry::{Frame, POINT, ROUNDING, Ray, Triangle, across},
         rng::Stream,
-        sampling::{Chosen, cosine_hemisphere, cosine_hemisphere_density, uniform_triangle},
+        sampling::{cosine_hemisphere, cosine_hemisphere_density},
         spectrum::{Lanes, Spectrum},
     },
     scene::{
@@ -23,7 +23,7 @@ use crate::{
         daylight::InfiniteLight,
         material::{Interaction, Material, Scatterer, Transport},
         parameter::{Sent, Variant},
-        world::{Outline, Scene, Surface},
+        world::{Outline, Scene, Shape, Surface},
     },
     transport::met::{Along, Moments, PathAccount},
 };
@@ -72,14 +72,15 @@ pub struct Face<'a> {
     area: f32,
     /// Middle of the captor, m.
     middle: Vec3,
-    triangles: Outline<'a>,
-    /// How paths start from each triangle; empty for a copy that shares its triangles.
-    places: Vec<StartTriangle>,
+    outline: Outline<'a>,
+    /// How paths start from each triangle; empty for a copy that shares its triangles, and for a disc
+    /// or sphere.
+    places: Vec<StartPlace>,
 }
 
-/// How paths start from one triangle.
+/// How paths start from one triangle, or from a point of a disc or sphere.
 #[derive(Clone, Copy)]
-struct StartTriangle {
+struct StartPlace {
     /// Unit normal of the face.
     normal: Vec3,
     /// The surface, which paths leave as photons do; `None` for a virtual captor.
@@ -90,8 +91,8 @@ struct StartTriangle {
     margins: Vec3,
 }
 
-impl StartTriangle {
-    /// Returns the way from a point of the triangle to where paths start, m. Of a virtual captor it
+impl StartPlace {
+    /// Returns the way from the point to where paths start, m. Of a virtual captor it
     /// leads off the plane by more than rounding, so that every point is on the same side of a lamp in
     /// that plane, whether a path starts there or a photon arrives.
     fn off(&self, point: Vec3) -> Vec3 {
@@ -113,35 +114,43 @@ impl<'a> Face<'a> {
     /// Returns the front or the back of a captor of `scene`.
     pub fn new(scene: &'a Scene, captor: usize, channel: Channel) -> Self {
         let of: &Captor = &scene.captors()[captor];
-        let triangles = scene.outline(of);
+        let outline = scene.outline(of);
         let area = of.area_of_face() as f32;
         let middle = (of.center - scene.center()).as_vec3();
         let places = Vec::new();
-        let mut face = Self { captor, channel, scene, area, middle, triangles, places };
-        face.places = (0..face.triangles.own().len()).map(|index| face.make_place(index)).collect();
+        let mut face = Self { captor, channel, scene, area, middle, outline, places };
+        let make = |(index, triangle): (usize, &Triangle)| {
+            face.make_place(index, Shape::Triangle(*triangle), triangle.a)
+        };
+        face.places = face.outline.own().iter().enumerate().map(make).collect();
         face
     }
 
-    /// Returns how paths start from a triangle.
+    /// Returns how paths start from a shape, at this point.
     #[inline]
-    fn place(&self, triangle: usize) -> StartTriangle {
-        self.places.get(triangle).copied().unwrap_or_else(|| self.make_place(triangle))
+    fn place(&self, shape: usize, point: Vec3) -> StartPlace {
+        let make = || self.make_place(shape, self.outline.shape(shape), point);
+        self.places.get(shape).copied().unwrap_or_else(make)
     }
 
-    fn make_place(&self, index: usize) -> StartTriangle {
+    fn make_place(&self, index: usize, shape: Shape, point: Vec3) -> StartPlace {
         let (scene, captor) = (self.scene, &self.scene.captors()[self.captor]);
-        let triangle = self.triangles.triangle(index);
-        let front = triangle.normal();
+        let front = shape.normal_at(point);
         let normal = if self.channel == Channel::Back { -front } else { front };
         match self.surface(index) {
             Some(surface) => {
                 let margins = scene.margins(captor.triangles.start + index);
-                StartTriangle { normal, surface: Some(surface), lift: Vec3::ZERO, margins }
+                StartPlace { normal, surface: Some(surface), lift: Vec3::ZERO, margins }
             }
             None => {
-                let margins = Triangle::margins(triangle.slopes(), triangle.blur());
+                let margins = match shape {
+                    Shape::Triangle(triangle) => {
+                        Triangle::margins(triangle.slopes(), triangle.blur())
+                    }
+                    Shape::Round(_) => Vec3::ZERO,
+                };
                 let lift = scene.lift(self.captor) * front;
-                StartTriangle { normal, surface: None, lift, margins }
+                StartPlace { normal, surface: None, lift, margins }
             }
         }
     }
@@ -329,7 +338,7 @@ impl<'a> Face<'a> {
                 return;
             }
             let triangle = crossing.triangle - captor.triangles.start;
-            let place = self.place(triangle);
+            let place = self.place(triangle, crossing.point);
             let normal = place.normal;
             // points are lifted as paths start, so that both weigh the lights alike: a lamp may lie
             // in the plane of the face
@@ -353,7 +362,7 @@ impl<'a> Face<'a> {
     /// likely as the others.
     /// `None` where the light has no suns.
     pub fn sunbeam<L: Lanes>(&self, light: &InfiniteLight, rng: &mut Stream) -> Option<Sunbeam<L>> {
-        let (triangle, weights) = self.choose(rng);
+        let (triangle, weights) = self.outline.choose(rng);
         let (sun, irradiance) = light.sample_suns_alike::<L>(rng)?;
         Some(Sunbeam { triangle, weights, sun, irradiance })
     }
@@ -437,20 +446,22 @@ impl<'a> Face<'a> {
     /// Draws a point of the face. It is as far off the face and from its edges as photons that
     /// leave it.
     fn start(&self, rng: &mut Stream) -> Start {
-        let (triangle, weights) = self.choose(rng);
+        let (triangle, weights) = self.outline.choose(rng);
         self.start_at(triangle, weights)
     }
 
-    /// Draws a triangle, and barycentric weights of a point.
-    fn choose(&self, rng: &mut Stream) -> (usize, Vec2) {
-        let Chosen { index: triangle, rest } = self.triangles.choose(rng.uniform_fine());
-        (triangle, uniform_triangle(Vec2::new(rest, rng.uniform())))
-    }
-
     fn start_at(&self, triangle: usize, weights: Vec2) -> Start {
-        let place = self.place(triangle);
-        let triangle_there = self.triangles.triangle(triangle);
-        let point = triangle_there.point_within(weights, place.margins, |p| place.apart(p));
+        let shape = self.outline.shape(triangle);
+        let (point, place) = match shape {
+            Shape::Triangle(there) => {
+                let place = self.place(triangle, there.a);
+                (there.point_within(weights, place.margins, |p| place.apart(p)), place)
+            }
+            Shape::Round(_) => {
+                let point = shape.point(weights);
+                (point, self.place(triangle, point))
+            }
+        };
         Start { triangle, point: point + place.off(point), normal: place.normal }
     }
 
@@ -502,9 +513,9 @@ impl<'a> Face<'a> {
 
 /// A point of a captor, and a direction of a sun.
 pub struct Sunbeam<L> {
-    /// Index among the captor's triangles.
+    /// Index among the captor's triangles; 0 for a disc or sphere.
     triangle: usize,
-    /// Barycentric weights of the point.
+    /// The numbers of the point on it: barycentric weights, or those of a disc or sphere.
     weights: Vec2,
     /// Direction towards the sun, a unit vector.
     sun: Vec3,
@@ -526,7 +537,7 @@ pub struct Sunlight<L> {
 /// How light comes to a face.
 #[derive(Clone, Copy)]
 struct Coming {
-    /// Index among the captor's triangles.
+    /// Index among the captor's triangles; 0 for a disc or sphere.
     triangle: usize,
     /// Where it comes from, a unit vector.
     direction: Vec3,
@@ -536,7 +547,7 @@ struct Coming {
 
 /// The point where a path starts.
 struct Start {
-    /// Index among the captor's triangles.
+    /// Index among the captor's triangles; 0 for a disc or sphere.
     triangle: usize,
     point: Vec3,
     /// Unit normal of the face.

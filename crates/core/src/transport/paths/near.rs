@@ -42,7 +42,7 @@ impl Near {
         if scene.lattice().is_some() || !scene.lights().iter().any(comes_in) {
             return None;
         }
-        let of = |captor| Extent::of_triangles(scene.triangles_of(captor).iter());
+        let of = |captor| scene.extent_of(captor);
         let own = scene.captors().iter().map(of).fold(Extent::EMPTY, Extent::join);
         let whole = scene.triangles().extent().join(own);
         let wider = own.wider(BESIDE * own.size().max_element());

@@ -250,12 +250,12 @@ fn follow<L: Lanes>(
     let landed = straight::<L>(scene, ray, |crossing, _| {
         let captor = &scene.captors()[crossing.captor];
         // of a captor that is a copy its one triangle is placed, and not all of them
-        let triangle = match captor.kind {
-            CaptorKind::Virtual { .. } => scene.captor_triangles()[crossing.triangle],
-            CaptorKind::Surface => scene.triangles().at(crossing.triangle),
+        let normal = match captor.kind {
+            CaptorKind::Virtual { .. } => scene.crossed_normal(crossing),
+            CaptorKind::Surface => scene.triangles().at(crossing.triangle).normal(),
         };
         let density = 1.0 / captor.area as f32;
-        if let Some(ratio) = ratio(crossing.point, triangle.normal(), density)
+        if let Some(ratio) = ratio(crossing.point, normal, density)
             && (crossing.front || captor.kind.has_back())
         {
             on(ratio, 1.0);
@@ -269,7 +269,7 @@ fn follow<L: Lanes>(
     let mut next: Option<(Vec3, f32)> = None;
     let wall = scene.meet(&onward, |crossing| {
         let captor = &scene.captors()[crossing.captor];
-        let normal = scene.captor_triangles()[crossing.triangle].normal();
+        let normal = scene.crossed_normal(&crossing);
         if crossing.front || captor.kind.has_back() {
             next = Some((crossing.point, normal.dot(scatter.direction)));
         }

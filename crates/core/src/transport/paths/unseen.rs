@@ -298,7 +298,7 @@ fn count<L: Lanes>(
                     let face = Place::Face(counted.channel());
                     match &event {
                         Event::Crossing { crossing, .. } => {
-                            let normal = scene.captor_triangles()[crossing.triangle].normal();
+                            let normal = scene.crossed_normal(crossing);
                             judge(counted.power, face, (crossing.point, normal));
                         }
                         Event::Arrival { at, .. } => {

@@ -12,10 +12,7 @@ use std::sync::atomic::Ordering;
 
 use super::{Run, Work, schedule::Schedule, watched::Watched};
 use crate::{
-    math::{
-        geometry::Extent,
-        stats::{Estimate, Running, rate_bound},
-    },
+    math::stats::{Estimate, Running, rate_bound},
     scene::{
         captor::{CHANNELS, Channel},
         world::Scene,
@@ -217,8 +214,7 @@ impl Brightest {
     /// if these are larger, W/m2 or umol/m2/s.
     fn evenly(&self, scene: &Scene, band: usize) -> f64 {
         let captors = scene.captors().iter().map(|captor| captor.area).sum::<f64>();
-        let sensors = Extent::of_triangles(scene.captor_triangles());
-        let whole = scene.triangles().extent().join(sensors);
+        let whole = scene.triangles().extent().join(scene.captors_extent());
         self.powers[band] / captors.max(2.0 * f64::from(whole.half_area()))
     }
 }

@@ -191,7 +191,7 @@ pub(super) fn check_arrivals(
         let captor = scene.captors().get(captor.checked_sub(1)?)?;
         let triangles = match captor.kind {
             CaptorKind::Surface => scene.triangles().len(),
-            CaptorKind::Virtual { .. } => scene.captor_triangles().len(),
+            CaptorKind::Virtual { .. } => scene.captor_shapes(),
         };
         let photon = &arrival.photon;
         let fits = (arrival.bin as usize) < scene.channels()
