@@ -65,7 +65,7 @@ fn areas_and_normals_are_exact() {
 /// whose mean irradiance is a fourth of that across the light as it is small, and a sphere around the
 /// lamp, whose inside receives all of its light.
 ///
-/// Seeds 1 to 5, 4e5 photons or 1e5 with aimed flights or of paths; standard errors at most 3 % of
+/// Seeds 1 to 5, 4e5 photons or 1e5 with aimed flights or of paths; standard errors at most 7 % of
 /// the exact value. 25 comparisons, odds of a false alarm 3e-3.
 #[test]
 fn a_lamp_lights_discs_and_spheres() {
@@ -82,7 +82,7 @@ fn a_lamp_lights_discs_and_spheres() {
     let share = |height: f64, radius: f64| 0.5 * (1.0 - height / height.hypot(radius));
     let seen =
         |distance: f64, radius: f64| 0.5 * (1.0 - (1.0 - (radius / distance).powi(2)).sqrt());
-    let mut check = Comparisons::new("lamp over discs and spheres", 0.03);
+    let mut check = Comparisons::new("lamp over discs and spheres", 0.07);
     for (way, run) in in_all_ways(&world, 400_000) {
         check.flux(format!("under, {way}"), front(&run, "under"), 0, share(0.5, 0.3));
         check.flux(format!("turned, {way}"), back(&run, "turned"), 0, share(1.0, 0.4));
