@@ -87,8 +87,8 @@ pub mod results {
         CaptorResult, Comparison, DarkResult, Deviations, Difference, Electricity, Energy,
         EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity, GroupResult,
         HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult, LampElectricity,
-        LayerResult, Lit, MapResult, Model, ModelErrors, NearestResult, RatioResult,
-        RatioSensitivity, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings,
+        LayerResult, Lit, MapResult, Model, ModelErrors, NearestResult, PerKwh, PlaneElectricity,
+        RatioResult, RatioSensitivity, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings,
         SensitivityResult, Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity,
         Varied, Warning, WorstResult, YearFacts,
     };
@@ -117,10 +117,11 @@ pub mod results {
 pub mod formats {
     pub use phylux_files::{
         ControlFile, DimFile, Face, FilesRead, HourlyLight, HourlyLights, HourlySun, InMemory,
-        LampControl, LoadedScene, Mesh, MeshGroup, OpenField, OutputFile, OutputFolder, Parameter,
-        Run, SceneBuilder, SeriesFile, SkyDivision, SpectrumAverage, StateControl, Sweep,
-        TableNote, TrackerControl, Turn, WhenKeys, YearTable, iso8601, load, load_by_hour,
-        load_from, load_with, parse_json, parse_results, read_json, read_results, spec, weather,
+        LampControl, LoadedScene, MeasuredAt, MeasuredRow, Mesh, MeshGroup, OpenField, OutputFile,
+        OutputFolder, Parameter, Run, SceneBuilder, SceneSource, SeriesFile, SkyDivision,
+        SpectrumAverage, StateControl, Sweep, TableNote, TableSettings, TrackerControl, Turn,
+        WhenKeys, YearTable, iso8601, load, load_by_hour, load_from, load_with, parse_json,
+        parse_readings, parse_results, read_arguments, read_json, read_results, spec, weather,
         write_csv, write_json,
     };
 }
@@ -130,9 +131,10 @@ pub mod formats {
 pub mod show {
     pub use phylux_show::{
         Chart, Colours, ExportFormat, FirstVisible, Followed, Following, Fragments, Gather, Legend,
-        Picture, Pixels, PlotStyle, RenderPlan, RenderStage, RenderedScene, Sampling, Scale,
-        Series, Show, Shown, Stroke, Viewpoint, VtkKind, Width, YearLight, check_export,
-        check_view, painted, render, write_export, write_view,
+        Picture, Pixels, Plot, PlotJob, PlotKind, PlotLight, PlotStyle, PlotWhat, RenderPlan,
+        RenderStage, RenderedScene, Sampling, Scale, Series, Show, Shown, Stroke, Viewpoint,
+        VtkKind, Width, YearLight, YearPlotKind, check_export, check_view, painted, render,
+        write_export, write_view,
     };
 }
 
@@ -141,10 +143,18 @@ pub mod show {
 pub mod studies {
     pub use phylux_studies::{
         Bounces, ConvergencePlan, ConvergenceStudy, EvenPlan, Forecast, HoursOf, Kept, Lamp,
-        MaterialSummary, Needs, ObjectSummary, Outcome, Places, Reference, Row, Rung, SceneSummary,
-        State, StateScene, Step, SweepControl, SweepPlan, SweepProgress, TrueValue, Value, Values,
-        Within, Year, YearOptions, YearScenes, check, check_meshes, even, join, load_base, merge,
-        study, sweep,
+        LeafOptics, LeafSummary, MaterialSummary, Needs, ObjectSummary, Outcome, Places, Reference,
+        Row, Rung, SceneSummary, State, StateScene, Step, SweepControl, SweepPlan, SweepProgress,
+        TrueValue, Value, Values, Within, Year, YearOptions, YearScenes,
+        calibrate::{
+            CalibrationPlan, Vary,
+            job::{Calibrated, CalibrationGoal, CalibrationLight, CalibrationReport, calibrated},
+        },
+        check, check_meshes,
+        convergence::job::{ChartRuns, chart},
+        desk::{Desk, DeskState, Listener},
+        even, join, load_base, merge, study, sweep,
+        year::job::{MadeYear, YearJob},
     };
 }
 

@@ -227,7 +227,7 @@ fn light_found_by_chance_alone_is_told() {
         assert!(paths.unseen.iter().flatten().all(|&share| share == 0.0), "{what}");
         assert_eq!(b.few_paths, is_rare, "{what}");
         assert_eq!(off.abs() > 4.0, is_rare, "{what}: {off} errors");
-        let said = paths.warnings.iter().any(|warning| warning.contains("photons know of"));
+        let said = paths.warnings.iter().any(|warning| warning.contains("rest on few paths"));
         assert_eq!(said, is_rare, "{what}: {:?}", paths.warnings);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use phylux::studies::SceneSummary;
+use phylux::studies::{LeafOptics, SceneSummary};
 
 use crate::{bad_input::phylux, common::TestScene};
 
@@ -98,6 +98,56 @@ fn a_plain_scene_is_summed_up_without_a_warning() {
     assert_eq!(summary.size.to_array(), [4.0, 4.0, 3.0]);
     let floor = &summary.surfaces[0];
     assert_eq!((&floor.material[..], floor.triangles, floor.area), ("ground", 2, 16.0));
+}
+
+#[test]
+fn leaves_are_listed_by_band_with_their_cuticle() {
+    // the cuticle of the third leaf reflects more than was measured; the last has none
+    let leaves = r#"{
+        "bands": [{ "name": "red" }, { "name": "far red" }],
+        "materials": {
+            "a": { "type": "leaf", "reflectance": [0.08, 0.45], "transmittance": [0.04, 0.40] },
+            "b": { "type": "leaf", "reflectance": [0.08, 0.45], "transmittance": [0.04, 0.40],
+                   "back": { "reflectance": [0.15, 0.45] } },
+            "c": { "type": "leaf", "reflectance": 0, "transmittance": 0.1, "ior": 1.5 },
+            "d": { "type": "leaf", "reflectance": [0, 0.5], "transmittance": [0, 0.5], "ior": 1 },
+            "ground": { "type": "lambert", "reflectance": 0.2 }
+        },
+        "objects": [ { "obj": "sheets.obj" } ],
+        "lights": [ { "type": "point", "position": [0, 0, 3], "power": 10 } ]
+    }"#;
+    let sheet = |name: &str, z: usize| {
+        format!("v 0 0 {z}\nv 1 0 {z}\nv 1 1 {z}\nv 0 1 {z}\nusemtl {name}\nf -4 -3 -2 -1\n")
+    };
+    let names = ["a", "b", "c", "d", "ground"];
+    let sheets: String = names.iter().enumerate().map(|(z, name)| sheet(name, z)).collect();
+    let scene = TestScene::new(leaves, &[("sheets.obj", &sheets)]);
+    let found = check(&scene).leaves;
+    assert_eq!(found.iter().map(|leaf| &leaf.material[..]).collect::<Vec<_>>(), names[..4]);
+    // reflectance, transmittance and absorptance of both bands
+    let is = |optics: &LeafOptics, expected: [[f64; 2]; 3]| {
+        let LeafOptics { reflectance, transmittance, absorptance } = optics;
+        for (of, expected) in [reflectance, transmittance, absorptance].into_iter().zip(expected) {
+            let near = of.iter().zip(expected).all(|(found, value)| (found - value).abs() < 2e-6);
+            assert!(near && of.len() == 2, "{optics:?}: {expected:?}");
+        }
+    };
+    let front = [[0.08, 0.45], [0.04, 0.40], [0.88, 0.15]];
+    is(&found[0].front, front);
+    is(&found[1].front, front);
+    is(found[1].back.as_ref().unwrap(), [[0.15, 0.45], [0.04, 0.40], [0.81, 0.15]]);
+    is(&found[2].front, [[0.04; 2], [0.1; 2], [0.86; 2]]);
+    is(&found[3].front, [[0.0, 0.5], [0.0, 0.5], [1.0, 0.0]]);
+    assert!([0, 2, 3].iter().all(|&leaf| found[leaf].back.is_none()));
+
+    let output = phylux(&scene.path(""), &["check", "scene.json"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let row = |name: &str| {
+        let line = text.lines().find(|line| line.trim_start().starts_with(name));
+        line.unwrap_or_else(|| panic!("{name}: {text}")).split_whitespace().collect::<Vec<_>>()
+    };
+    assert_eq!(row("a absorbs")[2..], ["0.880", "0.150"]);
+    assert_eq!(row("b, back, reflects")[3..], ["0.150", "0.450"]);
 }
 
 #[test]
@@ -404,7 +454,7 @@ fn many_solids_in_one_place() {
             let found = warnings.iter().find(|warning| warning.contains(words));
             found.unwrap_or_else(|| panic!("no {words:?} in {warnings:#?}"))
         };
-        of("solids that touch more than 16 others in one place, so that neither all of those");
+        of("solids that touch more than 16 others in one place, too many to be looked");
         // 12 triangles of each block with 16 others, while all pairs of a thousand blocks would be
         // 499,500
         let touching = of("solids that touch or cut each other: ");
@@ -464,7 +514,7 @@ fn lights_in_surfaces_are_told() {
         let object = r#", { "obj": "ceiling.obj", "material": "ground" }"#;
         scene("", object, "", &[("ceiling.obj", &obj)])
     };
-    warns(&above(0.0), &["`lamp` in `ceiling`", "middle of the scene"]);
+    warns(&above(0.0), &["`lamp` in `ceiling`", "shine on one side of it"]);
     warns(&above(1e-6), &["`lamp` in `ceiling`"]);
     is_clean(&above(1e-3));
     is_clean(&above(-1e-3));

@@ -355,7 +355,7 @@ fn the_sun_in_two_panes() {
     check.irradiance("down", front(&run, "down"), 0, 400.0 * once);
     check.finish(1);
     let told =
-        |warning: &phylux::results::Warning| warning.text.contains("line or sun that comes by way");
+        |warning: &phylux::results::Warning| warning.text.contains("which paths cannot find");
     assert!(run.warnings().iter().any(told), "{:?}", run.warnings());
     // the captor is virtual: it also counts light between and below the panes, nearly all of which
     // comes straight

@@ -190,17 +190,88 @@ fn other_lights_do_not_mix_in() {
     }
 }
 
+/// A grid under a lamp of 100 umol/s and 40 W, which shines down with a cosine lobe: a point of the
+/// floor at the distance r from its foot gets P h^2 / (pi (h^2 + r^2)^2), and the square of side 2
+/// under it P times the form factor F of the square. The plane of the sensors has 3.6 * P * F / 40
+/// mol/kWh, where the mean of the middles of the cells stands for F (the 12 x 12 cells are small:
+/// 0.2 %). It is the same for a part of the grid by its own cells, however far apart these are.
+#[test]
+fn a_grid_stands_for_its_plane() {
+    let scene = TestScene::new(
+        &json!({
+            "quantity": "umol/s",
+            "lights": [{ "name": "lamp", "type": "area", "two_sided": false, "power": 100, "watts": 40,
+                "vertices": [[-0.005, -0.005, 1], [-0.005, 0.005, 1], [0.005, 0.005, 1], [0.005, -0.005, 1]] }],
+            "captors": [
+                { "name": "bench", "grid":
+                    { "x": [-1, 1], "y": [-1, 1], "nx": 12, "ny": 12, "z": 0, "radius": 0.02 } },
+                { "name": "one", "disc": { "center": [0, 0, 0.2], "normal": [0, 0, 1], "radius": 0.02 } },
+                { "name": "uneven", "obj": "uneven.obj" }
+            ],
+            "groups": { "corner": ["bench/0-0", "bench/11-0", "bench/0-11", "bench/11-11"] },
+            "settings": { "photons": 200_000, "k": 0, "estimator": "paths" }
+        })
+        .to_string(),
+        // two sensors in one plane that are not equal
+        &[(
+            "uneven.obj",
+            "v 0 0 0.3\nv 1 0 0.3\nv 0 1 0.3\nv 3 0 0.3\nv 5 0 0.3\nv 3 1 0.3\ng a\nf 1 2 3\ng b\nf 4 5 6\n",
+        )],
+    );
+    let result = run(&scene, |_| ());
+    let found = result.electricity.as_ref().expect("electricity");
+    assert_eq!(found.grown.mol_per_kwh, [Some(9.0)]);
+    assert_eq!(found.lights["lamp"].grown.kwh_per_mol, [Some(1.0 / 9.0)]);
+    let groups = found.groups.as_ref().expect("groups");
+    assert!(["one", "uneven"].iter().all(|name| groups[*name].plane.is_none()));
+
+    let at = |x: f64, y: f64| 1.0 / (std::f64::consts::PI * (1.0 + x * x + y * y).powi(2));
+    let middles = || (0..12).map(|i| (f64::from(i) + 0.5) / 6.0 - 1.0);
+    let mean = middles().flat_map(|x| middles().map(move |y| at(x, y))).sum::<f64>() / 144.0;
+    // the form factor of a square of half side 1 from its middle, at the distance 1
+    let exact = 4.0 * (0.5_f64.sqrt() * 0.5_f64.sqrt().atan()) / std::f64::consts::PI;
+    assert!((4.0 * mean / exact - 1.0).abs() < 2e-3, "{} {exact}", 4.0 * mean);
+    let plane = groups["bench"].plane.as_ref().expect("a plane");
+    let corner = groups["corner"].plane.as_ref().expect("a plane");
+    close(plane.area, 4.0);
+    close(corner.area, 4.0 / 36.0);
+    for (plane, share) in [(plane, 4.0 * mean), (corner, at(11.0 / 12.0, 11.0 / 12.0) / 9.0)] {
+        let number = |of: &[Option<f64>]| of[0].expect("a number");
+        let (mol, error) = (number(&plane.mol_per_kwh), number(&plane.mol_per_kwh_se));
+        // 4 standard errors (fixed seed), and what discs are not points
+        assert!((mol - 9.0 * share).abs() < 4.0 * error + 1e-3 * mol, "{mol} +- {error}: {share}");
+        assert!(error < 0.01 * mol, "{error} of {mol}");
+        close(number(&plane.share.share), mol / 9.0);
+        close(number(&plane.kwh_per_mol), 1.0 / mol);
+        close(number(&plane.kwh_per_mol_se), error / (mol * mol));
+    }
+}
+
 /// The table has rows for all of it, and the summary tells it; a wrong number of watts is refused.
 #[test]
 fn it_is_told_and_written() {
-    let scene = scene(|_| ());
+    let scene = scene(|scene| {
+        let grid = json!({ "x": [0, 1], "y": [0, 1], "nx": 2, "ny": 3, "z": 0.2, "radius": 0.05 });
+        let captors = scene["captors"].as_array_mut().expect("captors");
+        captors.push(json!({ "name": "grid", "grid": grid }));
+    });
     let output = phylux(&scene.path(""), &["run", "scene.json", "--csv", "r.csv", "-o", "r.json"]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    for word in
-        ["light per electricity", "share of the light", "outside", "mol/kWh", "of light on the"]
-    {
-        assert!(text.contains(word) || word == "of light on the", "{text}");
+    for word in [
+        "light per electricity",
+        "share of the light",
+        "outside",
+        "mol/kWh",
+        "kWh/mol",
+        "grid, share of 1.000 m2",
+        "leaf, absorbed",
+    ] {
+        assert!(text.contains(word), "{word}: {text}");
     }
+    // what arrives on the discs of sensors is told if it is asked for
+    assert!(!text.contains("grid, front"), "{text}");
+    let full = phylux(&scene.path(""), &["run", "scene.json", "--full", "-o", "r.json"]);
+    assert!(String::from_utf8_lossy(&full.stdout).contains("grid, front"));
     let table = std::fs::read_to_string(scene.path("r.csv")).expect("a table");
     for start in [
         "low,,PPF,per_watt,2,",
@@ -209,6 +280,9 @@ fn it_is_told_and_written() {
         "outside,,PPF,share,",
         "leaf,,PPF,group_share,",
         "leaf,,PPF,mol_per_kwh,",
+        "grid,,PPF,plane_share,",
+        "grid,,PPF,plane_mol_per_kwh,",
+        "grid,,PPF,plane_kwh_per_mol,",
         "leaf/plate,back,PPF,absorbed_by_face,",
     ] {
         assert!(table.lines().any(|line| line.starts_with(start)), "{start}\n{table}");

@@ -403,7 +403,7 @@ fn a_group_that_merges_with_an_entry_is_said() {
         phylux::load(&scene(&text, &[]).path("scene.json")).expect("a scene").warnings
     };
     let merged = warnings("b");
-    let said = "/captors/0/group: an entry or object is named `b` too, whose own group has these";
+    let said = "/captors/0/group: an entry or object is named `b` too, and its group has these";
     assert!(merged.len() == 1 && merged[0].contains(said), "{merged:?}");
     assert!(warnings("a").is_empty() && warnings("c").is_empty());
 }

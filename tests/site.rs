@@ -53,6 +53,90 @@ fn anchor(heading: &str) -> String {
     kept.collect()
 }
 
+/// Returns the texts between quotation marks in a file of the program, without those of its tests.
+fn texts(source: &str) -> Vec<String> {
+    let code = source.split("#[cfg(test)]").next().unwrap_or_default();
+    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let code = lines.collect::<Vec<_>>().join("\n").replace("'\"'", "' '");
+    let (mut texts, mut text) = (Vec::new(), None::<String>);
+    let mut chars = code.chars().peekable();
+    while let Some(c) = chars.next() {
+        match (c, &mut text) {
+            ('"', None) => text = Some(String::new()),
+            ('"', Some(_)) => texts.extend(text.take()),
+            ('\\', Some(_)) if chars.peek() == Some(&'\n') => {
+                while chars.next_if(|c| c.is_whitespace()).is_some() {}
+            }
+            ('\\', Some(text)) => text.extend(chars.next()),
+            (c, Some(text)) => text.push(c),
+            _ => {}
+        }
+    }
+    texts
+}
+
+/// Returns a text without what is filled in, and the pages that it names with their headings.
+fn without_links(text: &str) -> (String, Vec<String>) {
+    let (mut rest, mut links) = (text.to_owned(), Vec::new());
+    while let Some(start) = rest.find("docs/") {
+        let end = rest[start..].find([')', ' ', ',', '`']).map_or(rest.len(), |end| start + end);
+        links.push(rest[start..end].to_owned());
+        rest.replace_range(start..end, "");
+    }
+    while let Some((start, end)) = rest.find('{').zip(rest.find('}')).filter(|(a, b)| a < b) {
+        rest.replace_range(start..=end, "");
+    }
+    (rest, links)
+}
+
+/// A warning is one line: at most so many characters beside names, numbers and the page where more
+/// stands. Each page that the program names is there, with the heading.
+#[test]
+fn warnings_are_short_and_name_pages_that_exist() {
+    const MOST: usize = 160;
+    const OF_WARNINGS: [&str; 8] = [
+        "crates/results/src/result/warnings.rs",
+        "crates/studies/src/year",
+        "crates/studies/src/check",
+        "crates/studies/src/calibrate",
+        "crates/files/src/scene_file/",
+        "crates/files/src/weather/clock.rs",
+        "crates/files/src/weather/period.rs",
+        "crates/files/src/mesh_file/",
+    ];
+    let root = docs().parent().expect("the root").to_path_buf();
+    let mut folders = vec![root.join("crates"), root.join("src")];
+    let (mut looked_at, mut followed) = (0, 0);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            let name = path.strip_prefix(&root).expect("a path inside").display().to_string();
+            let name = name.replace('\\', "/");
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            if !name.ends_with(".rs") || name.ends_with("/tests.rs") || name.ends_with("/fuzz.rs") {
+                continue;
+            }
+            let warns = OF_WARNINGS.iter().any(|start| name.starts_with(start));
+            for text in texts(&fs::read_to_string(&path).expect("a file")) {
+                let (own, links) = without_links(&text);
+                let length = own.trim_end_matches(" ()").chars().count();
+                assert!(!warns || length <= MOST, "{name}: {length} characters: {text}");
+                looked_at += usize::from(warns && length > 60);
+                for (page, heading) in links.iter().filter_map(|link| link.split_once('#')) {
+                    let page = fs::read_to_string(root.join(page)).unwrap_or_default();
+                    let mut headings = page.lines().filter(|line| line.starts_with('#'));
+                    assert!(headings.any(|line| anchor(line) == heading), "{name}: {text}");
+                    followed += 1;
+                }
+            }
+        }
+    }
+    assert!(looked_at > 100 && followed > 30, "{looked_at} {followed}");
+}
+
 #[test]
 fn links_lead_somewhere() {
     let mut followed = 0;

@@ -471,19 +471,21 @@ fn wrong_sums_are_refused() {
         })
     };
     let said = missing(json!("ePAR"));
-    let of_ratio = "/ratios/R:FR: no band has light from 725 to 728 nm, where `R:FR` has 30 % of";
+    // each is warned of once, whatever is in doubt about it
+    let of_ratio =
+        "and no band has 30 % of them, from 725 to 728 nm; use narrower bands, and add some";
     let of_sum =
-        "/sums/x: no band has light from 700 to 728 nm, where `ePAR` has 8 % of its weights";
+        "and no band has 8 % of them, from 700 to 728 nm; use narrower bands, and add some";
+    for place in ["/ratios/R:FR: `R:FR`: its weights", "/sums/x: `ePAR`: its weights"] {
+        assert_eq!(said.matches(place).count(), 1, "{said}");
+    }
     assert!(said.contains(of_ratio) && said.contains(of_sum), "{said}");
     let window = missing(json!({ "from_nm": 350, "to_nm": 450 }));
-    assert!(window.contains("from 350 to 400 nm, where the window has 50 % of"), "{window}");
+    assert!(window.contains("no band has 50 % of them, from 350 to 400 nm"), "{window}");
     let named = missing(json!({ "weighting": "ePAR", "bands": ["B", "R"] }));
     assert!(!named.contains("/sums/x"), "{named}");
     let overlap = error_of(|s| s["bands"][3]["from_nm"] = json!(650));
     assert!(overlap.contains("bands `R` and `FR` overlap"), "{overlap}");
     let wide = error_of(|_| ());
-    assert!(
-        wide.contains("/sums/lux: what a wavelength counts in `photopic` changes much"),
-        "{wide}"
-    );
+    assert!(wide.contains("/sums/lux: `photopic`: its weights change much"), "{wide}");
 }

@@ -13,6 +13,7 @@ use phylux::{
 };
 use serde_json::{Value, json};
 
+mod from;
 mod leaves;
 mod periodic;
 mod ratios;
@@ -395,7 +396,7 @@ fn what_is_interpolated_is_said() {
         year(&world.write(), None, 600_000, SkyDivision::Tregenza)
     };
     let says = |year: &Year, words: &str| year.warnings.iter().any(|said| said.contains(words));
-    let words = ["(unseen): it is interpolated between hours", "hours are interpolated: at"];
+    let words = ["(unseen): single hours may", "hours are interpolated: at"];
     let matt = with(json!({ "type": "lambert", "reflectance": 0.5 }));
     assert!(words.iter().all(|words| !says(&matt, words)), "{:?}", matt.warnings);
     let mirrors = with(json!({ "type": "mirror", "reflectance": 0.9 }));
@@ -647,7 +648,7 @@ fn wrong_years_have_their_sentence() {
         (r#"{"lights": "lamp", "watts": -1}"#, "/lamps/0/watts: -1, must be 0 to 1e9"),
         (
             r#"{"lights": "lamp", "below": 5}"#,
-            "/lamps/0: `below` and `until_dli` need to know where",
+            "/lamps/0: `below`, `until_dli`, `fill_day` and `fill_to` need to know where",
         ),
         (
             r#"{"lights": "lamp", "below": 5, "of": "upp"}"#,
@@ -655,7 +656,7 @@ fn wrong_years_have_their_sentence() {
         ),
         (
             r#"{"lights": "lamp", "of": "up"}"#,
-            "/lamps/0/of: goes with `below` or `until_dli` only, or `fill_to`",
+            "/lamps/0/of: goes with `below`, `until_dli`, `fill_day` or `fill_to` only",
         ),
         (
             r#"{"lights": "lamp", "until_dli": 5, "of": "up", "band": "far"}"#,

@@ -8,7 +8,22 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Found", "Loaded", "__version__", "load", "main", "prospect", "sweep_runs", "write_file", "write_obj"]
+__all__ = [
+    "Found",
+    "Loaded",
+    "__version__",
+    "calibrate",
+    "charts",
+    "load",
+    "main",
+    "merged_year",
+    "plot",
+    "prospect",
+    "sweep_runs",
+    "write_file",
+    "write_obj",
+    "year",
+]
 
 __version__: str
 
@@ -19,6 +34,34 @@ _Mesh = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int64], list[_Group]]
 def main(arguments: list[str]) -> int: ...
 def prospect(contents: list[float]) -> list[npt.NDArray[np.float64]]: ...
 def load(json: str, path: _Path, meshes: list[_Mesh], tables: dict[str, bytes]) -> Loaded: ...
+def year(
+    scene: Path,
+    control: Path | None,
+    output: Path,
+    arguments: str,
+    style: str,
+    checkpoint: Path | None = None,
+    shard: str | None = None,
+    light: _Path | None = None,
+    progress: Callable[[int, int | None], object] | None = None,
+) -> list[str]: ...
+def merged_year(shards: list[Path], output: Path, style: str) -> list[str]: ...
+def plot(folder: Path, output: _Path, arguments: str) -> list[str]: ...
+def calibrate(
+    scene: Loaded,
+    arguments: str,
+    readings: tuple[bytes, Path] | None,
+    result: Found | None,
+    progress: Callable[[int, int | None], object] | None = None,
+) -> tuple[str, str, list[str]]: ...
+def charts(
+    scene: Loaded,
+    output: Path,
+    truth: Path | None,
+    arguments: str,
+    style: str,
+    progress: Callable[[int, int | None], object] | None = None,
+) -> list[str]: ...
 def sweep_runs(sweep: str, scene: str) -> list[tuple[str, str]]: ...
 def write_file(path: _Path, content: bytes, read: list[Path]) -> None: ...
 def write_obj(path: _Path, mesh: _Mesh) -> None: ...

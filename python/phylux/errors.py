@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 import warnings
+from typing import Any
 
 
 class InputError(ValueError):
@@ -55,6 +56,15 @@ def missing(package: str, what: str) -> ImportError:
     return ImportError(f"{what} needs {package}: pip install {package}", name=package)
 
 
+def pandas(what: str = "a table") -> Any:
+    """Returns the package pandas, which `what` needs."""
+    try:
+        import pandas as pd
+    except ImportError:
+        raise missing("pandas", what) from None
+    return pd
+
+
 def of_command(failed: bool, message: str, place: str) -> InputError | RunError:
     """Returns the error that the command, or the native part, has said: a run that failed, or wrong input."""
     if place.startswith("--"):
@@ -68,8 +78,8 @@ def of_command(failed: bool, message: str, place: str) -> InputError | RunError:
 _CALLS = {"run": "Scene.run", "year": "Scene.year", "mix": "Result.mix", "check": "Scene.check", "view": "Scene.view"}
 _CALLS |= {"calibrate": "Scene.calibrate", "chart": "Scene.chart", "render": "Scene.render", "export": "Scene.export"}
 _CALLS |= {"trace": "Scene.histories", "plot": "plot", "compare": "Result.compare", "sweep": "px.sweep"}
-_ARGUMENTS = {"group": "groups", "power": "factors"}
-_FLAGS = {name: f"{name.replace('-', '_')}=True" for name in ("by-light", "csv", "log", "png", "results")}
+_ARGUMENTS = {"group": "groups", "power": "factors", "from": "from_"}
+_FLAGS = {name: f"{name.replace('-', '_')}=True" for name in ("by-light", "csv", "keep-light", "log", "png", "results")}
 _FLAGS["no-trace"] = "trace=False"
 #: words that are values where they stand after an option
 _VALUES = {

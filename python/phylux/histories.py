@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import html
-from .commands import pandas
+from .errors import pandas
 
 _COLUMNS = ["light", "last_surface", "material", "band", "share", "share_se", "flux", "flux_se", "histories"]
 

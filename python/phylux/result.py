@@ -14,8 +14,8 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from . import _native, html
-from .commands import pandas as _pandas
+from . import _native, html, plots, shown
+from .errors import pandas as _pandas
 from .errors import in_python, missing, wrong
 from .histories import Histories
 from .studies import Calibration, Comparison
@@ -631,8 +631,6 @@ class Result:
                 each rank of leaves, with error bars), ``"canopy"`` (power absorbed by each layer), ``"rank"`` (values of captors in their order, with error bars),
                 ``"spectrum"`` (irradiance over the bands), ``"bars"`` (values with error bars by name).
         """
-        from . import plots
-
         kinds = {
             "map": plots.captor_map,
             "profile": plots.profile,
@@ -729,19 +727,15 @@ class Result:
 
         Results that were loaded from a file do not contain their scene: use ``scene.export(path, result=result)``.
         """
-        from .scene import _export
-
         if self._loaded is None:
             raise wrong(self.scene, _NO_SCENE, "use scene.export(path, result=result)")
-        _export(self._loaded, path, self, **options)
+        shown.export(self._loaded, path, self._found, **options)
 
     def to_pyvista(self, **options: Any) -> Any:
         """Returns the surfaces and captors with this light as PolyData of PyVista; `Scene.to_pyvista` has the options."""
-        from .scene import _to_pyvista
-
         if self._loaded is None:
             raise wrong(self.scene, _NO_SCENE, "use scene.to_pyvista(result=result)")
-        return _to_pyvista(self._loaded, self, **options)
+        return shown.to_pyvista(self._loaded, self._found, **options)
 
     def histories(self, captor: str, **options: Any) -> Histories:
         """Finds on which ways light reaches a captor or a group; `Scene.histories` has the options.
@@ -749,24 +743,20 @@ class Result:
         It traces photons of its own. Results that were loaded from a file do not contain their scene: use
         ``scene.histories(captor)`` for them.
         """
-        from .scene import _histories
-
         if self._loaded is None:
             raise wrong(self.scene, _NO_SCENE, "use scene.histories(captor)")
         progress = options.pop("progress", False)
-        return _histories(self._loaded, {"to": captor, **options}, progress)
+        return shown.histories(self._loaded, {"to": captor, **options}, progress)
 
     def view(self, path: str | os.PathLike[str] = "view.html", **options: Any) -> Any:
         """Writes a page for the browser with the scene and these results; `Scene.view` has the options.
 
         Results that were loaded from a file do not contain their scene: use ``scene.view(result=result)`` for them.
         """
-        from .scene import _view
-
         if self._loaded is None:
             raise wrong(self.scene, _NO_SCENE, "use scene.view(result=result)")
         usual = {"trace": True, "threads": None, "to": None, "inline": False, "width": "100%", "height": 600}
-        return _view(self._loaded, Path(path), self, **{**usual, **options})
+        return shown.view(self._loaded, Path(path), self._found, **{**usual, **options})
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the results file (JSON), completely or not at all, with the same bytes as ``phylux run -o``."""

@@ -16,16 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from . import _native, geometry, html
-from .commands import command
-from .commands import options as _options
+from . import _native, geometry, html, shown
 from .errors import InputError, in_python, missing, say, wrong
 from .histories import Histories
 from .result import Result, same_file
 from .studies import Calibration, Chart
+from .values import arguments as _arguments
 from .values import cells, columns, csv_table, finite, is_missing, numbers, plain
 from .values import name as checked
-from .years import Year, run_shards, run_year
+from .values import options as _options
+from .years import Year, find, find_by_shards
 
 #: keys of a scene file whose texts are not names of files
 _NAMES = ("name", "material", "group", "type")
@@ -314,8 +314,8 @@ class Scene:
             names = [sensitivity] if isinstance(sensitivity, str) else sensitivity
             scene._keys["sensitivity"] = names if isinstance(names, bool) else list(names)
         loaded = scene._load()
-        with _progress(progress) as tell:
-            found = loaded.run(_texts(_options(given)), tell)
+        with shown.Progress(progress) as tell:
+            found = loaded.run(_options(given), tell)
         result = Result(found, loaded)
         # those about files were said when the scene was read
         say(*(warning for warning in result.warnings if warning not in loaded.warnings))
@@ -335,11 +335,14 @@ class Scene:
         results: bool = False,
         sun_rays: int | None = None,
         checkpoint: str | os.PathLike[str] | None = None,
+        from_: str | os.PathLike[str] | None = None,
+        keep_light: bool = False,
         width: float | None = None,
         png: bool = False,
         shards: int | None = None,
         executor: Any = None,
         threads: int | None = None,
+        progress: bool | Callable[[int, int | None], object] = False,
     ) -> Year:
         """Calculates daylight and lamps by the hour, and daily light integrals of days, months and the whole period, from
         one run.
@@ -357,35 +360,40 @@ class Scene:
             results: also write the mean light of each month as results, for `Year.result` and maps.
             sun_rays: number of points of each captor from which the sun of an hour is looked for.
             checkpoint: a file that keeps what is done: after a kill, the same call goes on from there.
+            from_: the folder of an earlier year of this scene, whose light is taken: another control of the lamps then takes
+                seconds, and traces nothing. Settings of the light are those of that year.
+            keep_light: keep the light for ``from_``, however large it is; up to 256 MB of it are always kept.
             width: width of the plots, inches: 7, which is the default, or 3.5.
             png: write the plots as PNG and not as SVG.
             shards: with ``executor``: the number of shards into which the work is divided.
             executor: as for `sweep`: does the shards on other machines, which see the folder of ``output``, or in
                 other processes; give ``threads`` with it. The tables have the same bytes.
             threads: number of threads; 0 uses all processors. The results do not depend on it.
+            progress: as for `run`, without an executor; it counts anew for each part of the work.
 
         Returns:
             the tables ``hours``, ``days``, ``months``, ``total``, ``lamps`` and others, as DataFrames.
         """
         if (executor is None) != (shards is None):
             raise wrong("shards", "goes with `executor`", "give both, or neither")
+        if executor is not None and from_ is not None:
+            raise wrong("from_", "nothing is traced, so that there is nothing to share out", "leave out `executor` and `shards`")
         # beside the tables, where all machines see it
         near = Path(output).absolute().parent if executor is not None else None
+        given: dict[str, Any] = {"patches": patches, "photons": photons, "seed": seed, "guiding": guiding, "csv": csv}
+        given |= {"hours": hours, "results": results, "sun_rays": sun_rays, "threads": threads, "keep_light": keep_light}
+        kept, style = None if checkpoint is None else Path(checkpoint), _arguments({"width": width, "png": png})
         with tempfile.TemporaryDirectory(dir=near) as folder:
             scene = Path(folder, "scene.json")
             self.save(scene)
-            if control is not None:
-                control = self._control(control, Path(folder))
-            given: dict[str, Any] = {"control": control, "patches": patches, "photons": photons, "seed": seed}
-            given |= {"guiding": guiding, "csv": csv, "hours": hours, "results": results, "sun_rays": sun_rays}
-            given |= {"checkpoint": None if checkpoint is None else Path(checkpoint), "threads": threads}
-            options, style = _options(given), _options({"width": _inches(width), "png": png})
-            if executor is None:
-                year, warned = run_year(scene, Path(output), options + style)
+            file = None if control is None else self._control(control, Path(folder))
+            if executor is not None:
+                warned = find_by_shards(scene, file, Path(output), _arguments(given), style, kept, shards or 1, executor)
             else:
-                year, warned = run_shards(scene, Path(output), options, style, shards or 1, executor)
+                with shown.Progress(progress) as tell:
+                    warned = find(scene, file, Path(output), _arguments(given), style, kept, light=from_, progress=tell)
         say(*warned)
-        return year
+        return Year(output)
 
     def calibrate(
         self,
@@ -405,6 +413,7 @@ class Scene:
         tolerance: float | None = None,
         guiding: str | None = None,
         threads: int | None = None,
+        progress: bool | Callable[[int, int | None], object] = False,
     ) -> Calibration:
         """Fits the powers of the lamps to readings of an instrument, or finds those that light captors evenly.
 
@@ -422,7 +431,7 @@ class Scene:
             prior: relative standard deviation of the lamps' factors about the common one; None for no prior.
             groups: patterns of names of lights that share their factors.
             vary: numbers of the scene to fit, too: ``{"/materials/wall/reflectance": (0.7, 0.85)}``.
-            photons, seed, tolerance, guiding, threads: as for `run`.
+            photons, seed, tolerance, guiding, threads, progress: as for `run`; the progress is that of each run.
 
         >>> scene = Scene("bench", quantity="umol/s")
         >>> for name, x in (("left", -1), ("right", 1)):
@@ -436,33 +445,25 @@ class Scene:
         """
         if (readings is None) == (even is None):
             raise wrong("readings", "neither readings nor `even`" if even is None else "both readings and `even`", "give one of them")
-        given: dict[str, Any] = {"even": even, "mean": mean, "minimum": minimum, "band": band, "group": list(groups)}
+        given: dict[str, Any] = {"even": even, "mean": mean, "minimum": minimum, "band": band, "groups": list(groups)}
         given |= {"photons": photons, "seed": seed, "tolerance": tolerance, "guiding": guiding, "threads": threads}
         if even is None:
-            ranges = [f"{place}={_range(ends, f'vary/{place}')}" for place, ends in (vary or {}).items()]
-            given |= {"model": model, "prior": "none" if prior is None else prior, "vary": ranges}
+            ranges = [[place, *_range(ends, f"vary/{place}")] for place, ends in (vary or {}).items()]
+            given |= {"model": model, "prior": prior, "vary": ranges}
         elif vary:
             raise wrong("vary", "goes with readings only", "leave it out")
-        with tempfile.TemporaryDirectory() as folder:
-            scene, written = Path(folder, "scene.json"), Path(folder, "calibrated.json")
-            names = self._save(scene)
-            files = [scene]
-            if readings is not None:
-                table = columns(readings, "readings")
-                files.append(_readings(readings) if table is None else Path(folder, "readings.csv"))
-                if table is not None:
-                    found = {name: [_cell(value) for value in cells(table[name], f"readings: column {name}")] for name in table}
-                    files[1].write_bytes(csv_table(found))
-            if result is not None:
-                given["results"] = Path(folder, "result.json")
-                result.save(given["results"])
-            warned = command("calibrate", files, _options({**given, "output": written}))
-            calibrated = self.copy()
-            own = {file: key for key, file in names.items()}
-            calibrated._keys = _moved(_read(written), own, Path(folder), self._path.parent)
-            report = _read(Path(folder, "calibration.json"))
+        if result is not None:
+            traced = [name for name in ("photons", "seed", "tolerance", "guiding", "threads") if given[name] is not None]
+            if traced or vary:
+                raise wrong([*traced, "vary"][0], "goes without `result`, of which nothing is traced", "leave it out")
+        table = None if readings is None else _readings(readings)
+        with shown.Progress(progress) as tell:
+            found = None if result is None else result._found
+            scene, report, warned = _native.calibrate(self._load(quiet=True), _arguments(given), table, found, tell)
+        calibrated = self.copy()
+        calibrated._keys = json.loads(scene)
         say(*warned)
-        return Calibration(report, calibrated, warned)
+        return Calibration(json.loads(report), calibrated, [in_python(sentence) for sentence in warned])
 
     def chart(
         self,
@@ -476,6 +477,7 @@ class Scene:
         width: float | None = None,
         png: bool = False,
         threads: int | None = None,
+        progress: bool | Callable[[int, int | None], object] = False,
     ) -> Chart:
         """Charts the error of every estimator against its cost; docs/accuracy.md explains the charts.
 
@@ -489,15 +491,13 @@ class Scene:
             width: width of the charts, inches: 7, which is the default, or 3.5.
             png: write the charts as PNG and not as SVG.
             threads: number of threads; 0 uses all processors.
+            progress: as for `run`.
         """
-        given: dict[str, Any] = {"photons": photons, "seed": seed, "seeds": seeds, "threads": threads}
-        given |= {"truth": None if truth is None else Path(truth), "output": Path(output)}
-        given |= {"width": _inches(width), "png": png}
-        given["k"] = None if k is None else ",".join(map(str, plain(k, "k")))
-        with tempfile.TemporaryDirectory() as folder:
-            scene = Path(folder, "scene.json")
-            self._save(scene)
-            warned = command("chart", [scene], _options(given))
+        given = {"photons": photons, "seed": seed, "seeds": seeds, "k": k, "threads": threads}
+        style = _arguments({"width": width, "png": png})
+        with shown.Progress(progress) as tell:
+            true = None if truth is None else Path(truth)
+            warned = _native.charts(self._load(quiet=True), Path(output), true, _arguments(given), style, tell)
         say(*warned)
         return Chart(output)
 
@@ -526,7 +526,7 @@ class Scene:
             log: colour a ``.glb`` by the logarithm of the values.
             threads: number of threads; 0 uses all processors.
         """
-        _export(self._load(), path, result, trace=trace, quantity=quantity, band=band, range=range, log=log, threads=threads)
+        shown.export(self._load(), path, _found(result), trace=trace, quantity=quantity, band=band, range=range, log=log, threads=threads)
 
     def to_pyvista(self, *, result: Result | None = None, trace: bool = True, threads: int | None = None) -> Any:
         """Returns the surfaces and captors with their light as PolyData of PyVista; docs/view.md lists its arrays.
@@ -534,7 +534,7 @@ class Scene:
         Args:
             result, trace, threads: as for `export`.
         """
-        return _to_pyvista(self._load(), result, trace=trace, threads=threads)
+        return shown.to_pyvista(self._load(), _found(result), trace=trace, threads=threads)
 
     def render(self, *, numbers: bool = False, **options: Any) -> Any:
         """Renders a picture of the scene.
@@ -565,7 +565,7 @@ class Scene:
         for name, separator in (("position", ","), ("look_at", ","), ("up", ","), ("range", ":")):
             if given.get(name) is not None and not isinstance(given[name], str):
                 given[name] = separator.join(repr(finite(number, name)) for number in _several(given[name], name))
-        width, pixels, found = self._load().render(_texts(_options(given)))
+        width, pixels, found = self._load().render(_options(given))
         if not numbers:
             return pixels.reshape(-1, width, 3)
         if found is None:
@@ -607,7 +607,7 @@ class Scene:
         [('left', 'direct', 0.8), ('right', 'direct', 0.2)]
         """
         given = {"to": captor, "face": face, "band": band, "lines": lines, "photons": photons, "seed": seed, "threads": threads}
-        return _histories(self._load(), given, progress)
+        return shown.histories(self._load(), given, progress)
 
     def view(
         self,
@@ -636,7 +636,7 @@ class Scene:
         Returns:
             a frame of IPython if it is installed, otherwise the path.
         """
-        return _view(self._load(), Path(path), result, trace, threads, to, inline, width, height)
+        return shown.view(self._load(), Path(path), _found(result), trace, threads, to, inline, width, height)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the scene file, with an OBJ file for each mesh and a CSV file for each table beside it.
@@ -782,19 +782,27 @@ def _several(values: Any, place: str) -> list[Any]:
     return found
 
 
-def _range(ends: Any, place: str) -> str:
-    """Returns two numbers in the spelling of the command."""
+def _range(ends: Any, place: str) -> list[float]:
+    """Returns the two ends of a range."""
     found = [finite(end, place) for end in _several(ends, place)]
     if len(found) != 2:
         raise wrong(place, f"{len(found)} numbers", "give the ends of the range: (low, high)")
-    return f"{found[0]!r}:{found[1]!r}"
+    return found
 
 
-def _readings(readings: Any) -> Path:
-    """Returns the path of a file of readings."""
+def _readings(readings: Any) -> tuple[bytes, Path]:
+    """Returns readings as the bytes of a CSV file, and its path, which stands for `readings` where there is no file."""
+    table = columns(readings, "readings")
+    if table is not None:
+        found = {name: [_cell(value) for value in cells(table[name], f"readings: column {name}")] for name in table}
+        return csv_table(found), Path("readings")
     if not isinstance(readings, (str, os.PathLike)):
         raise wrong("readings", f"a {type(readings).__name__}", "give a DataFrame, or the path of a CSV file")
-    return Path(readings)
+    path = Path(readings)
+    try:
+        return path.read_bytes(), path
+    except OSError as error:
+        raise wrong(str(path), f"cannot be read: {error.strerror}", "name a file that you may read") from None
 
 
 def _cell(value: Any) -> Any:
@@ -900,47 +908,8 @@ def _weather(table: Any) -> bytes:
     return csv_table(written)
 
 
-def _export(
-    loaded: _native.Loaded,
-    path: str | os.PathLike[str],
-    result: Result | None,
-    *,
-    trace: bool = True,
-    quantity: str | None = None,
-    band: str | None = None,
-    range: tuple[float, float] | None = None,
-    log: bool = False,
-    threads: int | None = None,
-) -> None:
-    """Writes a scene and its light for other programs."""
-    if quantity not in (None, "irradiance", "absorbed"):
-        raise wrong("quantity", f"no quantity `{quantity}`", "there are irradiance and absorbed")
-    absorbed = None if quantity is None else quantity == "absorbed"
-    found = None if result is None else result._found
-    loaded.export(os.fspath(path), found, trace, threads, absorbed, band, range, log)
-
-
-def _histories(
-    loaded: _native.Loaded, given: Mapping[str, Any], progress: bool | Callable[[int, int | None], object]
-) -> Histories:
-    """Finds on which ways light reaches a captor."""
-    with _progress(progress) as tell:
-        found, warned = loaded.histories(_texts(_options(dict(given))), tell)
-    sentences = [in_python(sentence) for sentence in warned]
-    say(*warned)
-    return Histories(found, sentences)
-
-
-def _to_pyvista(loaded: _native.Loaded, result: Result | None, *, trace: bool = True, threads: int | None = None) -> Any:
-    """Returns a scene with its light as PolyData of PyVista."""
-    try:
-        import pyvista
-    except ImportError:
-        raise missing("pyvista", "PolyData") from None
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "scene.vtp")
-        _export(loaded, path, result, trace=trace, threads=threads)
-        return pyvista.read(path)
+def _found(result: Result | None) -> _native.Found | None:
+    return None if result is None else result._found
 
 
 def _free(name: str, taken: Iterable[str]) -> str:
@@ -1034,66 +1003,3 @@ def _read(path: Path) -> dict[str, Any]:
     if not isinstance(keys, dict):
         raise wrong(str(path), "is no scene: it holds no object", "name a scene file (JSON)")
     return keys
-
-
-def _texts(options: Sequence[str | bytes]) -> list[str]:
-    """Returns options as the native part takes them."""
-    return [option if isinstance(option, str) else os.fsdecode(option) for option in options]
-
-
-def _inches(width: float | None) -> str | None:
-    """Returns a width of plots in the spelling of the command."""
-    return None if width is None else f"{finite(width, 'width'):g}"
-
-
-class _progress:
-    """Provides the function that is told the progress of a run, and closes its progress bar at the end."""
-
-    def __init__(self, wanted: bool | Callable[[int, int | None], object]) -> None:
-        self._wanted = wanted
-        self._bar: Any = None
-
-    def __enter__(self) -> Callable[[int, int | None], object] | None:
-        if callable(self._wanted):
-            return self._wanted
-        if not self._wanted:
-            return None
-        try:
-            from tqdm.auto import tqdm
-        except ImportError:
-            raise missing("tqdm", "progress=True") from None
-        self._bar = tqdm(unit=" photons", unit_scale=True)
-        return self._tell
-
-    def _tell(self, done: int, of: int | None) -> None:
-        if of is not None:
-            self._bar.total = of
-        self._bar.update(done - self._bar.n)
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
-
-
-def _view(
-    loaded: _native.Loaded,
-    path: Path,
-    result: Result | None,
-    trace: bool,
-    threads: int | None,
-    to: str | None,
-    inline: bool,
-    width: int | str,
-    height: int,
-) -> Any:
-    loaded.view(path, None if result is None else result._found, trace, threads, to)
-    try:
-        from IPython.display import HTML, IFrame
-    except ImportError:
-        return path
-    if inline:
-        from html import escape
-
-        page = escape(path.read_text(encoding="utf-8"))
-        return HTML(f'<iframe srcdoc="{page}" width="{width}" height="{height}" style="border:0"></iframe>')
-    return IFrame(str(path), width, height)

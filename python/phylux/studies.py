@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _native, html
-from .commands import pandas
+from .errors import pandas
 from .errors import in_python
 
 if TYPE_CHECKING:

@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from . import _native, html
-from .commands import pandas as _pandas
+from .errors import pandas as _pandas
 from .errors import missing, wrong
 from .result import Result
 from .scene import Scene
+from .shown import Progress
 from .values import plain
 
 
@@ -110,10 +111,8 @@ def sweep(
     """
     runs = _runs(build, values, combine)
     results: list[Result] = []
-    from .scene import _progress
-
     named = [values_of_run for values_of_run, _ in runs]
-    with _progress(progress) as tell:
+    with Progress(progress) as tell:
         if executor is None:
             for values_of_run, keys in runs:
                 results.append(_run(build, values_of_run, keys, options))

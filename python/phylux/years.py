@@ -1,21 +1,21 @@
-"""Daylight by the hour: runs ``phylux year`` and reads its tables."""
+"""Daylight by the hour: finds a year and reads its tables."""
 
 from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import html
-from .commands import command
-from .commands import options as _options
-from .commands import pandas as _pandas
-from .errors import in_python, missing, wrong
+from . import _native, html
+from .errors import in_python, missing, say, wrong
+from .errors import pandas as _pandas
 from .result import Result
 from .values import finite
+from .values import arguments as _arguments
 
 #: columns of text in the tables
 _TEXTS = ["captor", "time", "day", "month", "period", "unit", "light", "state", "kind", "groups", "ratio"]
@@ -104,13 +104,13 @@ class Year:
             options: those of ``phylux plot`` (docs/plot.md): ``show``, ``band``, ``captors``, ``quantity``, ``day``,
                 ``month``, ``range=(low, high)``.
         """
-        given: dict[str, Any] = {"output": Path(path)}
-        for name, value in options.items():
-            if name == "range" and value is not None and not isinstance(value, str):
-                value = ":".join(str(finite(end, "range")) for end in value)
-            # several captors have an option each
-            given[name] = value if value is None or isinstance(value, (list, tuple)) else str(value)
-        command("plot", [self.folder], _options(given))
+        given = dict(options)
+        if isinstance(given.get("captors"), str):
+            given["captors"] = [given["captors"]]
+        if given.get("range") is not None:
+            ends = given["range"].split(":") if isinstance(given["range"], str) else given["range"]
+            given["range"] = [finite(end, "range") for end in ends]
+        say(*_native.plot(self.folder, path, _arguments(given)))
 
     def xarray(self, table: str = "hours") -> Any:
         """Returns ``"hours"``, ``"days"`` or ``"months"`` as an ``xarray.Dataset``: ``front``, ``back``, ``absorbed`` and
@@ -198,21 +198,40 @@ def _clock(times: list[str], table: str) -> dict[str, Any]:
     }
 
 
-def run_year(scene: Path, output: Path, options: list[str | bytes]) -> tuple[Year, list[str]]:
-    """Runs ``phylux year``. Returns its tables and its warnings."""
-    warned = command("year", [scene], [*_options({"output": output}), *options])
-    return Year(output), warned
+def find(
+    scene: Path,
+    control: Path | None,
+    output: Path,
+    arguments: str,
+    style: str = "{}",
+    checkpoint: Path | None = None,
+    shard: str | None = None,
+    light: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, int | None], object] | None = None,
+) -> list[str]:
+    """Finds a year, or does the work of a shard of it; with ``light``, from the light in that folder. Returns the warnings."""
+    return _native.year(scene, control, output, arguments, style, checkpoint, shard, light, progress)
 
 
-def run_shards(
-    scene: Path, output: Path, options: list[str | bytes], style: list[str | bytes], shards: int, executor: Any
-) -> tuple[Year, list[str]]:
-    """Runs the shards of ``phylux year`` by an executor, and merges them with plots in the style that options name.
+def find_by_shards(
+    scene: Path,
+    control: Path | None,
+    output: Path,
+    arguments: str,
+    style: str,
+    checkpoint: Path | None,
+    shards: int,
+    executor: Any,
+) -> list[str]:
+    """Lets an executor do the shards of a year, and merges them. Returns the warnings.
 
     All workers see the folder of ``scene``.
     """
     files = [scene.parent / f"shard{i + 1}" for i in range(shards)]
-    shares = [[*_options({"output": file}), *options, f"--shard={i + 1}/{shards}"] for i, file in enumerate(files)]
-    for done in [executor.submit(command, "year", [scene], share) for share in shares]:
+    work = []
+    for i, file in enumerate(files):
+        kept = None if checkpoint is None else checkpoint.with_name(f"{checkpoint.name}-{i + 1}")
+        work.append(executor.submit(find, scene, control, file, arguments, "{}", kept, f"{i + 1}/{shards}"))
+    for done in work:
         done.result()
-    return Year(output), command("merge", files, [*_options({"output": output}), *style])
+    return _native.merged_year(files, output, style)

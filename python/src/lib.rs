@@ -7,6 +7,7 @@
 mod errors;
 mod result;
 mod scene;
+mod studies;
 mod watched;
 
 use std::ffi::OsString;
@@ -44,6 +45,11 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scene::sweep_runs, module)?)?;
     module.add_function(wrap_pyfunction!(scene::write_file, module)?)?;
     module.add_function(wrap_pyfunction!(scene::write_obj, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::year, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::merged_year, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::plot, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::calibrate, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::charts, module)?)?;
     module.add_class::<scene::Loaded>()?;
     module.add_class::<result::Found>()
 }

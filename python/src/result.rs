@@ -28,7 +28,7 @@ use crate::errors::raised;
 /// The results of a run.
 #[pyclass(frozen, module = "phylux._native")]
 pub struct Found {
-    result: RunResult,
+    pub result: RunResult,
     /// All fields of the results file except the captors and groups, as JSON.
     head: String,
     /// The files that the scene was read from; no output may replace one of them.

@@ -12,7 +12,7 @@ use numpy::{PyArray1, PyReadonlyArray2};
 use phylux::{
     Control, Error, LoadedScene, Scene, Settings,
     cli::embedded::{self, Rendering, Words},
-    formats::{FilesRead, InMemory, Mesh, MeshGroup, OutputFile, Run, Sweep},
+    formats::{FilesRead, InMemory, Mesh, MeshGroup, OutputFile, Run, SceneSource, Sweep},
     show::{Colours, ExportFormat, Following, RenderPlan, RenderedScene},
     transport::ThreadCount,
 };
@@ -35,7 +35,8 @@ type PixelNumbers<'py> = (usize, usize, Bound<'py, PyArray1<f32>>);
 /// A checked scene, with its geometry arranged for tracing rays.
 #[pyclass(frozen, module = "phylux._native")]
 pub struct Loaded {
-    loaded: Arc<LoadedScene>,
+    pub source: Arc<SceneSource>,
+    pub loaded: Arc<LoadedScene>,
     folder: PathBuf,
 }
 
@@ -55,11 +56,13 @@ pub fn load(
         memory.meshes.insert(name.clone(), raised(py, mesh.map_err(|e| e.at(name)))?);
     }
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let loaded = watched(py, None, move |_| {
+    let (source, loaded) = watched(py, None, move |_| {
         let scene = serde_json::from_str(&json).map_err(|e| Error::input(path.display(), e))?;
-        phylux::formats::load_from(scene, &path, &memory)
+        let source = SceneSource::in_memory(scene, path, memory);
+        let loaded = source.load()?;
+        Ok((source, loaded))
     })?;
-    Ok(Loaded { loaded: Arc::new(loaded), folder })
+    Ok(Loaded { source: Arc::new(source), loaded: Arc::new(loaded), folder })
 }
 
 fn mesh(

@@ -26,12 +26,18 @@ const PATIENCE: Duration = Duration::from_millis(100);
 #[derive(Default)]
 pub struct Watch {
     /// Set when the work should end.
-    pub stop: AtomicBool,
+    pub stop: Arc<AtomicBool>,
     done: AtomicU64,
     of: AtomicU64,
 }
 
 impl Watch {
+    /// Says that another part of the work begins, whose progress counts from 0.
+    pub fn begin(&self) {
+        self.done.store(0, Ordering::Relaxed);
+        self.of.store(0, Ordering::Relaxed);
+    }
+
     /// Records progress; it may be called from any thread.
     pub fn note(&self, progress: Progress) {
         self.done.fetch_max(progress.photons, Ordering::Relaxed);
@@ -45,7 +51,7 @@ impl Watch {
 pub fn watched<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&Watch) -> phylux::Result<T> + Send + 'static,
+    work: impl FnOnce(&Arc<Watch>) -> phylux::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let watch = Arc::new(Watch::default());
     let (sender, mut receiver) = channel();
@@ -57,7 +63,7 @@ pub fn watched<T: Send + 'static>(
     let mut told = 0;
     let mut tell = |last: bool| -> PyResult<()> {
         let (done, of) = (watch.done.load(Ordering::Relaxed), watch.of.load(Ordering::Relaxed));
-        if let Some(progress) = progress.filter(|_| done > told || last) {
+        if let Some(progress) = progress.filter(|_| done != told || last) {
             told = done;
             progress.call1((done, (of > 0).then_some(of)))?;
         }

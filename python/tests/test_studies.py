@@ -2,6 +2,7 @@
 
 import concurrent.futures
 import json
+import time
 
 import numpy as np
 import pytest
@@ -244,11 +245,32 @@ def test_wrong_weather_says_why():
         scene.check()
 
 
+def test_studies_tell_how_far_they_are_and_end_when_asked_to(tmp_path):
+    told = []
+    bench().calibrate(even="bench", photons=400_000, threads=1, progress=lambda done, of: told.append((done, of)))
+    bench().chart(tmp_path / "chart", photons=20_000, seeds=2, k=[20], threads=1, progress=lambda done, of: told.append((done, of)))
+    assert told and all(of is None or done <= of for done, of in told) and told[-1][0] > 0
+
+    class Enough(Exception):
+        pass
+
+    def enough(done, of):
+        raise Enough
+
+    with pytest.raises(Enough):
+        bench().chart(tmp_path / "never", photons=1e9, progress=enough)
+    until = time.monotonic() + 60
+    while (tmp_path / "never").exists() and time.monotonic() < until:
+        time.sleep(0.05)
+    # what it had begun to write is gone
+    assert not (tmp_path / "never").exists()
+
+
 def test_every_option_of_the_studies_is_an_argument():
     import inspect
 
     alone = {"calibrate": {"help", "quiet", "output", "results", "group"}, "chart": {"help", "quiet", "output"}}
-    own = {"calibrate": {"readings", "result", "groups"}, "chart": {"output"}}
+    own = {"calibrate": {"readings", "result", "groups", "progress"}, "chart": {"output", "progress"}}
     for name, left_out in alone.items():
         arguments = set(inspect.signature(getattr(px.Scene, name)).parameters) - {"self"} - own[name]
         assert arguments == options_of(name) - left_out, name
@@ -310,7 +332,7 @@ def test_sums_have_units_of_their_own():
     scene = px.Scene("lux", quantity="umol/s", bands=bands, sums={"PAR": list(bands), "bright": "photopic"})
     scene.light("lamp", type="point", position=[0, 0, 1], power=[1, 1, 1])
     scene.captor("grid", discs=px.grid([-1, 0, 1], [-1, 0, 1], z=0, radius=0.1))
-    with pytest.warns(px.SceneWarning, match="changes much within band"):
+    with pytest.warns(px.SceneWarning, match="much within band"):
         result = scene.run(photons=20_000)
     # the first sum of the scene, not the first by the alphabet
     assert [result.plot("rank").get_ylabel(), result.plot("rank", band="bright").get_ylabel()] == [

@@ -126,6 +126,22 @@ def test_plots_of_a_year(greenhouse, tmp_path):
     assert not (tmp_path / "wrong.svg").exists()
 
 
+def test_another_control_takes_the_light_of_a_year(greenhouse, tmp_path):
+    lamps = {"lamps": [{"lights": "lamp", "hours": [4, 8], "watts": 50}]}
+    dark = greenhouse.year(tmp_path / "dark", photons=20_000, seed=1, sun_rays=32)
+    lit = greenhouse.year(tmp_path / "lit", control=lamps, from_=dark.folder)
+    anew = greenhouse.year(tmp_path / "anew", control=lamps, photons=20_000, seed=1, sun_rays=32)
+    names = sorted(path.name for path in anew.folder.iterdir())
+    assert "light.work" in names and names == sorted(path.name for path in lit.folder.iterdir())
+    for name in names:
+        assert (lit.folder / name).read_bytes() == (anew.folder / name).read_bytes(), name
+    with pytest.raises(px.InputError, match="from"):
+        greenhouse.year(tmp_path / "wrong", from_=dark.folder, photons=1000)
+    greenhouse.keys["lights"][-1]["power"] = 500
+    with pytest.raises(px.InputError, match="of another scene.*leave out `from_`"):
+        greenhouse.year(tmp_path / "wrong", from_=dark.folder)
+
+
 def test_ids_are_texts(greenhouse, tmp_path):
     pytest.importorskip("pandas")
     ids = ["007", "7", "1e3", "NA", "true", "2025-06-21"]

@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::{
-    interrupt::{Interrupt, STANDARD_OUTPUT},
+    interrupt,
     outputs::check_places,
     run,
     summary::{SHOWN_BANDS, short},
@@ -19,30 +19,26 @@ use super::{
 };
 use phylux_core::{
     error::{Error, Result},
-    transport::{
-        settings::{
-            Checked, Estimator, Guiding, NearestCount, PhotonCount, Settings, ThreadCount,
-            Tolerance,
-        },
-        simulate::{Control, Progress, simulate},
-    },
+    transport::settings::{Checked, Guiding, PhotonCount, ThreadCount, Tolerance},
 };
 use phylux_files::{
     calibration_file,
     input::read_bytes,
-    json,
-    measured_csv::{self, MeasuredRow},
+    measured_csv,
     output::{FilesRead, NOT_OURS, OutputFile, folder_of},
     result_file::{read_json, write_lines},
-    scene_file::{self, LoadedScene},
+    scene_file::SceneSource,
 };
 use phylux_results::{
     calibration::{Calibration, EvenPowers, Lit, Model, Varied},
     result::RunResult,
 };
-use phylux_studies::calibrate::{
-    CalibrationPlan, EvenPlan, Found, Numbers, Runs, Vary, calibrate, calibrated_scene,
-    check_captors, even, search,
+use phylux_studies::{
+    calibrate::{
+        EvenPlan, Vary,
+        job::{CalibrationGoal, CalibrationLight, CalibrationReport, calibrated},
+    },
+    desk::STANDARD_OUTPUT,
 };
 
 /// The most lamps that are listed.
@@ -117,19 +113,12 @@ pub(super) struct Arguments {
 struct Chosen(Option<Model>);
 
 fn model(text: &str) -> Checked<Chosen> {
-    let known = Model::ALL.into_iter().find(|model| model.name() == text);
-    match (text, known) {
-        ("auto", _) => Ok(Chosen(None)),
-        (_, Some(model)) => Ok(Chosen(Some(model))),
-        _ => Err("must be auto, common, bands, lamps or product".into()),
-    }
+    CalibrationGoal::model(text).map(Chosen)
 }
 
 fn irradiance(text: &str) -> Checked<f64> {
-    match text.parse::<f64>() {
-        Ok(value) if (1e-30..=1e30).contains(&value) => Ok(value),
-        _ => Err("must be a number above 0, in the scene's unit of irradiance".into()),
-    }
+    // what is no number is none above 0
+    CalibrationGoal::irradiance(text.parse().unwrap_or(f64::NAN))
 }
 
 /// Relative standard deviation of the prior; `None` without a prior.
@@ -137,21 +126,18 @@ fn irradiance(text: &str) -> Checked<f64> {
 struct Prior(Option<f64>);
 
 fn prior(text: &str) -> Checked<Prior> {
-    if text == "none" {
-        return Ok(Prior(None));
-    }
-    match text.parse::<f64>() {
-        Ok(prior) if (1e-6..=1e6).contains(&prior) => Ok(Prior(Some(prior))),
-        _ => Err("must be `none`, or a number from 1e-6 to 1e6 (20 % is 0.2)".into()),
+    match text {
+        "none" => Ok(Prior(None)),
+        _ => CalibrationGoal::prior(text.parse().unwrap_or(f64::NAN)).map(|p| Prior(Some(p))),
     }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let interrupt = Interrupt::install()?;
-    let scene_output = interrupt.file(&arguments.output)?;
+    let desk = interrupt::desk()?;
+    let scene_output = desk.file(&arguments.output)?;
     let folder = folder_of(&arguments.output);
     let report_path = report_beside(&arguments.output);
-    let report = interrupt.file(&report_path)?;
+    let report = desk.file(&report_path)?;
     let places = [&scene_output, &report].map(|file| file.place().map(Path::to_path_buf));
     let places: Vec<PathBuf> = places.into_iter().flatten().collect();
     check_places(&places, &FilesRead::default())?;
@@ -160,53 +146,63 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             .remedy("move it away, or write into another folder"));
     }
 
-    let path = &arguments.scene;
-    let bytes = read_bytes(path)
-        .map_err(|why| Error::input(path.display(), why).remedy("name a scene file (JSON)"))?;
-    let document = json::parse(&path.display().to_string(), &bytes)?;
-    let loaded = super::progress::during("reading the scene", || scene_file::parse(&bytes, path))?;
+    let source = SceneSource::read(&arguments.scene)?;
+    let loaded = desk.during("reading the scene", |_| source.load())?;
     loaded.check_captors()?;
     let read = loaded.files.iter().chain(&arguments.measured).chain(&arguments.results);
     let read = FilesRead::new(read);
     check_places(&places, &read)?;
-    terminal::warn(&loaded.warnings);
-    let outputs = Outputs { scene: scene_output, report, report_path, folder, read };
-    let Some(measured) = &arguments.measured else {
-        return lit_evenly(arguments, document, &loaded, outputs, &interrupt);
-    };
-    let bytes = read_bytes(measured).map_err(|why| Error::unreadable(measured.display(), why))?;
-    let rows = measured_csv::parse(&bytes, measured)?;
-    check_captors(&loaded.scene, &rows, measured)?;
-
-    let plan = CalibrationPlan {
-        model: arguments.model.0,
-        prior: arguments.prior.0,
-        groups: arguments.group.clone(),
-        metres: loaded.unit.metres(),
-    };
-    let (document, loaded, mut calibration) = match &arguments.vary[..] {
-        [] => {
-            let result = match &arguments.results {
-                Some(path) => results_of(path, &loaded)?,
-                None => trace(arguments, &loaded, &interrupt)?,
-            };
-            let calibration = calibrate(&result, &rows, measured, &plan)?;
-            (document, loaded, calibration)
+    desk.warn(&loaded.warnings);
+    let outputs = Outputs { scene: scene_output, report, report_path, read };
+    let goal = arguments.goal()?;
+    let light = arguments.light()?;
+    let found = calibrated(&source, &loaded, &goal, &light, &folder, &desk)?;
+    desk.writing();
+    let (text, wrote) = match &found.report {
+        CalibrationReport::Readings(report) => {
+            (describe(report), outputs.write(arguments, &found.scene, report)?)
         }
-        _ => {
-            let found = vary(arguments, measured, &document, &rows, &plan, &interrupt)?;
-            (found.document, found.loaded, found.calibration)
+        CalibrationReport::Even(report, result) => {
+            (describe_even(report, result), outputs.write(arguments, &found.scene, report)?)
         }
     };
-    let folder = &outputs.folder;
-    let scene = calibrated_scene(document, path, &loaded, &calibration.factors, false, folder)?;
-    interrupt.writing();
     // those of the scene and its files have been said
-    let own = calibration.warnings.clone();
-    calibration.warnings.splice(0..0, loaded.warnings.iter().cloned());
-    let wrote = outputs.write(arguments, &scene, &calibration)?;
-    terminal::warn(&own);
-    terminal::print(&(describe(&calibration) + &wrote))
+    desk.warn(&found.warnings);
+    terminal::print(&(text + &wrote))
+}
+
+impl Arguments {
+    fn goal(&self) -> Result<CalibrationGoal> {
+        let groups = self.group.clone();
+        let Some(file) = &self.measured else {
+            return Ok(CalibrationGoal::Even(EvenPlan {
+                captors: self.even.clone().unwrap_or_default(),
+                band: self.band.clone(),
+                mean: self.mean,
+                minimum: self.minimum,
+                groups,
+            }));
+        };
+        let bytes = read_bytes(file).map_err(|why| Error::unreadable(file.display(), why))?;
+        let rows = measured_csv::parse(&bytes, file)?;
+        let (model, prior, vary) = (self.model.0, self.prior.0, self.vary.clone());
+        Ok(CalibrationGoal::Readings { rows, file: file.clone(), model, prior, groups, vary })
+    }
+
+    fn light(&self) -> Result<CalibrationLight> {
+        Ok(match &self.results {
+            Some(path) => {
+                CalibrationLight::Found(Box::new(read_json(path)?), path.display().to_string())
+            }
+            None => CalibrationLight::Traced {
+                photons: self.photons,
+                seed: self.seed,
+                tolerance: self.tolerance,
+                guiding: self.guiding,
+                threads: self.threads,
+            },
+        })
+    }
 }
 
 /// The two files that the command writes.
@@ -214,7 +210,6 @@ struct Outputs {
     scene: OutputFile,
     report: OutputFile,
     report_path: PathBuf,
-    folder: PathBuf,
     read: FilesRead,
 }
 
@@ -235,36 +230,6 @@ impl Outputs {
         let (scene, report) = (arguments.output.display(), self.report_path.display());
         Ok(format!("\nwrote {scene} and {report}\n"))
     }
-}
-
-/// Finds the powers that light captors evenly, and writes the scene with them.
-fn lit_evenly(
-    arguments: &Arguments,
-    document: Value,
-    loaded: &LoadedScene,
-    outputs: Outputs,
-    interrupt: &Interrupt,
-) -> Result<()> {
-    let plan = EvenPlan {
-        captors: arguments.even.clone().unwrap_or_default(),
-        band: arguments.band.clone(),
-        mean: arguments.mean,
-        minimum: arguments.minimum,
-        groups: arguments.group.clone(),
-    };
-    let result = match &arguments.results {
-        Some(path) => results_of(path, loaded)?,
-        None => trace(arguments, loaded, interrupt)?,
-    };
-    let mut found = even(&result, loaded.scene.watts(), &plan)?;
-    let path = &arguments.scene;
-    let scene = calibrated_scene(document, path, loaded, &found.factors, true, &outputs.folder)?;
-    interrupt.writing();
-    let own = found.warnings.clone();
-    found.warnings.splice(0..0, loaded.warnings.iter().cloned());
-    let wrote = outputs.write(arguments, &scene, &found)?;
-    terminal::warn(&own);
-    terminal::print(&(describe_even(&found, &result) + &wrote))
 }
 
 /// Returns the factors, and how evenly the captors are lit before and after, as tables.
@@ -319,63 +284,6 @@ fn report_beside(scene: &Path) -> PathBuf {
         Some(stem) => format!("{stem}-calibration.json"),
     };
     folder_of(scene).join(name)
-}
-
-/// Reads the results at `path`. Error: they are not of this scene.
-fn results_of(path: &Path, loaded: &LoadedScene) -> Result<RunResult> {
-    let result = read_json(path)?;
-    let lights = result.energy.by_light.iter().flat_map(|lights| lights.keys());
-    let same_lights = lights.eq(loaded.scene.lights().iter().map(|light| &light.name));
-    let bands = result.bands.iter().map(|band| band.name.as_str());
-    let same = same_lights || result.energy.by_light.is_none();
-    match same && bands.eq(loaded.scene.band_names()) {
-        true => Ok(result),
-        false => Err(Error::input(path.display(), "has other lights or bands than the scene")
-            .remedy("run the scene again with --by-light")),
-    }
-}
-
-/// Runs the scene with photons, and returns the results by light.
-fn trace(arguments: &Arguments, loaded: &LoadedScene, interrupt: &Interrupt) -> Result<RunResult> {
-    let usual = &loaded.settings;
-    let settings = Settings {
-        estimator: Estimator::Photons,
-        photons: arguments.photons.or(usual.photons),
-        seed: arguments.seed.unwrap_or(usual.seed),
-        k: Some(NearestCount::NONE),
-        guiding: arguments.guiding.unwrap_or(usual.guiding),
-        tolerance: arguments.tolerance.or(usual.tolerance),
-        tolerance_limit: arguments.photons,
-        by_light: true,
-        threads: arguments.threads.unwrap_or(usual.threads),
-        ..usual.clone()
-    };
-    let bar = super::progress::terminal_bar("{elapsed} {human_pos} photons, {speed}");
-    let progress = |progress: Progress| super::progress::show(&bar, progress);
-    let control = Control { stop: interrupt.stop(), progress: &progress };
-    let simulation = simulate(&loaded.scene, &settings, &control);
-    bar.finish_and_clear();
-    let simulation = simulation?;
-    Ok(RunResult::new(&simulation))
-}
-
-/// Finds the values of the varied numbers that explain the readings best.
-fn vary(
-    arguments: &Arguments,
-    measured: &Path,
-    document: &Value,
-    rows: &[MeasuredRow],
-    plan: &CalibrationPlan,
-    interrupt: &Interrupt,
-) -> Result<Found> {
-    let path = &arguments.scene;
-    let name = path.display().to_string();
-    let numbers = Numbers::new(&name, document, &arguments.vary, plan.prior.is_some())?;
-    let runs = Runs {
-        load: &|document| scene_file::load_value(document.clone(), path, &read_bytes, None),
-        run: &|loaded| trace(arguments, loaded, interrupt),
-    };
-    search(&numbers, (rows, measured), plan, &runs)
 }
 
 /// Returns the factors, and how well they predict readings, as tables.

@@ -7,7 +7,7 @@ use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use super::{interrupt::Interrupt, summary::short, table::Table, terminal};
+use super::{interrupt, summary::short, table::Table, terminal};
 use phylux_core::{
     error::{Error, Result},
     scene::{
@@ -17,7 +17,9 @@ use phylux_core::{
     },
 };
 use phylux_files::scene_file::{self, LoadedScene, OpenField};
-use phylux_studies::check::{MaterialSummary, ObjectSummary, SceneSummary, check, decimals};
+use phylux_studies::check::{
+    LeafOptics, LeafSummary, MaterialSummary, ObjectSummary, SceneSummary, check, decimals,
+};
 
 /// The most materials, objects or lights that are listed. Totals count those beyond, too.
 const LISTED: usize = 30;
@@ -35,7 +37,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let _interrupt = Interrupt::install()?;
+    let _desk = interrupt::desk()?;
     let loaded = scene_file::load(&arguments.scene)?;
     let summary = check(&loaded)?;
     match arguments.json {
@@ -74,6 +76,7 @@ struct Checked<'a> {
     /// Unit of the powers.
     unit: String,
     surfaces: &'a [MaterialSummary],
+    leaves: &'a [LeafSummary],
     objects: &'a [ObjectSummary],
     lights: Vec<Powers<'a>>,
     /// Spectra of lamps, by the names of these: at hand, or files.
@@ -163,6 +166,7 @@ impl<'a> Checked<'a> {
             bands: scene.bands().iter().map(|band| band.name.as_str()).collect(),
             unit: scene.quantity().unit_names().flux.to_string(),
             surfaces: &summary.surfaces,
+            leaves: &summary.leaves,
             objects: &summary.objects,
             lights: lights.map(|light| Powers::of(scene, light)).collect(),
             spectra: loaded.lamp_spectra.iter().map(|[l, spectrum]| (&**l, &**spectrum)).collect(),
@@ -189,6 +193,7 @@ pub(super) fn describe(loaded: &LoadedScene, summary: &SceneSummary) -> String {
         size.z
     );
     surfaces(&mut text, summary);
+    leaves(&mut text, scene, &summary.leaves);
     objects(&mut text, summary);
     lights(&mut text, scene);
     lamp_spectra(&mut text, loaded);
@@ -217,6 +222,33 @@ fn surfaces(text: &mut String, summary: &SceneSummary) {
         _ => short(value),
     };
     with_total(text, "surfaces".into(), columns, rows.collect(), show);
+}
+
+/// Writes what each leaf reflects, transmits and absorbs, so that one sees a wrong unit, column or
+/// band of its spectrum.
+fn leaves(text: &mut String, scene: &Scene, leaves: &[LeafSummary]) {
+    if leaves.is_empty() {
+        return;
+    }
+    let names = scene.bands().iter().map(|band| band.name.clone());
+    let mut table = Table::new("leaves, at normal incidence", names, "");
+    let mut rows = |name: &str, optics: &LeafOptics| {
+        let LeafOptics { reflectance, transmittance, absorptance } = optics;
+        let kinds =
+            [("reflects", reflectance), ("transmits", transmittance), ("absorbs", absorptance)];
+        for (kind, fractions) in kinds {
+            let cells = fractions.iter().map(|fraction| format!("{fraction:.3}"));
+            table.row(format!("  {name} {kind}"), cells, "");
+        }
+    };
+    for LeafSummary { material, front, back } in leaves.iter().take(terminal::shown(LISTED)) {
+        rows(material, front);
+        if let Some(back) = back {
+            rows(&format!("{material}, back,"), back);
+        }
+    }
+    write(text, &table);
+    text.push_str(&terminal::more(leaves.len(), LISTED));
 }
 
 /// Writes where each object is, so that one sees a wrong unit, scale or axis.

@@ -45,6 +45,15 @@ pub fn guiding() -> impl TypedValueParser<Value = Guiding> {
     ])
 }
 
+/// Reads one of the `choices` of the library by its name; `help` has a sentence for each.
+pub fn named<T: Copy + Send + Sync + 'static, const N: usize>(
+    choices: [(&'static str, T); N],
+    help: [&'static str; N],
+) -> impl TypedValueParser<Value = T> {
+    let mut help = help.into_iter();
+    one_of(choices.map(|(name, value)| (name, value, help.next().unwrap_or_default())))
+}
+
 /// Reads one of `choices`: a name, its value, and what it means.
 fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
     choices: [(&'static str, T, &'static str); N],

@@ -8,7 +8,7 @@ use std::{
 
 use clap::Args;
 
-use super::{interrupt::Interrupt, outputs::check_places, summary::short, table::Table, terminal};
+use super::{interrupt, outputs::check_places, summary::short, table::Table, terminal};
 use phylux_core::error::Result;
 use phylux_files::{
     csv_text,
@@ -43,8 +43,8 @@ pub(super) const WORST: usize = 10;
 const DIFFERENT: u8 = 1;
 
 pub(super) fn run(arguments: &Arguments) -> Result<u8> {
-    let interrupt = Interrupt::install()?;
-    let csv = arguments.csv.as_deref().map(|csv| interrupt.file(csv)).transpose()?;
+    let desk = interrupt::desk()?;
+    let csv = arguments.csv.as_deref().map(|csv| desk.file(csv)).transpose()?;
     let place = csv.as_ref().and_then(OutputFile::place).map(Path::to_path_buf);
     let read = FilesRead::new([&arguments.a, &arguments.b]);
     check_places(place.as_slice(), &read)?;

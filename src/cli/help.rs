@@ -40,6 +40,7 @@ pub const GROUPS: &[(&str, &[Examples])] = &[
                 &[
                     "phylux year scenes/greenhouse-year.json -o year",
                     "phylux year scenes/greenhouse-year.json --control scenes/lamps.control.json -o lit",
+                    "phylux year scenes/greenhouse-year.json --from lit -o unlit",
                 ],
             ),
             ("mix", &["phylux mix bay.json --power \"row 1*=0.5,row 2 lamp 1=2\" -o dimmed.json"]),

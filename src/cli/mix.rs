@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{
-    interrupt::Interrupt,
+    interrupt,
     outputs::{OutputArguments, Outputs, check_places, place_of},
     summary::{SHOWN_BANDS, short, summary},
     table::Table,
@@ -41,8 +41,8 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let interrupt = Interrupt::install()?;
-    let outputs = Outputs::create(&arguments.outputs, &interrupt)?;
+    let desk = interrupt::desk()?;
+    let outputs = Outputs::create(&arguments.outputs, &desk)?;
     let read = FilesRead::new([&arguments.results].into_iter().chain(&arguments.calibration));
     let mut places = outputs.places();
     check_places(&places, &read)?;
@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let ids = mixed.captors.iter().map(|captor| captor.id.as_str());
     places.extend(outputs.captor_places(ids, &read)?);
     check_places(&places, &read)?;
-    interrupt.writing();
+    desk.writing();
     outputs.write(&read, &mixed)?;
     let summary = summary(&mixed, ", mixed");
     super::terminal::warn(&summary.warnings);

@@ -1,20 +1,20 @@
 //! The files that a command writes results to.
 
 use std::{
-    collections::HashSet,
     io::{self, Write},
     path::{Path, PathBuf},
 };
 
 use clap::Args;
 
-use super::interrupt::{Interrupt, STANDARD_OUTPUT};
-use phylux_core::error::{Error, Result};
+use phylux_core::error::Result;
+pub(super) use phylux_files::output::check_places;
 use phylux_files::{
     output::{CompleteFile, FilesRead, OutputFile},
     result_file::{CompleteFolder, OutputFolder, write_csv, write_json},
 };
 use phylux_results::result::RunResult;
+use phylux_studies::desk::{Desk, STANDARD_OUTPUT};
 
 /// Heading of a group of options in the help.
 pub(super) const FILES: &str = "Files";
@@ -43,11 +43,11 @@ pub(super) struct Outputs {
 
 impl Outputs {
     /// Prepares all files. If a signal ends the command at once, what was prepared is removed.
-    pub(super) fn create(arguments: &OutputArguments, interrupt: &Interrupt) -> Result<Self> {
-        let output = interrupt.file(&arguments.output)?;
-        let csv = arguments.csv.as_deref().map(|csv| interrupt.file(csv)).transpose()?;
+    pub(super) fn create(arguments: &OutputArguments, desk: &Desk) -> Result<Self> {
+        let output = desk.file(&arguments.output)?;
+        let csv = arguments.csv.as_deref().map(|csv| desk.file(csv)).transpose()?;
         let per_captor = arguments.per_captor.as_deref();
-        let per_captor = per_captor.map(|folder| interrupt.folder(folder)).transpose()?;
+        let per_captor = per_captor.map(|folder| desk.folder(folder)).transpose()?;
         Ok(Self { output, per_captor, csv })
     }
 
@@ -97,20 +97,4 @@ pub(super) fn place_of(path: &Path) -> String {
         true => "to the standard output".into(),
         false => path.display().to_string(),
     }
-}
-
-/// Refuses an output that would take the place of another output, or of a file that is read. It is
-/// called before any work. (Even where a command does not check this here, [`OutputFile`] refuses
-/// to replace a file that was read.)
-pub(super) fn check_places(places: &[PathBuf], read: &FilesRead) -> Result<()> {
-    let mut named = HashSet::new();
-    for place in places {
-        if !named.insert(place) {
-            return Err(
-                Error::input(place.display(), "is named for two outputs").remedy("write elsewhere")
-            );
-        }
-        read.check(place)?;
-    }
-    Ok(())
 }

@@ -12,7 +12,11 @@ use indicatif::{
 };
 
 use super::terminal;
-use phylux_core::{error::lock, transport::simulate::Progress};
+use phylux_core::{
+    error::{Result, lock},
+    transport::simulate::Progress,
+};
+use phylux_studies::desk::Listener;
 
 /// Time before the first line where there is no terminal, and between two lines.
 const FIRST: Duration = Duration::from_secs(2);
@@ -37,33 +41,84 @@ pub fn terminal_bar(template: &str) -> ProgressBar {
         }
     };
     let bar = ProgressBar::with_draw_target(None, target);
-    // a bar of block characters says nothing in a log
-    let template = if is_terminal { template } else { template.trim_start_matches("{bar:30} ") };
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        let speed = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
-            let _ = match state.pos() {
-                0 => write!(text, "planning"),
-                _ => write!(text, "{:.2e}/s", state.per_sec()),
-            };
-        };
-        // how long the rest takes is known once some of it is done
-        let left = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
-            if state.fraction() >= TOLD {
-                let _ = write!(text, ", {:#} left", HumanDuration(state.eta()));
-            }
-        };
-        bar.set_style(style.with_key("speed", speed).with_key("left", left));
-    }
+    set_form(&bar, template);
     bar.enable_steady_tick(TICK);
     bar
 }
 
-/// Does `work` of which nothing but the time is known, and says what it is.
-pub fn during<T>(what: &str, work: impl FnOnce() -> T) -> T {
-    let bar = terminal_bar(&format!("{{elapsed}} {what}"));
-    let done = work();
-    bar.finish_and_clear();
-    done
+/// Gives a bar the form of a template, as [`terminal_bar`] takes it.
+fn set_form(bar: &ProgressBar, template: &str) {
+    // a bar of block characters says nothing in a log
+    let template = match io::stderr().is_terminal() {
+        true => template,
+        false => template.trim_start_matches("{bar:30} "),
+    };
+    let Ok(style) = ProgressStyle::with_template(template) else { return };
+    let speed = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+        let _ = match state.pos() {
+            0 => write!(text, "planning"),
+            _ => write!(text, "{:.2e}/s", state.per_sec()),
+        };
+    };
+    // how long the rest takes is known once some of it is done
+    let left = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+        if state.fraction() >= TOLD {
+            let _ = write!(text, ", {:#} left", HumanDuration(state.eta()));
+        }
+    };
+    bar.set_style(style.with_key("speed", speed).with_key("left", left));
+}
+
+/// Shows on the terminal what is heard of work at a desk.
+#[derive(Default)]
+pub struct Heard {
+    /// The bar of the part that goes on, and whether it counts.
+    bar: Mutex<Option<(ProgressBar, bool)>>,
+}
+
+impl Listener for Heard {
+    fn begin(&self, part: &str) {
+        self.end();
+        let bar = terminal_bar("{elapsed} {msg}");
+        bar.set_message(part.to_owned());
+        *lock(&self.bar) = Some((bar, false));
+    }
+
+    fn progress(&self, progress: Progress) {
+        let mut bar = lock(&self.bar);
+        let Some((bar, counts)) = &mut *bar else { return };
+        if !*counts {
+            *counts = true;
+            set_form(
+                bar,
+                match progress.of {
+                    Some(_) => "{bar:30} {percent}% {human_pos} {msg}, {speed}{left}",
+                    None => "{elapsed} {human_pos} {msg}, {speed}",
+                },
+            );
+        }
+        show(bar, progress);
+    }
+
+    fn end(&self) {
+        if let Some((bar, _)) = lock(&self.bar).take() {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn warn(&self, warning: &str) {
+        terminal::warn(&[warning.to_owned()]);
+    }
+
+    fn note(&self, note: &str) {
+        if !terminal::is_quiet() {
+            terminal::complain(&format!("{note}\n"));
+        }
+    }
+
+    fn take_output(&self) -> Result<()> {
+        terminal::take_output()
+    }
 }
 
 /// Shows how far a simulation has come.

@@ -12,9 +12,8 @@ mod view;
 use std::path::{Path, PathBuf};
 
 use super::{
-    interrupt::{Interrupt, STANDARD_OUTPUT},
+    interrupt,
     outputs::{check_places, place_of},
-    progress::during,
 };
 use arguments::What;
 pub(super) use arguments::{Arguments, range};
@@ -23,16 +22,17 @@ use phylux_files::{
     output::{FilesRead, OutputFile},
     scene_file,
 };
+use phylux_studies::desk::STANDARD_OUTPUT;
 pub(super) use task::{Made, make};
 #[cfg(feature = "exr")]
 use {channels::channels, phylux_show::picture::write_exr};
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let interrupt = Interrupt::install()?;
+    let desk = interrupt::desk()?;
     check(arguments)?;
     let mut outputs = Vec::new();
     for path in &arguments.output {
-        outputs.push((Kind::of(path)?, interrupt.file(path)?));
+        outputs.push((Kind::of(path)?, desk.file(path)?));
     }
     let places: Vec<PathBuf> = outputs
         .iter()
@@ -41,13 +41,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .collect();
     check_places(&places, &FilesRead::default())?;
 
-    let loaded = during("reading the scene", || scene_file::load(&arguments.scene))?;
+    let loaded = desk.during("reading the scene", |_| scene_file::load(&arguments.scene))?;
     let read = FilesRead::new(loaded.files.iter().chain(&arguments.results));
     check_places(&places, &read)?;
     super::terminal::warn(&loaded.warnings);
 
-    let made = make(arguments, &loaded, interrupt.stop())?;
-    interrupt.writing();
+    let made = make(arguments, &loaded, desk.stop())?;
+    desk.writing();
     for (kind, output) in outputs {
         match kind {
             Kind::Png => output.write(&read, |writer| made.picture.write_png(writer))?,

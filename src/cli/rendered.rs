@@ -11,9 +11,9 @@ use std::{
 use clap::Args;
 
 use super::{
-    interrupt::Interrupt,
+    interrupt,
     outputs::{check_places, place_of},
-    progress::{during, show, terminal_bar},
+    progress::{show, terminal_bar},
     tracing::TracingArguments,
 };
 use phylux_core::{
@@ -67,10 +67,10 @@ pub(super) fn write(
     follow: &dyn Fn(&Scene) -> Result<Following>,
     write: impl Fn(&RenderedScene, &mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
-    let interrupt = Interrupt::install()?;
-    let file = interrupt.file(output)?;
+    let desk = interrupt::desk()?;
+    let file = desk.file(output)?;
     let place = file.place().map(Path::to_path_buf);
-    let (results, loaded) = during("reading the scene", || -> Result<_> {
+    let (results, loaded) = desk.during("reading the scene", |_| -> Result<_> {
         let results = source.results.as_deref().map(read_results).transpose()?;
         Ok((results, scene_file::load(&source.scene)?))
     })?;
@@ -109,7 +109,7 @@ pub(super) fn write(
             show(bar, progress);
         }
     };
-    let control = Control { stop: interrupt.stop(), progress: &|_| {} };
+    let control = Control { stop: desk.stop(), progress: &|_| {} };
     let rendered = RenderedScene::new(&scene, most, &settings, plan, &control, &progress);
     let rendered = rendered.and_then(|mut rendered| {
         let progress = |p: Progress| progress(RenderStage::Histories, p);
@@ -121,10 +121,10 @@ pub(super) fn write(
         bar.finish_and_clear();
     }
     let rendered = rendered?;
-    if interrupt.stop().load(Ordering::Relaxed) {
+    if desk.stop().load(Ordering::Relaxed) {
         return Err(Error::interrupted("run", NOTHING_WRITTEN));
     }
-    interrupt.writing();
-    during("writing", || file.write(&read, |writer| write(&rendered, writer)))?;
+    desk.writing();
+    desk.during("writing", |_| file.write(&read, |writer| write(&rendered, writer)))?;
     super::terminal::print(&format!("wrote {}\n", place_of(output)))
 }

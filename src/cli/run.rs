@@ -13,9 +13,9 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::{
-    interrupt::Interrupt,
+    interrupt,
     outputs::{FILES, OutputArguments, Outputs, check_places, place_of},
-    progress::{during, show, terminal_bar},
+    progress::{show, terminal_bar},
     summary::{far_off, summary},
     terminal,
 };
@@ -42,6 +42,7 @@ use phylux_files::{
 };
 use phylux_results::result::{RunResult, ToleranceResult, WorstResult};
 use phylux_studies::check::check_meshes;
+use phylux_studies::desk::Desk;
 
 /// Headings of groups of options in the help.
 const ENDS: &str = "When the run ends";
@@ -291,15 +292,15 @@ const TOLERANCE_NOT_MET: u8 = 3;
 pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let started = Instant::now();
     // first of all, so that neither Ctrl-C nor SIGTERM leaves a temporary file behind
-    let interrupt = Interrupt::install()?;
+    let desk = interrupt::desk()?;
 
-    let outputs = Outputs::create(&arguments.outputs, &interrupt)?;
-    let stats_file = arguments.stats.as_deref().map(|path| interrupt.file(path)).transpose()?;
+    let outputs = Outputs::create(&arguments.outputs, &desk)?;
+    let stats_file = arguments.stats.as_deref().map(|path| desk.file(path)).transpose()?;
     let stats_place = stats_file.as_ref().and_then(OutputFile::place).map(Path::to_path_buf);
     let mut places = [outputs.places(), stats_place.as_slice().to_vec()].concat();
     check_places(&places, &FilesRead::default())?;
 
-    let (loaded, digest) = during("reading the scene", || match arguments.shard {
+    let (loaded, digest) = desk.during("reading the scene", |_| match arguments.shard {
         Some(_) => scene_file::load_with_digest(&arguments.scene),
         None => Ok((arguments.load()?, String::new())),
     })?;
@@ -317,17 +318,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
 
     if let Some(shard) = arguments.shard {
         // the trial is made here, since the file of the shard must say what it has chosen
-        let quiet = Control { stop: interrupt.stop(), progress: &|_| {} };
+        let quiet = Control { stop: desk.stop(), progress: &|_| {} };
         check_shardable(&settings).map_err(placed)?;
         let plan = Plan::make(scene, &settings, &quiet).map_err(placed)?;
         let kept = KeptSettings::new(&plan.settings, plan.choice.as_ref());
         let head = WorkHead::new(Work::Run, arguments.scene.display().to_string(), digest, &kept);
         let head = head.of_shard(shard);
         let write = |shard_sums| {
-            interrupt.writing();
+            desk.writing();
             outputs.write_shard(&read, |writer| write_shard(&head, shard_sums, writer))
         };
-        run_shard(scene, &plan, shard, &interrupt, write).map_err(placed)?;
+        run_shard(scene, &plan, shard, &desk, write).map_err(placed)?;
         return Ok(0);
     }
     let bar = progress_bar(&settings);
@@ -338,7 +339,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         }
         show(&bar, progress);
     };
-    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let control = Control { stop: desk.stop(), progress: &progress };
     let checkpoint = arguments.checkpoint(scene, &settings);
     places.extend(checkpoint.as_ref().and_then(Checkpoint::place));
     check_places(&places, &read)?;
@@ -346,20 +347,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let simulation = match checkpoint {
         None => simulate(),
         // what was traced is kept
-        Some(_) => interrupt.listening(None, simulate),
+        Some(_) => desk.listening(None, simulate),
     };
     bar.finish_and_clear();
     let simulation = simulation.map_err(placed)?;
     let traced = Instant::now();
-    let result = during("estimating", || RunResult::new(&simulation));
+    let result = desk.during("estimating", |_| RunResult::new(&simulation));
     let result = result.with_warnings_of_scene(warnings);
     let estimated = Instant::now();
-    if interrupt.stop().load(Ordering::Relaxed) {
+    if desk.stop().load(Ordering::Relaxed) {
         return Err(Error::interrupted("run", NOTHING_WRITTEN));
     }
-    interrupt.writing();
+    desk.writing();
 
-    during("writing", || outputs.write(&read, &result))?;
+    desk.during("writing", |_| outputs.write(&read, &result))?;
     let trace_seconds = (traced - scene_read).as_secs_f64();
     let totals = simulation.totals();
     let stats = Stats {
@@ -440,12 +441,12 @@ fn run_shard(
     scene: &Scene,
     plan: &Plan,
     shard: Shard,
-    interrupt: &Interrupt,
+    desk: &Desk,
     write: impl FnOnce(ShardSums) -> Result<()>,
 ) -> Result<()> {
     let bar = progress_bar(&plan.settings);
     let progress = |progress: Progress| show(&bar, progress);
-    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let control = Control { stop: desk.stop(), progress: &progress };
     let shard_sums = simulate_shard(scene, plan, shard, &control);
     bar.finish_and_clear();
     let shard_sums = shard_sums?;

@@ -9,9 +9,10 @@ use clap::{Args, Command};
 use clap_complete::Shell;
 use clap_mangen::Man;
 
-use super::{help, interrupt::check_folder, terminal};
+use super::{help, terminal};
 use phylux_core::error::{Error, Result};
 use phylux_files::output::{FilesRead, OutputFile};
+use phylux_studies::desk::check_folder;
 
 #[derive(Args)]
 pub(super) struct CompletionArguments {

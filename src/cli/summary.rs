@@ -12,8 +12,8 @@ use phylux_core::{
     transport::settings::{Estimator, Guiding},
 };
 use phylux_results::result::{
-    AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult, RunResult,
-    Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
+    AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult, PerKwh,
+    RunResult, Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
 };
 
 /// The most bands that are shown.
@@ -395,6 +395,13 @@ fn electricity(text: &mut String, result: &RunResult) {
         table.row(more.trim_end(), [], "");
     }
     table.row("  all", with_watts(found.watts, &found.per_watt), "");
+    let PerKwh { mol_per_kwh, kwh_per_mol } = &found.grown;
+    for (name, of) in [("  mol/kWh", mol_per_kwh), ("  kWh/mol", kwh_per_mol)] {
+        // results of before do not have them
+        if of.iter().any(Option::is_some) {
+            table.row(name, [String::new()].into_iter().chain(cells(of)), "");
+        }
+    }
     write(text, &table);
     let Some(groups) = &found.groups else {
         text.push_str(
@@ -415,14 +422,32 @@ fn electricity(text: &mut String, result: &RunResult) {
         }
         write(text, &table);
     }
+    let planes = groups.iter().filter_map(|(name, group)| Some((name, group.plane.as_ref()?)));
+    let planes: Vec<_> = planes.collect();
+    let mut table = Table::new("planes of sensors", names(), "standard error");
+    for (name, plane) in planes.iter().take(terminal::shown(SHOWN_GROUPS)) {
+        let Share { share, share_se } = &plane.share;
+        line(&mut table, &format!("{name}, share of {} m2", short(plane.area)), share, share_se);
+        line(&mut table, "  mol/kWh", &plane.mol_per_kwh, &plane.mol_per_kwh_se);
+        line(&mut table, "  kWh/mol", &plane.kwh_per_mol, &plane.kwh_per_mol_se);
+    }
+    if !table.is_empty() {
+        write(text, &table);
+        text.push_str(&terminal::more(planes.len(), SHOWN_GROUPS));
+    }
+    // what arrives on the small area of a sensor itself says little
+    let groups = groups.iter().filter(|(_, group)| terminal::is_full() || group.of == "absorbed");
+    let groups: Vec<_> = groups.collect();
     let mut table = Table::new("share of groups", names(), "standard error");
     for (name, group) in groups.iter().take(terminal::shown(SHOWN_GROUPS)) {
         let title = format!("{name}, {}", group.of);
         line(&mut table, &title, &group.share.share, &group.share.share_se);
         line(&mut table, "  mol/kWh", &group.mol_per_kwh, &group.mol_per_kwh_se);
     }
-    write(text, &table);
-    text.push_str(&terminal::more(groups.len(), SHOWN_GROUPS));
+    if !table.is_empty() {
+        write(text, &table);
+        text.push_str(&terminal::more(groups.len(), SHOWN_GROUPS));
+    }
 }
 
 /// Writes how even the irradiance on the fronts of each group of several sensors is; surfaces are
@@ -540,11 +565,13 @@ struct Spread {
 }
 
 impl Spread {
-    /// Finds the least, the middle and the largest of `values`, of which there is at least one.
+    /// Finds the least, the median and the largest of `values`, of which there is at least one.
     fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let (min, max) = (values[0], values[values.len() - 1]);
-        Self { min, median: values[values.len() / 2], max }
+        // the mean of the two in the middle, which may be one
+        let [below, above] = [(values.len() - 1) / 2, values.len() / 2].map(|i| values[i]);
+        Self { min, median: below + 0.5 * (above - below), max }
     }
 
     /// Returns the three numbers as cells.
@@ -611,5 +638,20 @@ pub(super) fn short(value: f64) -> String {
             format!("{value:.decimals$}")
         }
         _ => format!("{value:.3e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_of_an_even_number_is_between_the_middle_ones() {
+        for (values, median) in
+            [(vec![3.0], 3.0), (vec![5.0, 1.0], 3.0), (vec![9.0, 1.0, 2.0], 2.0)]
+        {
+            assert_eq!(Spread::of(values).median, median);
+        }
+        assert_eq!(Spread::of(vec![4.0, 8.0, 1.0, 9.0]).median, 6.0);
     }
 }

@@ -10,9 +10,9 @@ use clap::Args;
 use indicatif::ProgressBar;
 
 use super::{
-    interrupt::{Interrupt, check_folder},
+    interrupt,
     outputs::{check_places, place_of},
-    progress::{during, terminal_bar},
+    progress::terminal_bar,
     style::Plots,
     summary::summary,
     tracing::TracingArguments,
@@ -33,6 +33,7 @@ use phylux_files::{
     work_file::{Work, WorkReader},
 };
 use phylux_show::plot::PlotStyle;
+use phylux_studies::desk::{Desk, check_folder};
 use phylux_studies::{
     check::check_meshes,
     join::Shards,
@@ -91,12 +92,12 @@ pub(super) struct MergeArguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let interrupt = Interrupt::install()?;
+    let desk = interrupt::desk()?;
     arguments.output.as_deref().map_or(Ok(()), check_folder)?;
     let TracingArguments { photons, seed, threads } = arguments.tracing;
-    let file = during("reading the sweep", || Sweep::load(&arguments.sweep))?;
+    let file = desk.during("reading the sweep", |_| Sweep::load(&arguments.sweep))?;
     let file = file.with_settings(photons.map(PhotonCount::get), seed);
-    let base = during("reading the scene", || load_base(&file))?;
+    let base = desk.during("reading the scene", |_| load_base(&file))?;
     let threads = threads.unwrap_or(base.settings.threads).get();
     let plan = SweepPlan { shard: arguments.shard, threads, jobs: arguments.jobs };
     super::terminal::warn(&base.warnings);
@@ -105,11 +106,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let style = arguments.plots.style();
     match &arguments.output {
         Some(folder) if !arguments.dry_run => {
-            let outcome =
-                watched(&interrupt, style, |control| sweep(&file, folder, &plan, control))?;
+            let outcome = watched(&desk, style, |control| sweep(&file, folder, &plan, control))?;
             finish(&outcome, folder)
         }
-        folder => dry_run(&file, folder.as_deref(), &plan, &interrupt),
+        folder => dry_run(&file, folder.as_deref(), &plan, &desk),
     }
 }
 
@@ -132,23 +132,23 @@ pub(super) fn run_merge(arguments: &MergeArguments) -> Result<()> {
         return Err(Error::input("--scene", problem).remedy("leave it out"));
     }
     check_folder(&arguments.output)?;
-    let interrupt = Interrupt::install()?;
+    let desk = interrupt::desk()?;
     let outcome =
-        watched(&interrupt, style, |control| merge(&arguments.shards, &arguments.output, control))?;
+        watched(&desk, style, |control| merge(&arguments.shards, &arguments.output, control))?;
     finish(&outcome, &arguments.output)
 }
 
 /// Joins the shards of one run.
 fn run_join(arguments: &MergeArguments) -> Result<()> {
-    let interrupt = Interrupt::install()?;
-    let output = interrupt.file(&arguments.output)?;
+    let desk = interrupt::desk()?;
+    let output = desk.file(&arguments.output)?;
     let place = output.place().map(Path::to_path_buf);
     // checked before the shards are read: this says more than the errors of a shard that the output
     // would replace
     check_places(place.as_slice(), &FilesRead::new(&arguments.shards))?;
     let bar = terminal_bar("{elapsed} adding up, {pos} batches");
     let progress = |progress: Progress| bar.set_position(progress.photons);
-    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let control = Control { stop: desk.stop(), progress: &progress };
     let scene = arguments.scene.as_deref();
     let shards = Shards::open(&arguments.shards, scene)?;
     let read = FilesRead::new(&shards.files);
@@ -156,7 +156,7 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
     let joined = shards.join(&control);
     bar.finish_and_clear();
     let result = joined?;
-    interrupt.writing();
+    desk.writing();
     output.write(&read, |writer| write_json(&result, writer))?;
     let summary = summary(&result, "");
     super::terminal::warn(&summary.warnings);
@@ -168,18 +168,18 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
 
 /// Does `work` with a progress bar, and ends it in an orderly way at a signal.
 fn watched<T>(
-    interrupt: &Interrupt,
+    desk: &Desk,
     plots: PlotStyle,
     work: impl FnOnce(&SweepControl) -> Result<T>,
 ) -> Result<T> {
-    interrupt.writing();
+    desk.writing();
     let bar = terminal_bar("{bar:30} {msg}, {elapsed} so far{left}");
     bar.set_message("planning the runs");
     let progress = |progress| show(&bar, progress);
-    let control = SweepControl { stop: interrupt.stop(), progress: &progress, plots };
+    let control = SweepControl { stop: desk.stop(), progress: &progress, plots };
     let late = Error::interrupted("sweep", "what is done stays in its folder")
         .remedy("the same command goes on from there");
-    let done = interrupt.listening(Some(late), || work(&control));
+    let done = desk.listening(Some(late), || work(&control));
     bar.finish_and_clear();
     done
 }
@@ -230,15 +230,9 @@ fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
     }
 }
 
-fn dry_run(
-    file: &Sweep,
-    folder: Option<&Path>,
-    plan: &SweepPlan,
-    interrupt: &Interrupt,
-) -> Result<()> {
-    let forecast = watched(interrupt, PlotStyle::default(), |control| {
-        Forecast::make(file, folder, plan, control)
-    })?;
+fn dry_run(file: &Sweep, folder: Option<&Path>, plan: &SweepPlan, desk: &Desk) -> Result<()> {
+    let forecast =
+        watched(desk, PlotStyle::default(), |control| Forecast::make(file, folder, plan, control))?;
     let mut text = String::new();
     for (run, state) in &forecast.runs {
         let state = match state {

@@ -9,9 +9,9 @@ use std::{
 use clap::{Args, ValueEnum};
 
 use super::{
-    interrupt::{Interrupt, STANDARD_OUTPUT},
+    interrupt,
     outputs::{check_places, place_of},
-    progress::{during, show, terminal_bar},
+    progress::{show, terminal_bar},
     summary::with_error,
     table::Table,
     terminal,
@@ -34,6 +34,7 @@ use phylux_files::{
 };
 use phylux_results::histories::{HistoriesPart, HistoriesResult};
 use phylux_show::{following::Following, glb::write_glb_lines, vtk::write_vtk_lines};
+use phylux_studies::desk::STANDARD_OUTPUT;
 
 /// The most rows of a table, unless all are asked for.
 const ROWS: usize = 20;
@@ -193,33 +194,33 @@ fn column(scene: &Scene, name: Option<&str>) -> Result<usize> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let interrupt = Interrupt::install()?;
+    let desk = interrupt::desk()?;
     let forms: Vec<Form> =
         arguments.output.iter().map(|path| Form::of(path)).collect::<Result<_>>()?;
     let files: Vec<OutputFile> =
-        arguments.output.iter().map(|path| interrupt.file(path)).collect::<Result<_>>()?;
+        arguments.output.iter().map(|path| desk.file(path)).collect::<Result<_>>()?;
     let places: Vec<PathBuf> =
         files.iter().filter_map(OutputFile::place).map(Path::to_path_buf).collect();
     check_places(&places, &FilesRead::default())?;
-    let loaded = during("reading the scene", || scene_file::load(&arguments.scene))?;
+    let loaded = desk.during("reading the scene", |_| scene_file::load(&arguments.scene))?;
     let read = FilesRead::new(&loaded.files);
     check_places(&places, &read)?;
     terminal::warn(&loaded.warnings);
 
     let bar = terminal_bar("{bar:30} {percent}% {human_pos} photons{left}");
     let progress = |progress: Progress| show(&bar, progress);
-    let control = Control { stop: interrupt.stop(), progress: &progress };
+    let control = Control { stop: desk.stop(), progress: &progress };
     let result = arguments.found(&loaded, &control);
     bar.finish_and_clear();
     let result = result?;
-    if interrupt.stop().load(Ordering::Relaxed) {
+    if desk.stop().load(Ordering::Relaxed) {
         return Err(Error::interrupted("trace", NOTHING_WRITTEN));
     }
-    interrupt.writing();
+    desk.writing();
     terminal::warn(&warnings(&result));
     let mut text = tables(&result);
     // all are completed before the first has its place
-    let complete = during("writing", || {
+    let complete = desk.during("writing", |_| {
         let files = files.into_iter().zip(&forms);
         let complete =
             files.map(|(file, form)| file.complete(&read, |writer| form.write(&result, writer)));

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Returns leaves in a room with a lamp that fills up at dusk, and a screen at night.
-fn room() -> TestScene {
+pub fn room() -> TestScene {
     let scene = leaves_in_a_room()
         .light(json!({ "type": "point", "name": "lamp", "position": [2, 2, 2.5], "power": 400 }))
         .edited(|scene| {
@@ -29,13 +29,13 @@ fn room() -> TestScene {
     scene
 }
 
-fn arguments<'a>(output: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+pub fn arguments<'a>(output: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let fixed = ["year", "scene.json", "--control", "control.json", "-o", output];
     [&fixed[..], more].concat()
 }
 
 /// Returns all tables in a folder with their bytes.
-fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
+pub fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let names = listing(folder);
     names
         .into_iter()
@@ -88,7 +88,7 @@ fn shards_make_the_same_year() {
     );
     done(&folder, &["merge", "s3", "s1", "s2", "-o", "joined"]);
     let (whole, joined) = (tables(&scene.path("whole")), tables(&scene.path("joined")));
-    assert!(whole.len() == 14, "{:?}", listing(&scene.path("whole")));
+    assert!(whole.len() == 15, "{:?}", listing(&scene.path("whole")));
     for (whole, joined) in whole.iter().zip(&joined) {
         assert_eq!(whole.0, joined.0);
         assert!(whole.1 == joined.1, "{} differs", whole.0);

@@ -288,7 +288,7 @@ fn wrong_states_have_their_sentence() {
     control(r#"{"lights": "l", "dim": 2}"#, "/lamps/0/dim: 2, must be 0 to 1");
     control(
         r#"{"lights": "l", "fill_to": 2}"#,
-        "/lamps/0: `below` and `until_dli` need to know where",
+        "/lamps/0: `below`, `until_dli`, `fill_day` and `fill_to` need to know where",
     );
     control(
         r#"{"lights": "l", "fill_to": 2, "below": 3, "of": "leaf"}"#,

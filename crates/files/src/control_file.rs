@@ -75,7 +75,7 @@ pub struct SeriesFile {
     /// CSV file, relative to the control file, with a column `time` (date, time and the clock's
     /// offset from UTC) at which each row begins to hold.
     pub file: String,
-    /// Column with numbers from 0 to 1.
+    /// Column with numbers: from 0 to 1, if they are no prices.
     pub column: String,
 }
 
@@ -123,10 +123,10 @@ pub struct LampControl {
     /// per m2.
     #[schemars(range(min = 0))]
     pub below: Option<f64>,
-    /// The captor or group that `below`, `until_dli` and `fill_to` refer to.
+    /// The captor or group that `below`, `until_dli`, `fill_day` and `fill_to` refer to.
     pub of: Option<String>,
-    /// The band or sum that `below`, `until_dli` and `fill_to` refer to (default: the only one that has a
-    /// daily light integral).
+    /// The band or sum that `below`, `until_dli`, `fill_day` and `fill_to` refer to (default: the only
+    /// one that has a daily light integral).
     pub band: Option<String>,
     /// The lamps are on while the light outside is below this: global irradiance, W/m2, or light in
     /// `outside_band`.
@@ -153,9 +153,54 @@ pub struct LampControl {
     /// for part of the time.
     #[schemars(range(min = 0))]
     pub until_dli: Option<f64>,
+    /// The lamps bring what daylight, and the lamps of the entries before, leave open of this daily
+    /// light integral at the front of `of`, in mol/m2 (MJ/m2 where the scene is in W): the daylight of
+    /// the whole day is known, and they are on just long enough, in the hours of `prefer` first.
+    #[schemars(range(min = 0))]
+    pub fill_day: Option<f64>,
+    /// Hours of the day in which `fill_day` has the lamps on first (default: the darkest).
+    pub prefer: Option<Prefer>,
+    /// Price of electricity by time, for the cheapest hours: numbers of any unit and sign.
+    pub prices: Option<SeriesFile>,
 }
 
+/// Hours of the day that are taken first. Of hours that are alike the earlier one is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Prefer {
+    /// Those with the least daylight.
+    #[default]
+    Darkest,
+    /// The first ones of the day.
+    Earliest,
+    /// The last ones of the day.
+    Latest,
+    /// Those in which electricity is cheapest.
+    Cheapest,
+}
+
+/// The most entries that fill up days behind one with `until_dli`: what that one does on the day is
+/// found anew for each of them.
+const MOST_BEHIND: usize = 20;
+
 impl ControlFile {
+    /// Refuses too many entries that fill up days behind one with `until_dli`.
+    fn check_order(&self, name: &str) -> Result<()> {
+        let entries = self.lamps.iter().enumerate();
+        let mut behind = entries
+            .skip_while(|(_, lamps)| lamps.until_dli.is_none())
+            .filter(|(_, lamps)| lamps.fill_day.is_some());
+        match behind.nth(MOST_BEHIND) {
+            None => Ok(()),
+            Some((i, _)) => {
+                let problem =
+                    format!("more than {MOST_BEHIND} entries behind one with `until_dli`");
+                Err(Error::input(json::place(name, &format!("/lamps/{i}/fill_day")), problem)
+                    .remedy("let entries with `fill_day` stand before those with `until_dli`"))
+            }
+        }
+    }
+
     /// Returns whether the scene is another one at times.
     pub fn changes_scene(&self) -> bool {
         !self.states.is_empty() || !self.trackers.is_empty()
@@ -167,7 +212,8 @@ impl ControlFile {
             Some(DimFile::Series(series)) => Some(series),
             _ => None,
         });
-        self.states.iter().filter_map(|state| state.series.as_ref()).chain(dims)
+        let prices = self.lamps.iter().filter_map(|lamps| lamps.prices.as_ref());
+        self.states.iter().filter_map(|state| state.series.as_ref()).chain(dims).chain(prices)
     }
 
     /// Reads the control file at `path`. Errors: the file is not valid JSON; a value is out of its
@@ -180,6 +226,7 @@ impl ControlFile {
         for (i, lamps) in file.lamps.iter().enumerate() {
             lamps.check(&|key| json::place(&name, &format!("/lamps/{i}{key}")))?;
         }
+        file.check_order(&name)?;
         for (i, tracker) in file.trackers.iter().enumerate() {
             tracker.check(&|key| json::place(&name, &format!("/trackers/{i}{key}")))?;
         }
@@ -318,6 +365,7 @@ impl LampControl {
                 ("/watts", self.watts),
                 ("/below", self.below),
                 ("/until_dli", self.until_dli),
+                ("/fill_day", self.fill_day),
                 ("/fill_to", self.fill_to),
             ],
         )?;
@@ -334,19 +382,53 @@ impl LampControl {
                 "leave `below` out: `fill_to` needs no lamps where there is enough light",
             ));
         }
-        let about = [self.below, self.until_dli, self.fill_to].iter().any(Option::is_some);
+        self.check_fill_day(place)?;
+        let keys = [self.below, self.until_dli, self.fill_day, self.fill_to];
+        let about = keys.iter().any(Option::is_some);
         match (&self.of, about) {
             (None, true) => Err(Error::input(
                 place(""),
-                "`below` and `until_dli` need to know where, and so does `fill_to`",
+                "`below`, `until_dli`, `fill_day` and `fill_to` need to know where",
             )
             .remedy("name a captor or a group as `of`")),
             (Some(_), false) => Err(Error::input(
                 place("/of"),
-                "goes with `below` or `until_dli` only, or `fill_to`",
+                "goes with `below`, `until_dli`, `fill_day` or `fill_to` only",
             )
             .remedy("leave it out")),
             _ => Ok(()),
+        }
+    }
+
+    /// Refuses keys beside `fill_day` that do not go with it, and its keys without it.
+    fn check_fill_day(&self, place: &dyn Fn(&str) -> String) -> Result<()> {
+        let wrong = |key: &str, problem: &str, remedy: &str| {
+            Err(Error::input(place(key), problem).remedy(remedy))
+        };
+        let given = [("/prefer", self.prefer.is_some()), ("/prices", self.prices.is_some())];
+        match self.fill_day {
+            None => match given.iter().find(|(_, given)| *given) {
+                Some((key, _)) => wrong(key, "goes with `fill_day` only", "leave it out"),
+                None => Ok(()),
+            },
+            Some(_) if self.until_dli.is_some() => wrong(
+                "/fill_day",
+                "both `fill_day` and `until_dli`",
+                "keep `fill_day`, which knows the day, or `until_dli`, which does not",
+            ),
+            Some(_) => match (self.prefer == Some(Prefer::Cheapest), &self.prices) {
+                (true, None) => wrong(
+                    "/prefer",
+                    "the cheapest hours are not known",
+                    "name a table of prices: \"prices\": {\"file\", \"column\"}",
+                ),
+                (false, Some(_)) => wrong(
+                    "/prices",
+                    "goes with \"prefer\": \"cheapest\" only",
+                    "prefer the cheapest",
+                ),
+                _ => Ok(()),
+            },
         }
     }
 
@@ -380,6 +462,55 @@ mod tests {
         assert_eq!(lamps([0.0, 24.0]).when().allowed(23.0, 1.0), 1.0);
         assert_eq!(lamps([8.0, 8.0]).when().allowed(8.0, 1.0), 0.0);
         assert!(day.names("row 1a") && !day.names("row 2"));
+    }
+
+    /// Before entries with `until_dli` any number may fill up days, but behind them only some.
+    #[test]
+    fn few_days_are_filled_up_behind_others() {
+        let file = |before: usize, behind: usize| {
+            let fill = serde_json::json!({ "lights": "a", "fill_day": 12, "of": "a" });
+            let mut lamps = vec![fill; before + behind];
+            lamps.insert(before, serde_json::json!({ "lights": "b", "until_dli": 9, "of": "a" }));
+            let file: ControlFile =
+                serde_json::from_value(serde_json::json!({ "lamps": lamps })).unwrap();
+            file.check_order("c.json").map_err(|error| error.to_string())
+        };
+        assert!(file(500, MOST_BEHIND).is_ok());
+        let error = file(0, MOST_BEHIND + 1).unwrap_err();
+        assert!(error.starts_with("c.json: /lamps/21/fill_day: more than 20 entries"), "{error}");
+    }
+
+    #[test]
+    fn keys_of_a_day_go_together() {
+        let file = |keys: serde_json::Value| {
+            let mut lamps = serde_json::json!({ "lights": "a" });
+            lamps.as_object_mut().unwrap().extend(keys.as_object().unwrap().clone());
+            let lamps: LampControl = serde_json::from_value(lamps).unwrap();
+            lamps.check(&|key| format!("c.json: {key}")).map_err(|error| error.to_string())
+        };
+        let prices = serde_json::json!({ "file": "p.csv", "column": "p" });
+        let full = |prefer: &str| serde_json::json!({ "fill_day": 12, "of": "a", "prefer": prefer, "prices": prices });
+        for keys in [
+            serde_json::json!({ "fill_day": 12, "of": "a" }),
+            serde_json::json!({ "fill_day": 12, "of": "a", "prefer": "latest" }),
+            full("cheapest"),
+        ] {
+            assert!(file(keys.clone()).is_ok(), "{keys}");
+        }
+        for (keys, words) in [
+            (serde_json::json!({ "fill_day": 12 }), "c.json: : `below`, `until_dli`, `fill_day`"),
+            (serde_json::json!({ "fill_day": -1, "of": "a" }), "/fill_day: -1, must be 0 to 1e9"),
+            (serde_json::json!({ "fill_day": 1, "until_dli": 1, "of": "a" }), "/fill_day: both"),
+            (serde_json::json!({ "prefer": "latest" }), "/prefer: goes with `fill_day` only"),
+            (full("darkest"), "/prices: goes with \"prefer\": \"cheapest\" only"),
+            (
+                serde_json::json!({ "fill_day": 12, "of": "a", "prefer": "cheapest" }),
+                "/prefer: the cheapest hours are not known",
+            ),
+        ] {
+            let error = file(keys).unwrap_err();
+            assert!(error.contains(words), "{error}: {words}");
+        }
     }
 
     #[test]

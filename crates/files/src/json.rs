@@ -152,6 +152,15 @@ pub fn read<T: DeserializeOwned>(file: &str, value: Value) -> Result<T> {
     read_with(file, value, |_| None)
 }
 
+/// Reads the arguments of a call, an object, into a type. The place of an error is the name of the
+/// argument, and what is inside it.
+pub fn read_arguments<T: DeserializeOwned>(arguments: Value) -> Result<T> {
+    read("", arguments).map_err(|error| {
+        let place = error.place().trim_start_matches(": /").to_string();
+        error.at(place)
+    })
+}
+
 /// Reads like [`read`]. `home` says of a key that is unknown where it stands where it belongs, if
 /// it belongs anywhere.
 pub fn read_with<T: DeserializeOwned>(

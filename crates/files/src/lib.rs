@@ -53,6 +53,8 @@ pub mod year_work;
 pub use control_file::{
     ControlFile, DimFile, LampControl, SeriesFile, StateControl, TrackerControl, Turn, WhenKeys,
 };
+pub use json::read_arguments;
+pub use measured_csv::{MeasuredAt, MeasuredRow, parse as parse_readings};
 pub use obj::{Mesh, MeshGroup};
 pub use output::{FilesRead, OutputFile};
 pub use result_file::{
@@ -60,7 +62,9 @@ pub use result_file::{
 };
 pub use scene_file::{
     HourlyLight, HourlyLights, HourlySun, InMemory, LoadedScene, OpenField, SceneBuilder,
-    SkyDivision, SpectrumAverage, TableNote, load, load_by_hour, load_from, load_with, spec,
+    SceneSource, SkyDivision, SpectrumAverage, TableNote, load, load_by_hour, load_from, load_with,
+    spec,
 };
 pub use sweep_file::{Parameter, Run, Sweep};
+pub use work_file::TableSettings;
 pub use year_table::{Face, YearTable};

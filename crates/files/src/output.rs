@@ -318,3 +318,19 @@ fn new_place(path: &Path, links: usize) -> io::Result<PathBuf> {
         _ => Ok(place),
     }
 }
+
+/// Refuses an output that would take the place of another output, or of a file that is read. It is
+/// called before any work. (Even where a command does not check this here, [`OutputFile`] refuses
+/// to replace a file that was read.)
+pub fn check_places(places: &[PathBuf], read: &FilesRead) -> Result<()> {
+    let mut named = HashSet::new();
+    for place in places {
+        if !named.insert(place) {
+            return Err(
+                Error::input(place.display(), "is named for two outputs").remedy("write elsewhere")
+            );
+        }
+        read.check(place)?;
+    }
+    Ok(())
+}

@@ -28,6 +28,7 @@ mod placed;
 mod radiance;
 mod rooms;
 mod sensitivity;
+mod source;
 pub mod spec;
 mod spectra;
 mod sums;
@@ -51,6 +52,7 @@ pub use kept::Kept;
 pub use known_spectra::SpectrumAverage;
 use loader::{Loader, Sources};
 pub use notes::TableNote;
+pub use source::SceneSource;
 pub use spec::{Count, SceneSpec};
 use spec::{LayersSpec, LightSpec, PeriodicSpec, PowerSpec};
 
@@ -147,9 +149,15 @@ impl LoadedScene {
 
 /// Loads the scene at `path`. Errors name the file and the place in it.
 pub fn load(path: &Path) -> Result<LoadedScene> {
-    let bytes = read_bytes(path)
-        .map_err(|why| Error::input(path.display(), why).remedy("name a scene file (JSON)"))?;
-    parse(&bytes, path)
+    load_value(read_document(path, &read_bytes)?, path, &read_bytes, None)
+}
+
+/// Reads the JSON of the scene file at `path`.
+fn read_document(path: &Path, read: &Fetch) -> Result<Value> {
+    let name = path.display().to_string();
+    let bytes =
+        read(path).map_err(|why| Error::input(&name, why).remedy("name a scene file (JSON)"))?;
+    json::parse(&name, &bytes)
 }
 
 /// Loads a scene like [`load`], with `sensitivity` in the place of its key of that name.
@@ -174,10 +182,7 @@ pub fn load_with_digest(path: &Path) -> Result<(LoadedScene, String)> {
         hash.borrow_mut().update(Sha256::digest(&bytes));
         Ok(bytes)
     };
-    let bytes = read(path)
-        .map_err(|why| Error::input(path.display(), why).remedy("name a scene file (JSON)"))?;
-    let value = json::parse(&path.display().to_string(), &bytes)?;
-    let loaded = load_value(value, path, &read, None)?;
+    let loaded = load_value(read_document(path, &read)?, path, &read, None)?;
     let digest = hex(hash.take());
     Ok((loaded, digest))
 }
@@ -204,10 +209,8 @@ pub fn load_value(
 /// each hour is a weighted sum of theirs. The weights are in `hourly` of the loaded scene. Errors:
 /// the scene's time is not a period, or the scene has neither sun nor sky.
 pub fn load_by_hour(path: &Path, sky: SkyDivision) -> Result<LoadedScene> {
-    let name = path.display().to_string();
-    let bytes = read_bytes(path)
-        .map_err(|why| Error::input(&name, why).remedy("name a scene file (JSON)"))?;
-    load_state(json::parse(&name, &bytes)?, path, ByHour { division: sky, shares: None })
+    let by_hour = ByHour { division: sky, shares: None };
+    load_state(read_document(path, &read_bytes)?, path, by_hour)
 }
 
 /// Loads a scene like [`load_by_hour`], from the JSON of the file at `path`, with some fraction of

@@ -80,11 +80,15 @@ pub struct YearWork {
     /// The place of a checkpoint, without links.
     place: Option<PathBuf>,
     open: Mutex<Open>,
+    /// The most bytes that it keeps.
+    most: u64,
 }
 
 #[derive(Debug)]
 struct Open {
     writer: WorkWriter<File>,
+    /// Whether more was found than it keeps, so that it keeps nothing.
+    is_full: bool,
     /// Where in the file is what was found of each unit.
     known: BTreeMap<Unit, Range<u64>>,
     /// The hold on a checkpoint.
@@ -105,15 +109,16 @@ impl YearWork {
         let place = Some(held.place.clone());
         let (open, _) = Open::read(reader, Some(held))?;
         open.writer.writer.set_len(open.writer.length).map_err(failed)?;
-        Ok(Self { path: path.into(), head, place, open: Mutex::new(open) })
+        Ok(Self { path: path.into(), head, place, open: Mutex::new(open), most: u64::MAX })
     }
 
-    /// Begins a file without a name in `folder`, which is gone in the end in any case.
-    pub fn temporary(folder: &Path, head: WorkHead) -> Result<Self> {
+    /// Begins a file without a name in `folder`, which is gone in the end in any case. It keeps at
+    /// most so many bytes: where there is more, it keeps nothing.
+    pub fn temporary(folder: &Path, head: WorkHead, most: u64) -> Result<Self> {
         let begun = tempfile::tempfile_in(folder).and_then(|file| WorkWriter::begin(file, &head));
         let writer = begun.map_err(|e| Error::unwritable(folder.display(), e))?;
-        let open = Open { writer, known: BTreeMap::new(), held: None };
-        Ok(Self { path: folder.into(), head, place: None, open: Mutex::new(open) })
+        let open = Open { writer, is_full: false, known: BTreeMap::new(), held: None };
+        Ok(Self { path: folder.into(), head, place: None, open: Mutex::new(open), most })
     }
 
     /// Opens a shard that is complete, and returns which one it is. Errors: it cannot be read, is no
@@ -122,7 +127,8 @@ impl YearWork {
         let reader = WorkReader::shard(path, Work::Year)?;
         let (head, shard, spoiled) = (reader.head.clone(), reader.shard, reader.spoiled());
         let (open, complete) = Open::read(reader, None)?;
-        let own = Self { path: path.into(), head, place: None, open: Mutex::new(open) };
+        let open = Mutex::new(open);
+        let own = Self { path: path.into(), head, place: None, open, most: u64::MAX };
         if complete { Ok((own, shard)) } else { Err(spoiled) }
     }
 
@@ -151,7 +157,12 @@ impl YearWork {
 
     /// Adds what was found of a unit. Error: the file cannot be written.
     pub fn put(&self, unit: Unit, content: &[u8]) -> Result<()> {
-        let Open { writer, known, held } = &mut *lock(&self.open);
+        let Open { writer, is_full, known, held } = &mut *lock(&self.open);
+        if *is_full || writer.length + content.len() as u64 > self.most {
+            *is_full = true;
+            known.clear();
+            return writer.writer.set_len(0).map_err(|e| unread(&self.path, &e));
+        }
         unit.record(content).and_then(|record| writer.put(&record)).map_err(|e| {
             let problem = format!("cannot be written: {e}");
             Error::run(self.path.display(), problem)
@@ -164,12 +175,28 @@ impl YearWork {
 
     /// Writes all that is done as this shard, in the order of the units.
     pub fn write_shard(&self, shard: Shard, writer: &mut dyn Write) -> io::Result<()> {
-        let mut shard = WorkWriter::begin(writer, &self.head.of_shard(shard))?;
-        let Open { writer, known, .. } = &mut *lock(&self.open);
-        for (unit, part) in known {
-            shard.put(&unit.record(&writer.read(part.clone())?)?)?;
+        Self::write_all(&[self], &self.head.of_shard(shard), writer)
+    }
+
+    /// Writes what is done in several files of one year, in the order of the units.
+    pub fn write_all(files: &[&Self], head: &WorkHead, writer: &mut dyn Write) -> io::Result<()> {
+        let mut all = WorkWriter::begin(writer, head)?;
+        let mut units = BTreeMap::new();
+        for file in files {
+            units.extend(lock(&file.open).known.keys().map(|unit| (*unit, *file)));
         }
-        shard.end().map(drop)
+        for (unit, file) in units {
+            let Open { writer, known, .. } = &mut *lock(&file.open);
+            let Some(part) = known.get(&unit) else { continue };
+            all.put(&unit.record(&writer.read(part.clone())?)?)?;
+        }
+        all.end().map(drop)
+    }
+
+    /// Returns how many bytes of work it keeps; `None` if there was more than it was to keep.
+    pub fn size(&self) -> Option<u64> {
+        let Open { writer, is_full, .. } = &*lock(&self.open);
+        (!is_full).then_some(writer.length)
     }
 
     /// Removes a checkpoint, once the tables are written.
@@ -193,7 +220,7 @@ impl Open {
         held.iter_mut().for_each(|held| held.kept = !known.is_empty());
         let path = reader.path.clone();
         let writer = reader.writer().map_err(|e| unread(&path, &e))?;
-        Ok((Self { writer, known, held }, complete))
+        Ok((Self { writer, is_full: false, known, held }, complete))
     }
 }
 
@@ -263,6 +290,38 @@ mod tests {
         assert!(!path.exists());
     }
 
+    #[test]
+    fn too_much_is_not_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let most = 2000;
+        let file = YearWork::temporary(folder.path(), head(9), most).unwrap();
+        file.put(unit(1), &[1; 400]).unwrap();
+        assert!(file.size().unwrap() < most && file.get(unit(1)).unwrap().is_some());
+        for index in 2..9 {
+            file.put(unit(index), &[2; 400]).unwrap();
+        }
+        assert_eq!((file.size(), file.get(unit(1)).unwrap(), done(&file)), (None, None, 0));
+    }
+
+    /// Files that have the units of a year between them make the file that one of all makes.
+    #[test]
+    fn files_are_put_together() {
+        let folder = tempfile::tempdir().unwrap();
+        let begin = || YearWork::temporary(folder.path(), head(9), u64::MAX).unwrap();
+        let (whole, odd, even) = (begin(), begin(), begin());
+        for index in [5, 2, 9, 4] {
+            whole.put(unit(index), &[index as u8; 20]).unwrap();
+            let own = if index % 2 == 1 { &odd } else { &even };
+            own.put(unit(index), &[index as u8; 20]).unwrap();
+        }
+        let bytes = |files: &[&YearWork]| {
+            let mut bytes = Vec::new();
+            YearWork::write_all(files, &head(9).of_shard(Shard::WHOLE), &mut bytes).unwrap();
+            bytes
+        };
+        assert!(bytes(&[&whole]) == bytes(&[&odd, &even]));
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -270,7 +329,7 @@ mod tests {
         #[test]
         fn no_spoiled_shard_passes(at in 0usize..1000, byte: u8, cut: bool) {
             let folder = tempfile::tempdir().unwrap();
-            let file = YearWork::temporary(folder.path(), head(9)).unwrap();
+            let file = YearWork::temporary(folder.path(), head(9), u64::MAX).unwrap();
             file.put(unit(7), b"seven").unwrap();
             file.put(unit(8), &[9; 40]).unwrap();
             let mut bytes = Vec::new();

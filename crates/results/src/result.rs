@@ -11,6 +11,7 @@ mod dli;
 mod electricity;
 mod found;
 mod mix;
+mod planes;
 mod ratios;
 mod sensitivity;
 mod settings;
@@ -36,7 +37,9 @@ use phylux_core::{
 
 pub use calibrated::FactorErrors;
 pub use electricity::ElectricityRow;
-pub use electricity::{Electricity, GroupElectricity, LampElectricity, Share, Shares};
+pub use electricity::{
+    Electricity, GroupElectricity, LampElectricity, PerKwh, PlaneElectricity, Share, Shares,
+};
 pub use mix::Factor;
 pub use ratios::{RatioResult, Ratios};
 pub use sensitivity::{Dependent, RatioSensitivity, SensitivityResult};

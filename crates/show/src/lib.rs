@@ -28,7 +28,10 @@ pub use export::{Colours, ExportFormat, check_export, write_export};
 pub use following::{Followed, Following};
 pub use glb::Shown;
 pub use picture::{Legend, Picture, Scale};
-pub use plot::PlotStyle;
+pub use plot::{
+    Plot, PlotKind, PlotStyle, YearPlotKind,
+    job::{PlotJob, PlotLight, PlotWhat},
+};
 pub use render::{
     FirstVisible, Fragments, Gather, Pixels, Sampling, Show, Viewpoint, painted, render,
 };

@@ -4,13 +4,14 @@
 //!
 //! `chosen` picks the band and the captors, `map`, `line`, `profile`, `plants`, `layers`, `spectrum` and
 //! `sensitivity` each make one kind of plot, `year`, `months` and `carpet` those of a year, `drawing` makes it SVG or
-//! pixels, and `style` a file.
+//! pixels, and `style` a file. `job` reads the files and chooses.
 
 mod carpet;
 mod chosen;
 mod drawing;
 mod field;
 mod heat_map;
+pub mod job;
 mod layers;
 mod line;
 mod map;

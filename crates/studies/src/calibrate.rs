@@ -3,13 +3,15 @@
 //! they predict elsewhere.
 //!
 //! Read [`calibrate`] first, then `fit` (one fit), `choose` (which model), `vary` (other numbers of
-//! the scene) and `powers` (the calibrated scene). `even` finds powers that light captors evenly.
+//! the scene) and `powers` (the calibrated scene). `even` finds powers that light captors evenly;
+//! `job` does all of it from a scene.
 
 mod choose;
 mod even;
 mod fit;
 mod grid;
 mod hull;
+pub mod job;
 mod numbers;
 mod powers;
 mod tangent;

@@ -3,6 +3,7 @@
 mod copies;
 mod inside;
 mod lamps;
+mod leaves;
 mod mesh;
 mod objects;
 mod remarks;
@@ -14,6 +15,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
+pub use leaves::{LeafOptics, LeafSummary};
 pub use objects::ObjectSummary;
 pub use remarks::decimals;
 use remarks::{Remarks, length, quoted};
@@ -57,6 +59,8 @@ pub struct SceneSummary {
     pub size: DVec3,
     /// The surfaces by material.
     pub surfaces: Vec<MaterialSummary>,
+    /// What the leaves among the materials do with light.
+    pub leaves: Vec<LeafSummary>,
     /// The objects that have surfaces.
     pub objects: Vec<ObjectSummary>,
     /// Probable mistakes. Each warning names the thing and says what to do.
@@ -130,7 +134,14 @@ fn look_over(loaded: &LoadedScene) -> SceneSummary {
     solids::check_sheets(scene, &vertices, &mut remarks);
     objects::check_slips(scene, &mut remarks);
     let Remarks { warnings, notes } = remarks;
-    SceneSummary { size, surfaces, objects: objects::objects(scene), warnings, notes }
+    SceneSummary {
+        size,
+        surfaces,
+        leaves: leaves::leaves(scene),
+        objects: objects::objects(scene),
+        warnings,
+        notes,
+    }
 }
 
 fn surfaces(scene: &Scene) -> Vec<MaterialSummary> {
@@ -217,9 +228,8 @@ fn check_powers(scene: &Scene, around: &Extent, remarks: &mut Remarks) {
     let area = f64::from(around.half_area());
     if area > 0.0 && all > BRIGHT * full_sun * area {
         remarks.warnings.push(format!(
-            "the lamps emit {} {flux} together, {} {irradiance} for half of the surface of the box around the scene, \
-            where full sunlight is {full_sun} {irradiance}; check `power` and its unit, most of all of `{brightest}`, \
-            and `quantity`",
+            "the lamps emit {} {flux}, {} {irradiance} around the scene, where full sunlight is {full_sun}; check the \
+            unit of `power`, most of all of `{brightest}` (docs/scene-format.md#errors-and-warnings)",
             number(all),
             number((all / area).round()),
             flux = units.flux,
@@ -280,15 +290,14 @@ fn check_flush_lights(scene: &Scene, remarks: &mut Remarks) {
     };
     remarks.warn_of(list(true), |list| {
         format!(
-            "lights in the plane of a surface: {list}; they shine from just off it, on the side that a spot \
-            points to, others on that of the middle of the scene; move them off the surface by a \
-            millimetre or so to choose the side"
+            "lights in the plane of a surface: {list}; they shine on one side of it; move them off by a millimetre \
+            to choose which (docs/scene-format.md#lights)"
         )
     });
     remarks.warn_of(list(false), |list| {
         format!(
             "tubes that reach into a surface: {list}; what they emit beyond it is not seen on this side; \
-            move them off it by more than their radius"
+            move them off it by more than their radius (docs/scene-format.md#lights)"
         )
     });
 }
@@ -332,8 +341,8 @@ fn check_ground(loaded: &LoadedScene, remarks: &mut Remarks) {
     let lights = loaded.without_ground.join("` and `");
     remarks.warn_of(quoted(bare.map(|captor| &captor.id)), |list| {
         format!(
-            "captors with no surface below them in light of `{lights}` without `ground`: {list}; no light \
-            comes to them from below the horizon: add a ground object, or `ground` to the light"
+            "captors with no surface below them in light of `{lights}` without `ground`: {list}; add a ground \
+            object, or `ground` to the light (docs/scene-format.md#daylight)"
         )
     });
 }

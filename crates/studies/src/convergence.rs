@@ -2,10 +2,11 @@
 //! several seeds each.
 //!
 //! Read [`study`] first, then `truth` (what errors are measured against), `bounces` and `figures`
-//! (charts and words).
+//! (charts and words). `job` writes all of it into a folder.
 
 mod bounces;
 mod figures;
+pub mod job;
 mod truth;
 
 use std::cell::Cell;

@@ -10,13 +10,16 @@
 pub mod calibrate;
 pub mod check;
 pub mod convergence;
+pub mod desk;
 pub mod join;
 pub mod sweep;
 mod table;
 pub mod year;
 
 pub use calibrate::{EvenPlan, even};
-pub use check::{MaterialSummary, ObjectSummary, SceneSummary, check, check_meshes};
+pub use check::{
+    LeafOptics, LeafSummary, MaterialSummary, ObjectSummary, SceneSummary, check, check_meshes,
+};
 pub use convergence::{
     Bounces, ConvergencePlan, ConvergenceStudy, Reference, Row, Rung, TrueValue, Within, study,
 };

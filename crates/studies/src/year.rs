@@ -10,14 +10,16 @@
 //!
 //! Read [`Year::find`], then [`part`] for what the lights bring, [`control`] for the lamps,
 //! [`product`] for the light of the hours, `interpolated` for what the grid costs and [`tables`]
-//! for what is written.
+//! for what is written. [`job`] does all of it from a scene file.
 
+mod burning;
 mod conditions;
 mod control;
 mod head;
 mod hours;
 mod hours_of;
 mod interpolated;
+pub mod job;
 mod kept;
 mod matrix;
 mod needs;
@@ -38,7 +40,7 @@ mod warnings;
 
 pub use hours::Lamp;
 pub use hours_of::HoursOf;
-pub use kept::Kept;
+pub use kept::{Kept, KeptLight, USUAL_LIGHT};
 pub use needs::{Needs, gigabytes};
 pub use options::YearOptions;
 pub use places::Places;

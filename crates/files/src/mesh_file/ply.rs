@@ -86,15 +86,14 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<ObjFile> {
     }
     if tangled > 0 {
         file.notes.push(format!(
-            "{tangled} of its faces have an outline that crosses itself, so it is unclear what they \
-             cover; cut them into triangles in the modelling program"
+            "{tangled} of its faces have an outline that crosses itself; cut them into triangles in the \
+             modelling program (docs/import.md#ply)"
         ));
     }
     if bent > 0 {
         file.notes.push(format!(
-            "{bent} of its faces are not flat: a corner is off the plane by more than a hundredth of \
-             the face's size, and where they are bent is chosen here; cut them into triangles in the \
-             modelling program"
+            "{bent} of its faces are not flat, and where they bend is chosen here; cut them into triangles \
+             in the modelling program (docs/import.md#ply)"
         ));
     }
     if let Some(beyond) = beyond {

@@ -230,8 +230,8 @@ impl Loader<'_> {
         for (group, place) in std::mem::take(&mut self.joined) {
             if self.entries.contains(&group) {
                 let problem = format!(
-                    "an entry or object is named {} too, whose own group has these captors as well: its means \
-                     are over all of them; give the group another name if this is not meant",
+                    "an entry or object is named {} too, and its group has these captors as well; is another name \
+                     meant? (docs/scene-format.md#ids-and-groups)",
                     quoted(&group)
                 );
                 self.warn(place, problem);

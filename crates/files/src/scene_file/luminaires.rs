@@ -325,8 +325,8 @@ impl Loader<'_> {
         let set = measured.picked + 1;
         if set > 1 && spectrum.spectrum == file && spectrum.column.is_none() {
             let problem = format!(
-                "the intensities are those of emitter {set} of {file}, and the spectrum is that of the first: give \
-                 its name or number as `column` (column {} is the spectrum of emitter {set}, if each has one)",
+                "the intensities are those of emitter {set} of {file}, and the spectrum is that of the first: `column` \
+                 picks its own, such as {} (docs/scene-format.md#measured-lamps)",
                 set + 1
             );
             self.warn(self.place(there), problem);

@@ -69,8 +69,8 @@ impl Loader<'_> {
             self.warn(
                 format!("{}:{}", path.display(), part.line),
                 format!(
-                    "{} of the faces from here on have an outline that crosses itself, so it is \
-                    unclear what they cover; cut them into triangles in the modelling program",
+                    "{} of the faces from here on have an outline that crosses itself; cut them into \
+                    triangles in the modelling program (docs/import.md#obj-and-mtl)",
                     part.tangled
                 ),
             );
@@ -79,9 +79,8 @@ impl Loader<'_> {
             self.warn(
                 format!("{}:{}", path.display(), part.line),
                 format!(
-                    "{} of the faces from here on are not flat: a corner is off the plane by more than a \
-                    hundredth of the face's size, and where they are bent is chosen here; cut them into \
-                    triangles in the modelling program",
+                    "{} of the faces from here on are not flat, and where they bend is chosen here; cut them into \
+                    triangles in the modelling program (docs/import.md#obj-and-mtl)",
                     part.bent
                 ),
             );
@@ -156,9 +155,8 @@ impl Loader<'_> {
             self.warn(
                 path.display(),
                 format!(
-                    "its MTL says {list}, which means something for light but is not used: a surface is \
-                     what its material says, opaque unless that is `transparent`, `leaf` or `table`; give \
-                     the scene materials of these names"
+                    "its MTL says {list}, which means something for light but is not used; give the scene materials \
+                     of these names (docs/import.md#obj-and-mtl)"
                 ),
             );
         }

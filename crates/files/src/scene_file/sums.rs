@@ -8,7 +8,7 @@ use super::{
 };
 use crate::json;
 use phylux_core::{
-    error::{Error, Result, number},
+    error::{Error, LISTED, Result, number, some},
     math::{
         units::Quantity,
         weighting::{RATIOS, SUMS, WeightedUnit, Weighting},
@@ -218,7 +218,7 @@ impl Loader<'_> {
         Ok((numerator, denominator))
     }
 
-    /// Weights bands as [`doubted`](Self::doubted) does, and warns of what depends on the light within
+    /// Weights bands as [`doubted`](Self::doubted) does, and warns once of what depends on the light within
     /// them.
     fn weighted(
         &mut self,
@@ -234,23 +234,26 @@ impl Loader<'_> {
 
     fn say(&mut self, pointer: &str, name: &str, doubts: Doubts) {
         let Doubts { uneven, gaps, share } = doubts;
-        if !uneven.is_empty() {
-            let problem = format!(
-                "what a wavelength counts in {name} changes much within band {}, where the light is taken to be \
-                the same in each nm; use narrower bands if it is not",
-                uneven.into_iter().collect::<Vec<_>>().join(", ")
-            );
-            self.warn_once(pointer, problem);
-        }
-        if share > UNCOVERED {
-            let problem = format!(
-                "no band has light from {} nm, where {name} has {:.0} % of its weights: it is taken to be dark there; \
-                add bands if it is not",
-                gaps.join(", "),
-                100.0 * share
-            );
-            self.warn_once(pointer, problem);
-        }
+        let gaps = (share > UNCOVERED).then(|| (100.0 * share, gaps.join(", ")));
+        let bands = some(uneven, LISTED);
+        let (doubts, remedy) = match (bands.is_empty(), gaps) {
+            (true, None) => return,
+            (false, None) => {
+                (format!("its weights change much within band {bands}"), "use narrower bands")
+            }
+            (true, Some((percent, gaps))) => {
+                (format!("no band has {percent:.0} % of its weights, from {gaps} nm"), "add bands")
+            }
+            (false, Some((percent, gaps))) => (
+                format!(
+                    "its weights change much within band {bands}, and no band has {percent:.0} % of \
+                     them, from {gaps} nm"
+                ),
+                "use narrower bands, and add some",
+            ),
+        };
+        let problem = format!("{name}: {doubts}; {remedy} (docs/scene-format.md#sums-and-ratios)");
+        self.warn_once(pointer, problem);
     }
 
     /// Weights the `chosen` bands by wavelength, or all, by the sum of the weightings, which sentences

@@ -77,8 +77,8 @@ impl Loader<'_> {
         }
         if found.error > NOT_RECIPROCAL && !reciprocal {
             let problem = format!(
-                "f(i, o) and f(o, i) differ by {:.1} % of their mean; surfaces do not, so it is an error of measurement or \
-                of the angles: `\"reciprocal\": true` takes the mean of both",
+                "f(i, o) and f(o, i) differ by {:.1} % of their mean, which no surface does: `\"reciprocal\": true` takes the \
+                mean of both (docs/scene-format.md#table)",
                 100.0 * found.error
             );
             self.warn(path.display(), problem);

@@ -61,9 +61,8 @@ impl ClockCheck {
             Evidence::Course if advised => {
                 let [now, then] = [misfit, best_misfit].map(|misfit| 100.0 * misfit);
                 Some(format!(
-                    "the light of the days does not rise and fall with the sun: it fits within {now:.0} %, and \
-                     with `shift_h` {best_shift:.2} within {then:.0} %: {doubt} (hills and clouds that shade each \
-                     morning or evening look alike)"
+                    "the light of the days rises and falls with the sun only within {now:.0} %, with `shift_h` \
+                     {best_shift:.2} within {then:.0} %: {doubt} (docs/scene-format.md#daylight)"
                 ))
             }
             _ => None,
@@ -293,9 +292,8 @@ impl Weather {
             rows => format!("{rows} rows have"),
         };
         Some(format!(
-            "{rows} more light than can arrive while the sun stands where it is, the worst in line {line}: \
-             {value:.1} W/m2{what} where at most {most:.1} can: is the clock of the file another one, the site, \
-             or the unit?"
+            "{rows} more light than can arrive, the worst in line {line}: {value:.1} W/m2{what} where at most {most:.1} can: \
+             is the clock another one, the site, or the unit? (docs/scene-format.md#daylight)"
         ))
     }
 
@@ -331,9 +329,8 @@ impl Weather {
         }
         let (line, value, outside) = most.filter(|_| rows >= FEWEST)?;
         Some(format!(
-            "hardly any light arrives: of {rows} rows with the sun high, the brightest, in line {line}, has \
-             {value:.3} W/m2, and {outside:.0} arrive outside the atmosphere: is the unit kW/m2, or the clock \
-             of the file another one?"
+            "hardly any light arrives: of {rows} rows with a high sun the brightest, in line {line}, has {value:.3} W/m2 \
+             of {outside:.0}: is the unit kW/m2, or the clock another one? (docs/scene-format.md#daylight)"
         ))
     }
 }

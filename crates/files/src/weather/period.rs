@@ -78,17 +78,15 @@ impl Selected {
             let hours = self.estimated;
             found.push(format!(
                 "direct and diffuse light of {hours} records are estimated from the global by Erbs, Klein and \
-                 Duffie (1982): single hours may be far off"
+                 Duffie (1982): single hours may be far off (docs/coming-from/weather.md#your-own-sensors)"
             ));
         }
         if let Some((line, [global, sum])) = self.worst_misfit {
             let records = self.misfits;
             let plural = if records == 1 { "" } else { "s" };
             found.push(format!(
-                "the global irradiance of {records} record{plural} is not that of direct and diffuse light, which \
-                 are what is simulated; the worst is in line {line}: {global:.1} W/m2 measured, {sum:.1} by the \
-                 sum dhi + dni sin(elevation). Mend the clock or the wrong column, or leave that out: two of the three \
-                 are enough"
+                "the global irradiance of {records} record{plural} is not that of direct and diffuse light, the worst in \
+                 line {line}: {global:.1} W/m2, not {sum:.1}; mend the clock or a column (docs/scene-format.md#daylight)"
             ));
         }
         found

@@ -1,11 +1,12 @@
 //! What the light costs and where it goes: electric power of lamps, the shares of their light that
-//! materials and groups absorb, and how much light a group has of a kWh.
+//! materials and groups absorb, and how much light a group, or the plane that it samples, has of a
+//! kWh.
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ByLight, validate::are_errors};
+use super::{ByLight, planes::sampled_areas, validate::are_errors};
 use phylux_core::{
     math::{stats::Running, units::Quantity, weighting::WeightedUnit},
     scene::{
@@ -27,6 +28,9 @@ pub struct Electricity {
     pub unit: Vec<String>,
     /// Light that these lights emit per electric power.
     pub per_watt: Vec<f64>,
+    /// The same for growers.
+    #[serde(flatten)]
+    pub grown: PerKwh,
     /// The same of each of these lights.
     pub lights: ByLight<LampElectricity>,
     /// Where the light of these lights goes. Null for paths, and where other lights shine too and
@@ -44,6 +48,20 @@ pub struct LampElectricity {
     pub watts: f64,
     /// Light that it emits per electric power.
     pub per_watt: Vec<f64>,
+    /// The same for growers.
+    #[serde(flatten)]
+    pub grown: PerKwh,
+}
+
+/// Emitted photons per electric energy. Lists are empty in results of versions before they existed.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct PerKwh {
+    /// Photons per electric energy, mol/kWh; null for bands and sums that are not in photons.
+    #[serde(default)]
+    pub mol_per_kwh: Vec<Option<f64>>,
+    /// Electric energy of photons, kWh/mol; null, too, where none are emitted.
+    #[serde(default)]
+    pub kwh_per_mol: Vec<Option<f64>>,
 }
 
 /// Where the emitted light goes: the shares add up to 1.
@@ -82,13 +100,38 @@ pub struct GroupElectricity {
     pub mol_per_kwh: Vec<Option<f64>>,
     /// Standard error of the value above.
     pub mol_per_kwh_se: Vec<Option<f64>>,
+    /// What the plane has that its sensors sample; absent where these do not stand in rows and
+    /// columns in one plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plane: Option<PlaneElectricity>,
+}
+
+/// What the plane that sensors sample has of the emitted light: the mean of the sensors times the
+/// area that they stand for.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct PlaneElectricity {
+    /// Area of the plane, m2: that of the cells about all sensors.
+    pub area: f64,
+    /// Its share of the emitted light.
+    #[serde(flatten)]
+    pub share: Share,
+    /// Photons on the plane per electric energy, mol/kWh; null for bands and sums that are not in
+    /// photons.
+    pub mol_per_kwh: Vec<Option<f64>>,
+    /// Standard error of the value above.
+    pub mol_per_kwh_se: Vec<Option<f64>>,
+    /// Electric energy of photons on the plane, kWh/mol; null, too, where none arrive.
+    pub kwh_per_mol: Vec<Option<f64>>,
+    /// Standard error of the value above.
+    pub kwh_per_mol_se: Vec<Option<f64>>,
 }
 
 /// One number of what the light costs and where it goes.
 pub struct ElectricityRow<'a> {
     /// Name of a light, material or group, or `all lights`, `outside`, `lost` or `chance`.
     pub of: &'a str,
-    /// `per_watt`, `material_share`, `share`, `group_share` or `mol_per_kwh`.
+    /// `per_watt`, `material_share`, `share`, `group_share`, `mol_per_kwh`, `plane_share`,
+    /// `plane_mol_per_kwh` or `plane_kwh_per_mol`.
     pub quantity: &'static str,
     /// Index of the band or sum.
     pub band: usize,
@@ -123,6 +166,11 @@ impl Electricity {
         for (name, group) in self.groups.iter().flatten() {
             add(name, "group_share", &group.share.share, &group.share.share_se);
             add(name, "mol_per_kwh", &group.mol_per_kwh, &group.mol_per_kwh_se);
+            if let Some(plane) = &group.plane {
+                add(name, "plane_share", &plane.share.share, &plane.share.share_se);
+                add(name, "plane_mol_per_kwh", &plane.mol_per_kwh, &plane.mol_per_kwh_se);
+                add(name, "plane_kwh_per_mol", &plane.kwh_per_mol, &plane.kwh_per_mol_se);
+            }
         }
         all
     }
@@ -145,8 +193,10 @@ impl Electricity {
         };
         let lights = metered.iter().map(|&l| {
             let watts = scene.watts()[&scene.lights()[l].name];
-            let per_watt = power_of(&mut std::iter::once(l)).iter().map(|p| p / watts).collect();
-            (scene.lights()[l].name.clone(), LampElectricity { watts, per_watt })
+            let power = power_of(&mut std::iter::once(l));
+            let per_watt: Vec<f64> = power.iter().map(|p| p / watts).collect();
+            let grown = PerKwh::of(scene, &per_watt);
+            (scene.lights()[l].name.clone(), LampElectricity { watts, per_watt, grown })
         });
         let lights: ByLight<LampElectricity> = lights.collect();
         let watts: f64 = lights.values().map(|lamp| lamp.watts).sum();
@@ -158,11 +208,12 @@ impl Electricity {
             (false, false) => Some(Metered { totals, parts: Some(&metered) }),
             (false, true) => None,
         };
-        let columns = power.len();
+        let per_watt: Vec<f64> = power.iter().map(|p| p / watts).collect();
         Some(Self {
             watts,
-            unit: (0..columns).map(|c| unit(scene, c)).collect(),
-            per_watt: power.iter().map(|p| p / watts).collect(),
+            unit: (0..power.len()).map(|c| unit(scene, c)).collect(),
+            grown: PerKwh::of(scene, &per_watt),
+            per_watt,
             lights,
             shares: light.as_ref().filter(|_| photons).map(|light| light.shares(scene, &power)),
             groups: light.as_ref().map(|light| light.groups(scene, &power, watts)),
@@ -171,7 +222,7 @@ impl Electricity {
 
     /// Returns whether every list has an entry for each band, and all numbers are possible.
     pub fn is_valid(&self, bands: usize) -> bool {
-        let Self { watts, unit, per_watt, lights, shares, groups } = self;
+        let Self { watts, unit, per_watt, grown, lights, shares, groups } = self;
         let numbers = |values: &[f64]| {
             let values: Vec<Option<f64>> = values.iter().copied().map(Some).collect();
             are_errors(&values, bands)
@@ -181,13 +232,65 @@ impl Electricity {
         *watts > 0.0
             && unit.len() == bands
             && numbers(per_watt)
-            && lights.values().all(|lamp| lamp.watts > 0.0 && numbers(&lamp.per_watt))
+            && grown.is_valid(bands)
+            && lights.values().all(|lamp| {
+                lamp.watts > 0.0 && numbers(&lamp.per_watt) && lamp.grown.is_valid(bands)
+            })
             && shares.iter().all(|shares| shares.all().all(|(_, share)| is_valid(share)))
             && groups.iter().flat_map(IndexMap::values).all(|group| {
                 is_valid(&group.share)
                     && are_errors(&group.mol_per_kwh, bands)
                     && are_errors(&group.mol_per_kwh_se, bands)
+                    && group.plane.iter().all(|plane| plane.is_valid(bands))
             })
+    }
+}
+
+impl PerKwh {
+    fn of(scene: &Scene, per_watt: &[f64]) -> Self {
+        let photons = per_watt.iter().enumerate().map(|(column, per_watt)| {
+            (unit(scene, column) == "umol/J").then_some(MOL_PER_KWH * per_watt)
+        });
+        let mol_per_kwh: Vec<Option<f64>> = photons.collect();
+        let inverse = |mol: &Option<f64>| mol.filter(|mol| *mol > 0.0).map(f64::recip);
+        Self { kwh_per_mol: mol_per_kwh.iter().map(inverse).collect(), mol_per_kwh }
+    }
+
+    fn is_valid(&self, bands: usize) -> bool {
+        let Self { mol_per_kwh, kwh_per_mol } = self;
+        [mol_per_kwh, kwh_per_mol].iter().all(|of| of.is_empty() || are_errors(of, bands))
+    }
+}
+
+impl PlaneElectricity {
+    /// Makes it of what a group of sensors has on their own area, and of the area of the plane, which
+    /// is `times` as large.
+    fn new(area: f64, times: f64, of: &GroupElectricity) -> Self {
+        let scaled = |values: &[Option<f64>]| -> Vec<Option<f64>> {
+            values.iter().map(|value| value.map(|value| times * value)).collect()
+        };
+        let Share { share, share_se } = &of.share;
+        let [mol, mol_se] = [&of.mol_per_kwh, &of.mol_per_kwh_se].map(|values| scaled(values));
+        let inverse = mol.iter().zip(&mol_se).map(|(mol, error)| {
+            let mol = mol.filter(|mol| *mol > 0.0)?;
+            Some((mol.recip(), error.map(|error| error / mol.powi(2))))
+        });
+        let inverse: Vec<Option<(f64, Option<f64>)>> = inverse.collect();
+        Self {
+            area,
+            share: Share { share: scaled(share), share_se: scaled(share_se) },
+            mol_per_kwh: mol,
+            mol_per_kwh_se: mol_se,
+            kwh_per_mol: inverse.iter().map(|found| found.map(|found| found.0)).collect(),
+            kwh_per_mol_se: inverse.iter().map(|found| found.and_then(|found| found.1)).collect(),
+        }
+    }
+
+    fn is_valid(&self, bands: usize) -> bool {
+        let Self { area, share, mol_per_kwh, mol_per_kwh_se, kwh_per_mol, kwh_per_mol_se } = self;
+        let lists = [&share.share, &share.share_se, mol_per_kwh, mol_per_kwh_se];
+        let mut lists = lists.into_iter().chain([kwh_per_mol, kwh_per_mol_se]);
+        *area > 0.0 && area.is_finite() && lists.all(|values| are_errors(values, bands))
     }
 }
 
@@ -263,6 +366,10 @@ impl Metered<'_> {
         surfaces
             .flat_map(|captor: &Captor| &captor.groups)
             .for_each(|&group| absorbs[group] = true);
+        let planes = sampled_areas(scene);
+        let mut areas = vec![0.0; scene.groups().len()];
+        let captors = scene.captors().iter();
+        captors.for_each(|captor| captor.groups.iter().for_each(|&g| areas[g] += captor.area));
         let of = |(group, name): (usize, &String)| {
             let (of, channel) = match absorbs[group] {
                 true => ("absorbed", Channel::Absorbed),
@@ -277,12 +384,15 @@ impl Metered<'_> {
                 (unit(scene, column) == "umol/J").then_some((scale * found.mean, error))
             });
             let per_kwh: Vec<Option<(f64, Option<f64>)>> = per_kwh.collect();
-            let found = GroupElectricity {
+            let mut found = GroupElectricity {
+                plane: None,
                 of: of.into(),
                 share: self.share(&sums, power),
                 mol_per_kwh: per_kwh.iter().map(|found| found.map(|(mol, _)| mol)).collect(),
                 mol_per_kwh_se: per_kwh.iter().map(|found| found.and_then(|f| f.1)).collect(),
             };
+            found.plane =
+                planes[group].map(|area| PlaneElectricity::new(area, area / areas[group], &found));
             (name.clone(), found)
         };
         scene.groups().iter().enumerate().map(of).collect()

@@ -63,7 +63,8 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
         warn(
             "power was lost at the length limits",
             format!(
-                "{:.2} % of the power was on paths cut off at the length limits (lost)",
+                "{:.2} % of the power was on paths cut off at the length limits (lost); do all surfaces absorb? \
+                 (docs/method.md#following-a-photon)",
                 100.0 * lost
             ),
         );
@@ -73,8 +74,8 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
         warn(
             "paths were cut off at the length limits",
             format!(
-                "{:.2} % of the paths were cut off at the length limits: light that they could still \
-             have found is missing",
+                "{:.2} % of the paths were cut off at the length limits, and miss light; do all surfaces absorb? \
+                 (docs/method.md#following-a-photon)",
                 100.0 * cut_off
             ),
         );
@@ -82,12 +83,14 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
     match result.batches {
         1 => warn(
             "one batch: no standard error is known",
-            "one batch: no standard error is known; trace more".into(),
+            "one batch: no standard error is known; trace more (docs/results.md#standard-errors)"
+                .into(),
         ),
         batches if batches < FEW_BATCHES => warn(
             "standard errors come from few batches",
             format!(
-                "the standard errors come from {batches} batches only and are rough themselves; trace more"
+                "the standard errors come from {batches} batches only and are rough themselves; trace more \
+                 (docs/results.md#standard-errors)"
             ),
         ),
         _ => {}
@@ -95,8 +98,8 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
     if result.starved {
         warn(
             "lamps are not guided",
-            "too few photons found light that matters to the captors, or guided ones found other light: \
-             lamps emit as without --guiding, and captors that little light reaches may miss some of it"
+            "too little light was found to guide lamps by: captors that little reaches may miss some; trace \
+             more (docs/method.md#importance)"
                 .into(),
         );
     }
@@ -105,9 +108,8 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
         warn(
             "paths cannot find some of the light",
             format!(
-                "paths cannot find all light of a point, spot, line or sun that comes by way of mirrors or \
-             refraction: about {:.2} % of the flux on the captors is missing; \
-             --estimator photons finds it",
+                "about {:.2} % of the flux on the captors is missing, which paths cannot find; \
+                 --estimator photons finds it (docs/method.md#paths-from-the-captors)",
                 100.0 * unseen
             ),
         );
@@ -126,7 +128,7 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
         let split = result.captors.iter().any(|captor| captor.front.by_light.is_some());
         let remedy = match result.estimator {
             Estimator::Photons if !split => {
-                "; --estimator complete starts from the captors, and finds what light comes there"
+                "; --estimator complete starts from the captors (docs/accuracy.md#which-estimator)"
             }
             _ => "",
         };
@@ -151,9 +153,8 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
             warn(
                 "errors that rest on few paths",
                 format!(
-                    "the errors at {} of {} faces of captors rest on few paths or photons that found much light, as by way of \
-                     a mirror, or on none though photons know of light there: values and errors may be far \
-                     too small; trace more{or}",
+                    "the errors at {} of {} faces of captors rest on few paths, and may be far too small, as may \
+                     the values; trace more{or} (docs/results.md#standard-errors)",
                     faces().filter(|face| face.few_paths).count(),
                     faces().count()
                 ),
@@ -165,17 +166,14 @@ fn warnings(result: &RunResult) -> Vec<Warning> {
                 face.few_paths && face.histories.is_some_and(|n| n >= FEW_HISTORIES)
             };
             let or = match result.captors.iter().flat_map(CaptorResult::faces).any(many) {
-                true => {
-                    ", or so few that brought most of its light, or none that brought what a \
-                     mirror sends"
-                }
+                true => ", or so few that brought most of its light",
                 false => "",
             };
             warn(
                 "few photons on a face of a captor",
                 format!(
-                    "fewer than {FEW_HISTORIES} photons on a face of {}{or}: neither their values nor their errors are \
-                     reliable; trace more{}",
+                    "fewer than {FEW_HISTORIES} photons on a face of {}{or}: values and errors are not reliable; trace \
+                     more{} (docs/results.md#standard-errors)",
                     some(&rough, LISTED),
                     match (by_light, &result.chosen) {
                         (true, _) => ", or try --estimator paths",

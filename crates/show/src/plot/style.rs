@@ -2,6 +2,8 @@
 
 use super::{Plot, drawing::Drawn};
 use crate::chart::{Chart, Width};
+use std::path::Path;
+
 use phylux_core::error::{Error, Result};
 
 /// How plots are written into files.
@@ -17,6 +19,17 @@ impl PlotStyle {
     /// Returns the ending of the names of files, without a dot.
     pub fn ending(self) -> &'static str {
         if self.png { "png" } else { "svg" }
+    }
+
+    /// Whether a file of this name is to be PNG, and not SVG. Error: its name says neither.
+    pub fn is_png(path: &Path) -> Result<bool> {
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some("svg") => Ok(false),
+            Some("png") => Ok(true),
+            _ => Err(Error::input(path.display(), "is neither .svg nor .png")
+                .remedy("let its name end so")),
+        }
     }
 
     /// Returns the file of a chart. Error: it cannot be drawn.

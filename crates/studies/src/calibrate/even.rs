@@ -263,8 +263,8 @@ fn warnings(
     let usual = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
     if plan.minimum.is_none() && after.cv.is_some_and(|cv| usual > LOUD * cv) {
         warnings.push(format!(
-            "the errors of the captors ({:.2} % at the median) are not small beside what is left of their differences, \
-            so that the powers follow noise; trace more photons",
+            "the errors of the captors ({:.2} % at the median) are not small beside their differences, so that the \
+            powers follow noise; trace more photons (docs/calibration.md#even-light---even)",
             100.0 * usual
         ));
     }

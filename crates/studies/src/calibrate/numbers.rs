@@ -28,15 +28,21 @@ impl Vary {
             let (from, to) = range.split_once(':')?;
             Some((pointer, from.trim().parse::<f64>().ok()?, to.trim().parse::<f64>().ok()?))
         };
-        match parts() {
-            Some((pointer, from, to))
-                if pointer.starts_with('/') && from < to && (to - from).is_finite() =>
-            {
-                Ok(Self { pointer: pointer.into(), from, to })
-            }
-            _ => Err("must be a place in the scene and a range, as in /materials/wall/reflectance=0.7:0.85".into()),
+        let (pointer, from, to) = parts().ok_or(Self::FORM)?;
+        Self::new(pointer, from, to)
+    }
+
+    /// Makes the number at a JSON pointer, which varies from one value to another. Error: the pointer
+    /// or the range is none.
+    pub fn new(pointer: &str, from: f64, to: f64) -> std::result::Result<Self, String> {
+        match pointer.starts_with('/') && from < to && (to - from).is_finite() {
+            true => Ok(Self { pointer: pointer.into(), from, to }),
+            false => Err(Self::FORM.into()),
         }
     }
+
+    const FORM: &str = "must be a place in the scene and a range, as in \
+                        /materials/wall/reflectance=0.7:0.85";
 }
 
 /// The numbers of a scene that vary.

@@ -117,8 +117,8 @@ pub(super) fn check_copies(scene: &Scene, remarks: &mut Remarks) {
     let name = |object: &Copy| format!("`{}`", scene.objects()[object.object]);
     remarks.warn_of(below.map(name), |list| {
         format!(
-            "objects below the ground, with nothing but its back above them and nothing below: {list}; \
-            check their `translate` and `up`, and where the front of the ground looks"
+            "objects below the ground, with its back above them and nothing below: {list}; check their \
+            `translate` and `up`, and the ground's front (docs/scene-format.md#objects)"
         )
     });
 }

@@ -84,15 +84,15 @@ fn check_neighbours(solids: &Solids, welded: &Welded, remarks: &mut Remarks) {
     });
     remarks.warn_of(solids.names(|p| crowded[p]), |list| {
         format!(
-            "solids that touch more than {NEIGHBOURS} others in one place, so that neither all of those \
-            nor what is around them was looked at: {list}; remove those that stand there more than once"
+            "solids that touch more than {NEIGHBOURS} others in one place, too many to be looked at: {list}; \
+            remove those that stand there more than once"
         )
     });
     let surroundings = solids.surroundings(&touching, &crowded);
     remarks.warn_of(solids.names(|p| surroundings[p] == Around::Unknown), |list| {
         format!(
-            "solids with more than {FACES} faces of solids on the way out of them, so that it was not \
-            looked at what is around them: {list}; remove those that stand in one another"
+            "solids with more than {FACES} faces of solids on the way out of them, too many to be looked \
+            at: {list}; remove those that stand in one another"
         )
     });
     remarks.warn_of(solids.names(|p| surroundings[p] == Around::InsideOut), |list| {

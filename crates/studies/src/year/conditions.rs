@@ -72,14 +72,31 @@ impl<'a> Outside<'a> {
         Ok(self.slots.iter().enumerate().map(share).collect())
     }
 
-    /// Reads a table by time, and returns its mean in each slot. Errors: it cannot be read, has no
-    /// such column, does not cover the period, or holds a number that is no fraction.
+    /// Reads a table of fractions by time, and returns its mean in each slot. Errors: it cannot be
+    /// read, has no such column, does not cover the period, or holds a number that is no fraction.
     pub fn series(&self, file: &SeriesFile, folder: &Path, wrong: Wrong) -> Result<Vec<f64>> {
+        let means = self.means(file, folder, Values::Fractions, wrong)?;
+        Ok(means.into_iter().map(|mean| mean.clamp(0.0, 1.0)).collect())
+    }
+
+    /// Reads a table of prices by time, and returns their mean in each slot. Errors: those of
+    /// [`series`](Self::series), but any number is a price.
+    pub fn prices(&self, file: &SeriesFile, folder: &Path, wrong: Wrong) -> Result<Vec<f64>> {
+        self.means(file, folder, Values::Prices, wrong)
+    }
+
+    fn means(
+        &self,
+        file: &SeriesFile,
+        folder: &Path,
+        values: Values,
+        wrong: Wrong,
+    ) -> Result<Vec<f64>> {
         let path = folder.join(&file.file);
         let bytes = read_bytes(&path).map_err(|why| {
             wrong("/file", format!("{}: {why}", path.display())).remedy("name a CSV file")
         })?;
-        let rows = read_series(&bytes, &path, &file.column)?;
+        let rows = read_series(&bytes, &path, &file.column, values)?;
         let ends = rows.iter().skip(1).map(|row| row.0);
         // the last row holds as long as the one before it, or for an hour
         let last = match rows.as_slice() {
@@ -105,14 +122,29 @@ impl<'a> Outside<'a> {
                 return Err(Error::input(path.display(), problem)
                     .remedy("let it cover the whole period, in steps of equal length"));
             }
-            Ok((sum / covered).clamp(0.0, 1.0))
+            Ok(sum / covered)
         };
         self.slots.iter().map(mean).collect()
     }
 }
 
+/// What the numbers of a table by time are.
+#[derive(Clone, Copy)]
+enum Values {
+    /// Fractions from 0 to 1.
+    Fractions,
+    /// Prices, which may be below 0.
+    Prices,
+}
+
 /// Returns the times at which the rows of a table begin to hold, s since 1970, and their values.
-fn read_series(bytes: &[u8], path: &Path, column: &str) -> Result<Vec<(f64, f64)>> {
+fn read_series(bytes: &[u8], path: &Path, column: &str, values: Values) -> Result<Vec<(f64, f64)>> {
+    let (range, must, remedy) = match values {
+        Values::Fractions => {
+            (0.0..=1.0, "must be a number from 0 to 1", "write 0 for open and 1 for closed")
+        }
+        Values::Prices => (-1e9..=1e9, "must be a price", "write a number of at most 1e9"),
+    };
     let mut records = records(bytes, path);
     let Some((place, head)) = records.next().transpose()? else {
         return Err(Error::input(path.display(), "is empty").remedy("write `time` and a column"));
@@ -135,9 +167,9 @@ fn read_series(bytes: &[u8], path: &Path, column: &str) -> Result<Vec<(f64, f64)
         let at = format!("{}:{}", path.display(), place.line);
         let start = parse_time(cell(at_time), &at)?.unix;
         let number = csv_table::number(cell(value), Some(','));
-        let Some(number) = number.filter(|x| (0.0..=1.0).contains(x)) else {
-            let problem = format!("{} must be a number from 0 to 1", quoted(cell(value)));
-            return Err(place.error(problem).remedy("write 0 for open and 1 for closed"));
+        let Some(number) = number.filter(|x| range.contains(x)) else {
+            let problem = format!("{} {must}", quoted(cell(value)));
+            return Err(place.error(problem).remedy(remedy));
         };
         if let Some(&(before, _)) = rows.last() {
             let own = start - before;
@@ -168,7 +200,17 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Vec<(f64, f64)>> {
-        read_series(text.as_bytes(), Path::new("c.csv"), "curtain")
+        read_series(text.as_bytes(), Path::new("c.csv"), "curtain", Values::Fractions)
+    }
+
+    #[test]
+    fn prices_may_be_below_nothing() {
+        let read = |price: &str| {
+            let table = format!("time,p\n2025-06-20T00:00+01:00,{price}\n");
+            read_series(table.as_bytes(), Path::new("p.csv"), "p", Values::Prices)
+        };
+        assert_eq!(read("-12.5").unwrap()[0].1, -12.5);
+        assert!(read("dear").unwrap_err().to_string().contains("p.csv:2: `dear` must be a price"));
     }
 
     #[test]

@@ -3,13 +3,15 @@
 use std::path::Path;
 
 use super::{
+    burning::{Burning, Entry, Lacking, Place},
     conditions::{Outside, Wrong},
-    hours::{HOUR, Lamp, local},
+    hours::Lamp,
     part::Part,
     places::Places,
 };
 use phylux_core::{
     error::{Error, Result, nearest},
+    math::units::Quantity,
     scene::world::Scene,
 };
 use phylux_files::{
@@ -20,31 +22,12 @@ use phylux_files::{
 };
 use phylux_results::result::BandResult;
 
-/// An entry of the control file, with the lamps and the place that it is about.
-struct Entry<'a> {
-    lamps: &'a LampControl,
-    /// Indices among the lights that are not daylight.
-    lights: Vec<usize>,
-    /// Index of the captor or group and band in the list of all places.
-    place: Option<usize>,
-    /// For each slot the fraction of it in which they may be on by the clock and the light outside,
-    /// and the fraction of their power to which they are dimmed.
-    may: Vec<f64>,
-    dim: Vec<f64>,
-    /// For each slot the fraction of it in which they are on, and the fraction of their energy.
-    on: Vec<f64>,
-    power: Vec<f64>,
-}
-
 /// The entries of a control file, and the places that they are about.
 #[derive(Default)]
 pub(super) struct Entries<'a> {
     all: Vec<Entry<'a>>,
     places: Vec<Place>,
 }
-
-/// A captor or group and a band, by index.
-pub(super) type Place = (usize, usize);
 
 /// Finds daylight in each slot.
 type DaylightAt<'a> = dyn Fn(&[Part], Place) -> Result<Vec<f64>> + Sync + 'a;
@@ -116,8 +99,15 @@ impl Controlled<'_> {
                     }
                 };
                 let may = self.outside.shares(&lamps.when(), &folder, &wrong)?;
-                let (on, power) = (Vec::new(), Vec::new());
-                entries.push(Entry { lamps, lights, place, may, dim, on, power });
+                let prices = match &lamps.prices {
+                    None => Vec::new(),
+                    Some(file) => {
+                        let wrong: Wrong = &|key, problem| wrong(&format!("/prices{key}"), problem);
+                        self.outside.prices(file, &folder, wrong)?
+                    }
+                };
+                let (on, power, lacking) = (Vec::new(), Vec::new(), Lacking::default());
+                entries.push(Entry { lamps, lights, place, may, dim, prices, on, power, lacking });
             }
         }
         let off: Vec<String> =
@@ -127,7 +117,8 @@ impl Controlled<'_> {
             let more =
                 if off.len() > 5 { format!(" and {} more", off.len() - 5) } else { String::new() };
             warnings.push(format!(
-                "lights that no control file names are off: {some}{more}; name them in a file for --control"
+                "lights that no control file names are off: {some}{more}; name them in a file for --control \
+                 (docs/year.md#the-control-file)"
             ));
         }
         Ok(Entries { all: entries, places })
@@ -141,13 +132,18 @@ impl Controlled<'_> {
         Entries { all: mut entries, places }: Entries,
         warnings: &mut Vec<String>,
     ) -> Result<Vec<(usize, Lamp)>> {
-        self.switch(parts, &mut entries, &places)?;
+        Burning::new(self.outside.slots, parts, (&entries, &places), self.places, |place| {
+            (self.daylight)(parts, place)
+        })?
+        .switch(&mut entries);
+        let quantity = parts[0].scene.quantity();
+        warnings.extend(entries.iter().filter_map(|entry| self.lacks(entry, &places, quantity)));
         for entry in entries.iter().filter(|entry| entry.lamps.fill_to.is_some()) {
             if entry.may.iter().any(|may| *may > 0.0) && entry.on.iter().all(|on| *on == 0.0) {
                 let of = entry.lamps.of.as_deref().unwrap_or_default();
                 warnings.push(format!(
                     "the lamps `{}` were never on: there is always enough light at `{of}` (`fill_to`), or theirs \
-                     does not reach it",
+                     does not reach it (docs/year.md#the-control-file)",
                     entry.lamps.lights
                 ));
             }
@@ -170,6 +166,22 @@ impl Controlled<'_> {
             }
         }
         Ok(switched)
+    }
+
+    /// Returns a warning if the lamps of an entry could not fill up some days.
+    fn lacks(&self, entry: &Entry, places: &[Place], quantity: Quantity) -> Option<String> {
+        let (amount, day) = entry.lacking.most.as_ref()?;
+        let [all, lacking] = entry.lacking.days;
+        let (id, _) = places[entry.place?];
+        let unit = match quantity {
+            Quantity::Micromole => "mol/m2",
+            Quantity::Watt => "MJ/m2",
+        };
+        Some(format!(
+            "`{}` cannot fill up {lacking} of {all} days at `{}` (`fill_day`): at most {amount:.2} {unit} lack, on {day}; \
+             give the lamps more hours or power (docs/year.md#filling-up-a-day)",
+            entry.lamps.lights, self.places.ids[id]
+        ))
     }
 
     /// Returns the captor or group and band that the conditions of an entry read; `None` if the
@@ -204,79 +216,12 @@ impl Controlled<'_> {
                 }
             }
         };
-        if lamps.until_dli.is_some() && !self.integrated[band] {
+        let of_days = [("/until_dli", lamps.until_dli), ("/fill_day", lamps.fill_day)];
+        let of_days = of_days.iter().find(|(_, given)| given.is_some());
+        if let (Some((key, _)), false) = (of_days, self.integrated[band]) {
             let problem = format!("no daily light integral of band `{}`", self.bands[band].name);
-            return Err(wrong("/until_dli", problem).remedy("name one within 400 to 700 nm"));
+            return Err(wrong(key, problem).remedy("name one within 400 to 700 nm"));
         }
         Ok(Some((id, band)))
-    }
-
-    /// Decides hour by hour how long the lamps of each entry are on. Entries are switched one after
-    /// the other, and each takes into account what those before it bring.
-    fn switch(&self, parts: &[Part], entries: &mut [Entry], places: &[Place]) -> Result<()> {
-        let brings = |part: &Part, entry: &Entry, (id, band): Place| -> Result<f64> {
-            let lights = entry.lights.iter().map(|&lamp| part.lamps[lamp]);
-            lights.map(|light| part.front(self.places, light, id, band)).sum()
-        };
-        // what each entry brings to each place at its full power, for each part
-        let of_part = |part: &Part| -> Result<Vec<Vec<f64>>> {
-            let of = |entry: &Entry| places.iter().map(|&at| brings(part, entry, at)).collect();
-            entries.iter().map(of).collect()
-        };
-        let full: Vec<Vec<Vec<f64>>> = parts.iter().map(of_part).collect::<Result<_>>()?;
-        let daylight: Vec<Vec<f64>> =
-            places.iter().map(|&place| (self.daylight)(parts, place)).collect::<Result<_>>()?;
-        let mut since_midnight = vec![0.0; places.len()];
-        let mut today = None;
-        for (s, slot) in self.outside.slots.iter().enumerate() {
-            let (day, _) = local(slot);
-            if today.replace(day) != Some(day) {
-                since_midnight.fill(0.0);
-            }
-            let daylight: Vec<f64> = daylight.iter().map(|of_place| of_place[s]).collect();
-            let amount = slot.length * HOUR;
-            for (sum, daylight) in since_midnight.iter_mut().zip(&daylight) {
-                *sum += amount * daylight;
-            }
-            // daylight and the lamps of the entries so far
-            let mut light = daylight.clone();
-            for (e, entry) in entries.iter_mut().enumerate() {
-                let full: Vec<f64> = (0..places.len())
-                    .map(|p| {
-                        parts.iter().zip(&full).map(|(part, f)| part.shares[s] * f[e][p]).sum()
-                    })
-                    .collect();
-                let lamps = entry.lamps;
-                let (mut on, mut strength) = (entry.may[s], entry.dim[s]);
-                let dim = |place: usize| lamps.below.is_none_or(|below| daylight[place] < below);
-                if !entry.place.is_none_or(dim) {
-                    on = 0.0;
-                }
-                if let (Some(fill_to), Some(place)) = (lamps.fill_to, entry.place) {
-                    let missing = (fill_to - light[place]).max(0.0);
-                    // a lamp that brings nothing there cannot fill up anything
-                    if full[place] <= 0.0 {
-                        strength = 0.0;
-                    } else if missing < strength * full[place] {
-                        strength = missing / full[place];
-                    }
-                }
-                if let (Some(until), Some(place)) = (lamps.until_dli, entry.place) {
-                    let missing = (until - since_midnight[place]).max(0.0);
-                    let brought = amount * strength * full[place];
-                    on = if missing < on * brought { missing / brought } else { on };
-                    on = if missing > 0.0 { on } else { 0.0 };
-                }
-                on = if strength > 0.0 { on } else { 0.0 };
-                let power = on * strength;
-                for ((sum, light), full) in since_midnight.iter_mut().zip(&mut light).zip(&full) {
-                    *light += power * full;
-                    *sum += amount * power * full;
-                }
-                entry.on.push(on);
-                entry.power.push(power);
-            }
-        }
-        Ok(())
     }
 }

@@ -1,8 +1,65 @@
-//! What is kept of the work of a year, in checkpoints and shards: rows of values with their errors,
-//! without those that are zero.
+//! What is kept of the work of a year, in checkpoints, in shards and in the folder of the year: rows
+//! of values with their errors, without those that are zero.
 
-use phylux_core::error::{Error, Result};
-use phylux_files::year_work::{Unit, YearWork};
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use phylux_core::{
+    error::{Error, Result},
+    transport::shard::Shard,
+};
+use phylux_files::{
+    work_file::WorkHead,
+    year_work::{Unit, YearWork},
+};
+
+/// The most bytes of light that a folder of a year keeps unless it is asked to.
+pub const USUAL_LIGHT: u64 = 256 << 20;
+/// The file of it.
+pub const LIGHT: &str = "light.work";
+
+/// The light of sun, sky and lamps that the folder of a year keeps, from which a year with other
+/// hours of its lamps is found without tracing any.
+pub struct KeptLight<'a> {
+    files: Vec<&'a YearWork>,
+    head: WorkHead,
+}
+
+impl<'a> KeptLight<'a> {
+    /// Takes what files hold of a year, whose head is `head`; `None` if it is more than `most`
+    /// bytes.
+    pub fn new(
+        files: impl Iterator<Item = &'a YearWork>,
+        head: &WorkHead,
+        most: u64,
+    ) -> Option<Self> {
+        let files: Vec<&YearWork> = files.collect();
+        let size = files.iter().map(|file| file.size()).sum::<Option<u64>>()?;
+        (size <= most).then(|| Self { files, head: head.of_shard(Shard::WHOLE) })
+    }
+
+    pub(super) fn write(&self, writer: &mut dyn Write) -> io::Result<()> {
+        YearWork::write_all(&self.files, &self.head, writer)
+    }
+
+    /// Returns the path of the light in the folder of a year. Error: it is no such folder, or has no
+    /// light.
+    pub fn path(folder: &Path) -> Result<PathBuf> {
+        let path = folder.join(LIGHT);
+        match (path.is_file(), folder.join("year.json").is_file()) {
+            (true, _) => Ok(path),
+            (false, true) => Err(Error::input(folder.display(), format!("holds no {LIGHT}"))
+                .remedy(
+                    "trace that year once more with --keep-light: it was too large to be kept, or a \
+                     phylux from before wrote it",
+                )),
+            (false, false) => Err(Error::input(folder.display(), "holds no year")
+                .remedy("name the folder that `phylux year` has written")),
+        }
+    }
+}
 
 /// Work that is done, and where more of it is kept.
 #[derive(Clone, Copy, Default)]

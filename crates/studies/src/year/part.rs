@@ -276,7 +276,7 @@ pub(super) fn too_few_photons(parts: &[Part], of: &str, lamps: Option<&[usize]>)
     let first = few.next()?;
     Some(format!(
         "fewer than {FEW_HISTORIES} photons of {of} arrived at a face of {} of {} captors (`{}` is the first): \
-         neither these values nor their errors can be relied on, and a 0 may be chance; trace more photons",
+         a 0 may be chance; trace more photons (docs/year.md#warnings-of-a-year)",
         1 + few.count(),
         captors.len(),
         captors[first].id

@@ -56,6 +56,10 @@ pub struct YearScenes {
     pub warnings: Vec<String>,
     /// All files that were read, in the order of reading.
     pub files: Vec<PathBuf>,
+    /// Those of them that the light of sun, sky and lamps depends on, whenever lamps are on.
+    of_light: Vec<PathBuf>,
+    /// The states and trackers of the control file, as text.
+    changes: String,
 }
 
 impl YearScenes {
@@ -69,13 +73,17 @@ impl YearScenes {
     ) -> Result<Self> {
         let base = load_by_hour(path, division)?;
         let mut files = base.files.clone();
+        let mut of_light = files.clone();
         if let Some((file, path)) = control {
             files.push(path.into());
             files.extend(file.series().map(|series| folder_of(path).join(&series.file)));
         }
         let Some((file, control)) = control.filter(|(file, _)| file.changes_scene()) else {
-            return Ok(Self { files, ..Self::plain(base) });
+            return Ok(Self { files, of_light, ..Self::plain(base) });
         };
+        let series = file.states.iter().filter_map(|state| state.series.as_ref());
+        of_light.extend(series.map(|series| folder_of(control).join(&series.file)));
+        let of_control = format!("{:?} {:?}", file.states, file.trackers);
         let Some(hourly) = &base.hourly else { return Ok(Self::plain(base)) };
         let name = control.display().to_string();
         let bytes = read_bytes(path).map_err(|why| Error::unreadable(path.display(), why))?;
@@ -110,7 +118,8 @@ impl YearScenes {
             // each angle of a tracker may hold for a short time
             if !on.is_empty() && !on.iter().any(|state| state.turns) && own < SHORT {
                 warnings.push(format!(
-                    "states {} hold for {own:.3} h only, without others, for which the scene is traced once more",
+                    "states {} hold for {own:.3} h only, without others, for which the scene is traced once more \
+                     (docs/year.md#states-screens-shades-whitewash)",
                     quoted(&said)
                 ));
             }
@@ -141,6 +150,7 @@ impl YearScenes {
                 }
             }
             files.extend(loaded.files.iter().cloned());
+            of_light.extend(loaded.files.iter().cloned());
             scenes.push(StateScene { loaded, shares, states: names });
         }
         if let (Some(base), Some(first)) = (base.take(), scenes.first_mut()) {
@@ -148,7 +158,7 @@ impl YearScenes {
             first.loaded.warnings = base.warnings;
         }
         let states = states.into_iter().map(|state| (state.name, state.shares)).collect();
-        Ok(Self { scenes, states, warnings, files })
+        Ok(Self { scenes, states, warnings, files, of_light, changes: of_control })
     }
 
     /// Returns whether there is direct sunlight in a slot.
@@ -162,21 +172,35 @@ impl YearScenes {
     /// The scene of a year without states.
     pub fn plain(loaded: LoadedScene) -> Self {
         let slots = loaded.hourly.as_ref().map_or(0, |hourly| hourly.slots.len());
+        let of_light = loaded.files.clone();
         let scene = StateScene { loaded, shares: vec![1.0; slots], states: Vec::new() };
-        let (states, warnings, files) = Default::default();
-        Self { scenes: vec![scene], states, warnings, files }
+        let (states, warnings, changes) = Default::default();
+        Self { scenes: vec![scene], states, warnings, files: Vec::new(), of_light, changes }
     }
 
     /// Returns a SHA-256 over all files that were read, in hexadecimal digits. Error: a file can no
     /// longer be read.
     pub fn digest(&self) -> Result<String> {
-        let mut hash = Sha256::new();
-        for file in self.files.iter().collect::<IndexSet<_>>() {
-            let bytes = read_bytes(file).map_err(|why| Error::unreadable(file.display(), why))?;
-            hash.update(Sha256::digest(&bytes));
-        }
+        Ok(hex(hash_of(&self.files)?))
+    }
+
+    /// Returns a SHA-256 over all that the light of sun, sky and lamps depends on, whenever lamps are
+    /// on: over the files of the scene, and the states and trackers of the control file. Error: a
+    /// file can no longer be read.
+    pub fn digest_of_light(&self) -> Result<String> {
+        let mut hash = hash_of(&self.of_light)?;
+        hash.update(&self.changes);
         Ok(hex(hash))
     }
+}
+
+fn hash_of(files: &[PathBuf]) -> Result<Sha256> {
+    let mut hash = Sha256::new();
+    for file in files.iter().collect::<IndexSet<_>>() {
+        let bytes = read_bytes(file).map_err(|why| Error::unreadable(file.display(), why))?;
+        hash.update(Sha256::digest(&bytes));
+    }
+    Ok(hash)
 }
 
 /// A state with the times at which it holds.
@@ -234,7 +258,10 @@ impl Changes<'_> {
             let place = format!("/states/{i}/changes");
             state.changes.keys().try_for_each(|pointer| self.check_pointer(pointer, &place))?;
             if shares.iter().all(|share| *share <= 0.0) {
-                warnings.push(format!("state {} never holds", quoted(&state.name)));
+                warnings.push(format!(
+                    "state {} never holds; look at its conditions (docs/year.md#states-screens-shades-whitewash)",
+                    quoted(&state.name)
+                ));
             }
             let changes = state.changes.iter().map(|(at, value)| (at.clone(), value.clone()));
             states.push(State {

@@ -11,6 +11,7 @@ use std::{
 use super::{
     Values, Year,
     hours::{Lamp, time},
+    kept::{KeptLight, LIGHT},
 };
 use crate::table::{Cell as Entry, Kind, TableFile};
 use phylux_core::{
@@ -55,6 +56,8 @@ pub struct YearTables {
     /// The files and their names: tables of values, the others, ratios of hours, and results of
     /// months.
     files: Vec<(String, OutputFile)>,
+    /// The file of the light.
+    light: OutputFile,
     /// Whether the tables of values are Parquet.
     parquet: bool,
     /// How the chart is written.
@@ -72,7 +75,7 @@ impl YearTables {
         folder: &Path,
         csv: bool,
         style: PlotStyle,
-        file: impl FnMut(&Path) -> Result<OutputFile>,
+        mut file: impl FnMut(&Path) -> Result<OutputFile>,
     ) -> Result<Self> {
         let ending = if csv { "csv" } else { TableFile::<OwnFile>::ENDING };
         let names = TABLES.iter().map(|name| format!("{name}.{ending}"));
@@ -81,8 +84,11 @@ impl YearTables {
             other => other.to_string(),
         };
         let names = names.chain(OTHERS.map(named)).collect();
+        let written = Written::read(folder, RECORD, REMEDY)?;
+        written.check(&[LIGHT.into()])?;
         let mut tables = Self {
-            written: Written::read(folder, RECORD, REMEDY)?,
+            light: file(&folder.join(LIGHT))?,
+            written,
             folder: folder.to_path_buf(),
             files: Vec::new(),
             parquet: ending == "parquet",
@@ -134,15 +140,17 @@ impl YearTables {
     }
 }
 
-/// Writes all tables and the chart. None of them may replace a file that was `read`.
-/// `progress` is told how many rows are written, and of how many.
+/// Writes all tables and the chart, and the light if it is to be kept. None of them may replace a
+/// file that was `read`. `progress` is told how many rows are written, and of how many.
 pub fn write(
     year: &Year,
     tables: YearTables,
+    kept: Option<&KeptLight>,
     read: &FilesRead,
     progress: &dyn Fn(u64, u64),
 ) -> Result<()> {
-    let YearTables { written, files, parquet, style, ratios: with_ratios, results, .. } = tables;
+    let YearTables { written, files, light, parquet, style, .. } = tables;
+    let (with_ratios, results) = (tables.ratios, tables.results);
     let mut files = files.into_iter();
     let mut next = || {
         let (name, file) = files.next().ok_or_else(|| Error::run("tables", "one is missing"))?;
@@ -202,6 +210,11 @@ pub fn write(
             write_json(&year.result(month)?, &mut file).map_err(unwritten)?;
             complete.push(file.complete()?);
         }
+    }
+    if let Some(kept) = kept {
+        let mut file = written.begin(LIGHT, light.open(read)?);
+        kept.write(&mut file).map_err(unwritten)?;
+        complete.push(file.complete()?);
     }
     complete.push(facts);
     written.put(complete)

@@ -16,10 +16,10 @@ const UNSEEN: f64 = 1e-3;
 pub(super) fn few_photons(parts: &[Part], lamps: &[(usize, Lamp)]) -> Vec<String> {
     let is_lit = |(_, lamp): &&(usize, Lamp)| lamp.on.iter().any(|on| *on > 0.0);
     let lit: Vec<usize> = lamps.iter().filter(is_lit).map(|(lamp, _)| *lamp).collect();
-    let daylight = parts.iter().any(Part::has_light_by_photons).then(|| {
-        let of = "daylight, but for what comes straight from the sun or by one flat mirror,";
-        too_few_photons(parts, of, None)
-    });
+    let daylight = parts
+        .iter()
+        .any(Part::has_light_by_photons)
+        .then(|| too_few_photons(parts, "daylight", None));
     let of_lamps = (!lit.is_empty()).then(|| too_few_photons(parts, "the lamps", Some(&lit)));
     [daylight, of_lamps].into_iter().flatten().flatten().collect()
 }
@@ -29,9 +29,8 @@ pub(super) fn few_photons(parts: &[Part], lamps: &[(usize, Lamp)]) -> Vec<String
 pub(super) fn interpolated(many: usize, all: usize) -> Option<String> {
     (many as f64 > MANY * all as f64).then(|| {
         format!(
-            "hours are interpolated: at {many} of {all} captors and groups scattered sunlight changes so \
-             fast with the sun's position that this, and not chance, makes up most of the errors of hours; \
-             sums over the period are right, and an hour that matters is best run by itself"
+            "hours are interpolated: at {many} of {all} captors and groups this makes up most of their errors; \
+             sums are right; run an hour that matters by itself (docs/year.md#warnings-of-a-year)"
         )
     })
 }
@@ -41,9 +40,8 @@ pub(super) fn interpolated(many: usize, all: usize) -> Option<String> {
 pub(super) fn hours_by_few(few: usize, all: usize) -> Option<String> {
     (few as f64 > MANY * all as f64).then(|| {
         format!(
-            "hours have few photons: at {few} of {all} captors and groups fewer than some {FEW_HISTORIES} make \
-             up the light of most hours on a face, so that single hours and their errors are rough; sums over \
-             the period have many more; trace more photons, or use groups"
+            "hours have few photons: at {few} of {all} captors and groups fewer than some {FEW_HISTORIES} make up \
+             most hours; sums have more; trace more, or use groups (docs/year.md#warnings-of-a-year)"
         )
     })
 }
@@ -54,9 +52,8 @@ pub(super) fn unseen_sun(unseen: &Unseen) -> Option<String> {
     let share = unseen.share();
     (share > UNSEEN).then(|| {
         format!(
-            "about {:.2} % of the daylight on the captors is sunlight that is mirrored or refracted otherwise than \
-             by one flat pane or mirror (unseen): it is interpolated between hours, so that single hours may \
-             be wrong by more than their errors say where it is bright; sums over the period are right",
+            "about {:.2} % of the daylight is sunlight by way of several or curved mirrors (unseen): single hours may \
+             be wrong by more than their errors, sums are right (docs/year.md#warnings-of-a-year)",
             100.0 * share
         )
     })
@@ -73,8 +70,7 @@ pub(super) fn other_areas(parts: &[Part]) -> Option<String> {
     let first = others.next()?;
     Some(format!(
         "states change the areas of {} of {} captors (`{}` is the first): light is per m2 of the area at the \
-         time, and areas and powers in captors.csv and results are those without states (or of one of them, \
-         if some always hold)",
+         time (docs/year.md#warnings-of-a-year)",
         1 + others.count(),
         captors.len(),
         captors[first].id
@@ -84,8 +80,8 @@ pub(super) fn other_areas(parts: &[Part]) -> Option<String> {
 /// Returns a warning if the scene asks for what surfaces absorb on each face: a year has their sum.
 pub(super) fn no_faces(parts: &[Part]) -> Option<String> {
     parts[0].scene.absorbed_by_face().then(|| {
-        "`absorbed_by_face`: a year tells what surfaces absorb on both faces together; a run tells it \
-         by face"
+        "`absorbed_by_face`: a year tells what surfaces absorb on both faces together; run an hour for each face \
+         (docs/year.md#warnings-of-a-year)"
             .into()
     })
 }

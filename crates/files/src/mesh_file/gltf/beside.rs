@@ -86,8 +86,8 @@ pub fn notes(document: &Document) -> Vec<String> {
     none(
         !clear.is_empty(),
         &format!(
-            "the alphaMode of {clear} is not read: its textures cut no outline, and nothing shines \
-             through; cut leaves in the modelling program, or give panes a `transparent` material"
+            "the alphaMode of {clear} is not read: textures cut no outline, and nothing shines through; cut \
+             leaves, or give panes a `transparent` material (docs/import.md#gltf)"
         ),
     );
     let lit = materials().filter(|(_, material)| material.emissive_factor.iter().any(|&e| e > 0.0));
