@@ -132,10 +132,10 @@ fn elasticities(run: &RunResult) -> Vec<Value> {
         .collect()
 }
 
-/// Returns the fraction of 95 % intervals over the seeds that hold the truth, for flux, absorbed power,
-/// ratios, layers and elasticities, as far as there are any, and prints the fraction of the worst value too. A truth from a long run has an
-/// error of its own, below an eighth of the interval's error, which widens the spread by less than
-/// 1 %.
+/// Returns the fraction of 95 % intervals over the seeds that hold the truth, for flux, absorbed
+/// power, ratios, layers and elasticities, as far as there are any, and prints the fraction of the
+/// worst value too. A truth from a long run has an error of its own, below an eighth of the
+/// interval's error, which widens the spread by less than 1 %.
 fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f64> {
     coverage_of(values, scene, path, method, truth)
 }
@@ -298,9 +298,9 @@ fn nightly_intervals_in_a_stand_hold_the_truth() {
     assert!(shares.iter().all(|share| (0.90..=0.99).contains(share)), "{shares:?}");
 }
 
-/// The same of elasticities, of bands, their sum and their ratio, at sensors and leaves, by photons and
-/// complete paths: 91 to 98 % of the intervals hold the truth. It is a run of seed 1000 with 600 times as
-/// many histories.
+/// The same of elasticities, of bands, their sum and their ratio, at sensors and leaves, by photons
+/// and complete paths: 91 to 98 % of the intervals hold the truth. It is a run of seed 1000 with
+/// 600 times as many histories.
 ///
 /// Seeds 1 to 200; the odds are those of the first test, for means over more values.
 #[test]

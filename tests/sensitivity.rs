@@ -54,8 +54,8 @@ pub fn elasticity(run: &RunResult, group: &str, face: &str, parameter: &str) -> 
     })
 }
 
-/// Returns the elasticity and its error from the values of two independent runs, of 5 % more and 5 % less
-/// of an input. Runs of one seed differ by less.
+/// Returns the elasticity and its error from the values of two independent runs, of 5 % more and 5
+/// % less of an input. Runs of one seed differ by less.
 pub fn difference((more, more_se): (f64, f64), (less, less_se): (f64, f64)) -> (f64, f64) {
     let span = 1.05f64.ln() - 0.95f64.ln();
     ((more / less).ln() / span, (more_se / more).hypot(less_se / less) / span)
@@ -347,13 +347,13 @@ fn ratios_in_a_furnace() {
     }
 }
 
-/// In a stand that repeats, whose plants are copies that share their triangles, under sun and sky, with
-/// a mirror in which the sun stands and a sensor with a response, elasticities are those of the
-/// difference between two runs, and photons with and without aimed flights find the same. (Paths alone
-/// do not find the sun in the mirror of a scene that repeats.)
+/// In a stand that repeats, whose plants are copies that share their triangles, under sun and sky,
+/// with a mirror in which the sun stands and a sensor with a response, elasticities are those of
+/// the difference between two runs, and photons with and without aimed flights find the same.
+/// (Paths alone do not find the sun in the mirror of a scene that repeats.)
 ///
-/// 4 inputs, 4 values: 16 differences of complete paths within 4 standard errors of both, and 2 methods
-/// of 16 values against them; odds of a false alarm 3e-3.
+/// 4 inputs, 4 values: 16 differences of complete paths within 4 standard errors of both, and 2
+/// methods of 16 values against them; odds of a false alarm 3e-3.
 #[test]
 fn a_stand_under_the_sun() {
     let usual = [0.45, 0.35, 0.3, 0.8];
@@ -446,8 +446,8 @@ fn a_stand_under_the_sun() {
     }
 }
 
-/// `--sensitivity` gives the bytes that the key gives, for all inputs and for some; a shard has none of
-/// the option, and what is not in the scene is refused at the option.
+/// `--sensitivity` gives the bytes that the key gives, for all inputs and for some; a shard has
+/// none of the option, and what is not in the scene is refused at the option.
 #[test]
 fn the_option_is_the_key() {
     let world = mixed(0.6, [0.3, 0.25], 0.8, 0.5);

@@ -1,5 +1,5 @@
-//! How much results depend on the tints of panes and solids, and on covers: closed forms, differences
-//! between runs, and the same by every estimator.
+//! How much results depend on the tints of panes and solids, and on covers: closed forms,
+//! differences between runs, and the same by every estimator.
 
 use phylux::{Estimator, Guiding, RunResult};
 use serde_json::{Value, json};
@@ -12,8 +12,8 @@ use crate::{
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 const IOR: f64 = 1.5;
 
-/// Returns the shares of the light that a pane mirrors and lets through at a cosine of incidence, by the
-/// formulas of docs/scene-format.md.
+/// Returns the shares of the light that a pane mirrors and lets through at a cosine of incidence,
+/// by the formulas of docs/scene-format.md.
 fn pane(cos: f64, tint: f64) -> [f64; 2] {
     let inside = (1.0 - (1.0 - cos * cos) / (IOR * IOR)).sqrt();
     let passage = tint.powf(1.0 / inside);
@@ -33,12 +33,12 @@ fn slope(f: impl Fn(f64) -> f64, x: f64) -> f64 {
     (f(x * step.exp()).ln() - f(x * (-step).exp()).ln()) / (2.0 * step)
 }
 
-/// A beam meets a pane at an angle. What goes through, what is mirrored and what the pane absorbs depend
-/// on its tint as the formulas of the pane do: light that has been to and fro in it counts for each
-/// passage, by the length of the way.
+/// A beam meets a pane at an angle. What goes through, what is mirrored and what the pane absorbs
+/// depend on its tint as the formulas of the pane do: light that has been to and fro in it counts
+/// for each passage, by the length of the way.
 ///
-/// What goes straight is exact. Photons, aimed flights and complete paths, 2 angles of 2 bands: 24 other
-/// comparisons within 4 standard errors, odds of a false alarm 1.5e-3.
+/// What goes straight is exact. Photons, aimed flights and complete paths, 2 angles of 2 bands: 24
+/// other comparisons within 4 standard errors, odds of a false alarm 1.5e-3.
 #[test]
 fn a_beam_on_a_pane() {
     let tints = [0.9, 0.4];
@@ -86,12 +86,12 @@ fn a_beam_on_a_pane() {
     }
 }
 
-/// Of the sun that two parallel panes mirror to a sensor, the second shows it through the first: with R
-/// and T of the panes, R1 + T1² R2 / (1 - R1 R2) of the light arrives. Paths search each pane for the
-/// sun, and photons go to and fro.
+/// Of the sun that two parallel panes mirror to a sensor, the second shows it through the first:
+/// with R and T of the panes, R1 + T1² R2 / (1 - R1 R2) of the light arrives. Paths search each
+/// pane for the sun, and photons go to and fro.
 ///
-/// Photons and complete paths, 2 tints: 4 comparisons within 4 standard errors, odds of a false alarm
-/// 3e-4.
+/// Photons and complete paths, 2 tints: 4 comparisons within 4 standard errors, odds of a false
+/// alarm 3e-4.
 #[test]
 fn the_sun_in_two_panes() {
     let tints = [0.85, 0.95];
@@ -130,9 +130,9 @@ fn the_sun_in_two_panes() {
     }
 }
 
-/// Light crosses the surface of a solid of index 1 twice, so that what comes to a sensor behind it has
-/// the elasticity 2, exactly. It absorbs 1 - t² of what comes, which has the elasticity
-/// -2 t² / (1 - t²); complete paths and photons find it within 4 standard errors.
+/// Light crosses the surface of a solid of index 1 twice, so that what comes to a sensor behind it
+/// has the elasticity 2, exactly. It absorbs 1 - t² of what comes, which has the elasticity -2 t² /
+/// (1 - t²); complete paths and photons find it within 4 standard errors.
 #[test]
 fn a_slab_of_index_1() {
     let tint = 0.8;
@@ -181,8 +181,8 @@ fn glazed(pane: f64, solid: f64, film: f64) -> World {
         .light(json!({ "type": "point", "position": [-0.6, 0.6, 0.7], "power": [10, 20] }))
 }
 
-/// In a room with a pane, a solid and a cover, the elasticities by their tints, and those of ratios, are
-/// those of the difference between two runs, and all methods agree with each other.
+/// In a room with a pane, a solid and a cover, the elasticities by their tints, and those of
+/// ratios, are those of the difference between two runs, and all methods agree with each other.
 ///
 /// 3 inputs, 3 values each: 9 differences of complete paths within 4 standard errors of both, and 4
 /// methods of 9 values against them; odds of a false alarm 3e-3.

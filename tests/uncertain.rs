@@ -166,12 +166,13 @@ fn spread_of_a_design_of_runs() {
     }
 }
 
-/// In a small room, the uncertainty is within 10 % of the spread of 200 scenes whose inputs are drawn
-/// from normal distributions of the stated deviations; so is that of the plants' absorbed light.
+/// In a small room, the uncertainty is within 10 % of the spread of 200 scenes whose inputs are
+/// drawn from normal distributions of the stated deviations; so is that of the plants' absorbed
+/// light.
 ///
 /// Seed 1, 2e5 paths each. The spread of 200 scenes has a standard error of 5 %; all inputs enter
-/// nearly linearly, so that the spread of what the derivatives make of the same draws differs from it
-/// by the same chance: their ratio is known to 1 %.
+/// nearly linearly, so that the spread of what the derivatives make of the same draws differs from
+/// it by the same chance: their ratio is known to 1 %.
 #[test]
 #[ignore = "takes minutes: .ci/nightly runs it"]
 fn nightly_spread_of_drawn_scenes() {

@@ -312,7 +312,7 @@ class Scene:
         if sensitivity is not None:
             scene = self.copy()
             names = [sensitivity] if isinstance(sensitivity, str) else sensitivity
-            scene._keys["sensitivity"] = names if isinstance(names, bool) else list(names)
+            scene.keys["sensitivity"] = names if isinstance(names, bool) else list(names)
         loaded = scene._load()
         with shown.Progress(progress) as tell:
             found = loaded.run(_options(given), tell)

@@ -65,9 +65,9 @@ pub fn run_settings(options: &[String], of_scene: &Settings) -> Result<Settings>
     parsed.arguments.settings(of_scene.clone())
 }
 
-/// Runs the scene with options of `phylux run`, but for `--sensitivity`, which belongs to the scene. A run with `--checkpoint` goes on from its file if
-/// that exists, and the file is removed once the result is known. Errors: those of
-/// [`run_settings`], and those of a run.
+/// Runs the scene with options of `phylux run`, but for `--sensitivity`, which belongs to the
+/// scene. A run with `--checkpoint` goes on from its file if that exists, and the file is removed
+/// once the result is known. Errors: those of [`run_settings`], and those of a run.
 pub fn found(loaded: &LoadedScene, options: &[String], control: &Control) -> Result<RunResult> {
     let RunOptions { arguments } = parse(&["phylux", "scene"], options)?;
     if arguments.asks_for_sensitivity() {

@@ -94,8 +94,8 @@ pub(super) struct Arguments {
     /// Also write what each light contributes, for `phylux mix`; with photons only
     #[arg(long)]
     by_light: bool,
-    /// Also find how much results depend on materials and lights: on all, or with =NAME on this one;
-    /// can be given several times, and takes the place of the scene's key `sensitivity`
+    /// Also find how much results depend on materials and lights: on all, or with =NAME on this
+    /// one; can be given several times, and takes the place of the scene's key `sensitivity`
     #[arg(long, value_name = "NAME", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     sensitivity: Option<Vec<String>>,
     /// Trace the I-th of N shards of the run; `phylux merge` joins their files to the results

@@ -245,9 +245,9 @@ fn light(result: &Value) -> Vec<(f64, f64)> {
     all
 }
 
-/// Runs that differ in the tint of a solid share their histories, and have the light of runs of their
-/// own: behind a slab of index 1 it is in proportion to the square of the tint. Those that differ in the
-/// tint of a pane are run one by one.
+/// Runs that differ in the tint of a solid share their histories, and have the light of runs of
+/// their own: behind a slab of index 1 it is in proportion to the square of the tint. Those that
+/// differ in the tint of a pane are run one by one.
 #[test]
 fn runs_share_histories_through_solids() {
     let slab = Mesh::cuboid([-0.5, -0.5, 0.0], [0.5, 0.5, 0.1]);

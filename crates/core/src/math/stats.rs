@@ -174,7 +174,8 @@ impl RunningFour {
         self.sums.map(|sum| sum / batches as f64)
     }
 
-    /// Returns the standard error of the sum of the means, each times its weight, from two batches on.
+    /// Returns the standard error of the sum of the means, each times its weight, from two batches
+    /// on.
     pub fn error_of(&self, weights: [f64; 4], batches: u64) -> Option<f64> {
         let (n, means) = (batches as f64, self.means(batches));
         let each = self.products.iter().zip(Self::pairs()).map(|(product, (i, j))| {
@@ -187,8 +188,8 @@ impl RunningFour {
 }
 
 /// Returns the difference of two ratios of means, of the first mean to the second less that of the
-/// third to the fourth, and, to first order (the delta method), its standard error. `None` where the
-/// second or the fourth mean is not above 0.
+/// third to the fourth, and, to first order (the delta method), its standard error. `None` where
+/// the second or the fourth mean is not above 0.
 pub fn difference_of_ratios(of: &RunningFour, batches: u64) -> Option<(f64, Option<f64>)> {
     let [a, b, c, d] = of.means(batches);
     let [first, second] = (b > 0.0 && d > 0.0).then(|| [a / b, c / d])?;

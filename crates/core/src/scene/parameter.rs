@@ -79,7 +79,8 @@ impl Sent {
     /// The number of ways.
     pub const WAYS: usize = 5;
 
-    /// Returns how a lobe sends light on; `None` for total reflection, to which no parameter belongs.
+    /// Returns how a lobe sends light on; `None` for total reflection, to which no parameter
+    /// belongs.
     #[inline]
     pub fn by(lobe: LobeKind) -> Option<Self> {
         match lobe {
@@ -181,9 +182,9 @@ impl Parameters {
         self.all.iter().filter(|_| self.variants.is_empty())
     }
 
-    /// Adds a scene with other values of the parameters, in whose lists these are, in so many lanes.
-    /// Error: a parameter is 0 in a band, where light could not be scaled, or is the tint of a pane,
-    /// which is no factor on light.
+    /// Adds a scene with other values of the parameters, in whose lists these are, in so many
+    /// lanes. Error: a parameter is 0 in a band, where light could not be scaled, or is the tint of
+    /// a pane, which is no factor on light.
     pub(super) fn add_variant(
         &mut self,
         lights: [&[Light]; 2],

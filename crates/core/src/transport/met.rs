@@ -54,8 +54,8 @@ impl<L: Lanes> Met<L> {
         }
     }
 
-    /// Counts that a lobe of a material, given by its index, has sent on light that came to a face of
-    /// it. It came as the interaction tells, or goes so, against the direction of a path.
+    /// Counts that a lobe of a material, given by its index, has sent on light that came to a face
+    /// of it. It came as the interaction tells, or goes so, against the direction of a path.
     fn add_way(
         &mut self,
         scene: &Scene,
@@ -79,8 +79,8 @@ impl<L: Lanes> Met<L> {
         self.add_way(scene, (place.material, place.at.front), &place.at, lobe);
     }
 
-    /// Counts light that a surface sends against the direction of a path, which has come to it and goes
-    /// on by a lobe: the light comes to the face to which the path goes on.
+    /// Counts light that a surface sends against the direction of a path, which has come to it and
+    /// goes on by a lobe: the light comes to the face to which the path goes on.
     pub fn sent_back(&mut self, scene: &Scene, place: Place, lobe: LobeKind) {
         let front = place.at.front != lobe.crosses();
         self.add_way(scene, (place.material, front), &place.at, lobe);
@@ -99,8 +99,8 @@ impl<L: Lanes> Met<L> {
         }
     }
 
-    /// Returns by what light that has met these is multiplied in a variant of the scene. Parameters that
-    /// enter by other powers are the same in all variants.
+    /// Returns by what light that has met these is multiplied in a variant of the scene. Parameters
+    /// that enter by other powers are the same in all variants.
     pub fn factor(&self, variant: &Variant, lanes: usize) -> Spectrum<L> {
         let one = Spectrum::splat(lanes, 1.0);
         self.times.iter().fold(one, |all, &(parameter, times)| {
@@ -247,7 +247,8 @@ pub trait Along<L: Lanes>: Clone + Default {
         None
     }
 
-    /// Counts light that the path has found. `more` adds what it has met elsewhere than on the path.
+    /// Counts light that the path has found. `more` adds what it has met elsewhere than on the
+    /// path.
     #[inline(always)]
     fn found(&mut self, _scene: &Scene, _light: &Spectrum<L>, _more: impl FnOnce(&mut Met<L>)) {}
 }

@@ -16,9 +16,9 @@
 //! small: `chance` finds the captors concerned.
 //!
 //! Reading order: `face` (where paths start), `Path::follow` (how they go on), `vertex` and
-//! `choice` (how a point is joined with a light), `course` (what that light has met), `reflectors` and `spots` (what the pilot run
-//! learns), `unseen` and `chance` (what paths miss), `joined` (the use of next-event estimation for
-//! pictures).
+//! `choice` (how a point is joined with a light), `course` (what that light has met), `reflectors`
+//! and `spots` (what the pilot run learns), `unseen` and `chance` (what paths miss), `joined` (the
+//! use of next-event estimation for pictures).
 
 mod chance;
 mod choice;

@@ -50,7 +50,8 @@ pub struct SensitivityResult {
     pub ratios: Option<RatioSensitivity>,
 }
 
-/// How much the ratios of a face of a captor or group, or of what it absorbs, depend on a parameter.
+/// How much the ratios of a face of a captor or group, or of what it absorbs, depend on a
+/// parameter.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct RatioSensitivity {
     /// By how many per cent each ratio changes for 1 % more of the parameter: the elasticity of its
@@ -58,11 +59,11 @@ pub struct RatioSensitivity {
     pub elasticity: Vec<Option<f64>>,
     /// Standard error of the value above.
     pub elasticity_se: Vec<Option<f64>>,
-    /// Change of each ratio for one unit of the parameter, if all bands change by the same amount. Null
-    /// where no number of the scene file stands for the parameter, and where that is 0.
+    /// Change of each ratio for one unit of the parameter, if all bands change by the same amount.
+    /// Null where no number of the scene file stands for the parameter, and where that is 0.
     pub derivative: Vec<Option<f64>>,
-    /// Standard error of the value above; null also where the parameter differs between bands of the
-    /// ratio.
+    /// Standard error of the value above; null also where the parameter differs between bands of
+    /// the ratio.
     pub derivative_se: Vec<Option<f64>>,
 }
 
@@ -268,8 +269,8 @@ fn sensitivity(
     })
 }
 
-/// Returns how the ratios of a face depend on a parameter, of which the moment in each band is given;
-/// `None` if the scene has none.
+/// Returns how the ratios of a face depend on a parameter, of which the moment in each band is
+/// given; `None` if the scene has none.
 fn of_ratios(
     simulation: &Simulation,
     face: &Face,

@@ -1,4 +1,5 @@
-// What the light of a captor or group depends on: the inputs that matter most, with errors, and how uncertain they make it.
+// What the light of a captor or group depends on: the inputs that matter most, with errors, and how
+// uncertain they make it.
 
 const SHOWN_INPUTS = 6;
 /** The captor and the group that are shown; the group is that of which a row of the table was clicked last. */

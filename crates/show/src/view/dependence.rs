@@ -1,5 +1,5 @@
-//! What the light of captors and groups depends on, for the page: the inputs that matter most, and how
-//! uncertain inputs make it.
+//! What the light of captors and groups depends on, for the page: the inputs that matter most, and
+//! how uncertain inputs make it.
 
 use serde_json::{Value, json};
 

@@ -49,7 +49,8 @@ pub fn is_optical(scene: &Value, parameter: &Parameter) -> bool {
                 !(has("specular") && has("exponent"))
             }
             (Some("leaf"), _, "reflectance" | "transmittance") => !has("prospect"),
-            // the tint of a solid; that of a pane is no factor on light, as light goes to and fro in it
+            // the tint of a solid; that of a pane is no factor on light, as light goes to and fro
+            // in it
             (Some("transparent"), false, "tint") => flag("thin") != Some(true),
             (Some("leaf"), false, "tint") => flag("thin") == Some(false),
             _ => false,

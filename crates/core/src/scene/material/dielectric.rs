@@ -193,9 +193,9 @@ impl Pane {
         Shares { mirrored, passed, absorbed: 0.5 * (s.absorbed + p.absorbed) }
     }
 
-    /// Returns the power with which the tint enters into what is mirrored, if it `mirrors`, or into what
-    /// goes straight on: d ln f / d ln tint. Light that goes through between the faces k times brings
-    /// k / cosine inside. 0 where there is no light.
+    /// Returns the power with which the tint enters into what is mirrored, if it `mirrors`, or into
+    /// what goes straight on: d ln f / d ln tint. Light that goes through between the faces k times
+    /// brings k / cosine inside. 0 where there is no light.
     fn power(faces: &Fresnel, tint: f32, mirrors: bool) -> f32 {
         let passage = tint.powf(1.0 / faces.cos_refracted);
         let mut sums = [0.0; 2];
@@ -208,8 +208,8 @@ impl Pane {
                 continue;
             }
             let passed = enters * enters * passage / left;
-            // the mean number of passages of what goes straight on; what is mirrored from within makes
-            // one more
+            // the mean number of passages of what goes straight on; what is mirrored from within
+            // makes one more
             let passages = (1.0 + twice * twice) / left;
             let (all, counted) = match mirrors {
                 true => (f + twice * passed, twice * passed * (passages + 1.0)),

@@ -203,8 +203,9 @@ impl Scene {
         passes.then_some(through)
     }
 
-    /// Returns whether light goes straight along a ray, as far as `distance`, m, which may be infinite.
-    /// `pass` is told of each pane and cover on the way, in any order, with what it lets through.
+    /// Returns whether light goes straight along a ray, as far as `distance`, m, which may be
+    /// infinite. `pass` is told of each pane and cover on the way, in any order, with what it lets
+    /// through.
     #[inline(always)]
     pub fn passes_straight<L: Lanes>(
         &self,

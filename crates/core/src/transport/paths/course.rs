@@ -42,8 +42,8 @@ pub(super) enum Course {
     },
 }
 
-/// Counts light that a path has found at a vertex, where it comes by itself, with what it has met on
-/// its course. `more` adds what it meets between the vertex and the captor, beside the path.
+/// Counts light that a path has found at a vertex, where it comes by itself, with what it has met
+/// on its course. `more` adds what it meets between the vertex and the captor, beside the path.
 #[inline(always)]
 pub(super) fn count<L: Lanes, A: Along<L>>(
     account: &mut A,
@@ -120,8 +120,8 @@ fn count_by<L: Lanes, A: Along<L>>(
     }
 }
 
-/// Counts the panes and covers that light passes straight, against the direction of a ray, as far as
-/// `distance`, m.
+/// Counts the panes and covers that light passes straight, against the direction of a ray, as far
+/// as `distance`, m.
 fn pass<L: Lanes>(scene: &Scene, ray: impl Fn() -> Ray, distance: f32, met: &mut Met<L>) {
     if !scene.parameters().goes_straight() {
         return;

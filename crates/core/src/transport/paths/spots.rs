@@ -213,8 +213,8 @@ pub(super) enum Passage<'a> {
 
 /// Follows a ray straight, also through panes and covers, to the first surface that does not let
 /// light straight through. Returns its arrival there, and the fraction of the light that comes
-/// there, per band. `None` if the ray leaves the scene. `on` receives each face of a captor, pane and
-/// cover on the way, with the fraction of the light that comes to it.
+/// there, per band. `None` if the ray leaves the scene. `on` receives each face of a captor, pane
+/// and cover on the way, with the fraction of the light that comes to it.
 pub(super) fn straight<L: Lanes>(
     scene: &Scene,
     mut ray: Ray,

@@ -63,8 +63,8 @@ pub struct Totals {
     /// Empty if no moments are asked for; without the channels of captors if these are too many.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     moments: Vec<RunningPair>,
-    /// For each parameter, channel as above, and ratio the moment and the value of its numerator and of
-    /// its denominator.
+    /// For each parameter, channel as above, and ratio the moment and the value of its numerator
+    /// and of its denominator.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     ratio_moments: Vec<RunningFour>,
 }
@@ -199,8 +199,8 @@ impl Totals {
         Some(pairs.iter().map(|pair| pair.estimate(self.batches)))
     }
 
-    /// Returns for each ratio how the moments and the values of its two sums were found in a channel of a
-    /// captor or group, and over how many batches. `None` where no moments are kept.
+    /// Returns for each ratio how the moments and the values of its two sums were found in a
+    /// channel of a captor or group, and over how many batches. `None` where no moments are kept.
     pub fn ratio_moments(
         &self,
         scene: &Scene,
