@@ -53,7 +53,7 @@ use crate::{
         trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
     },
 };
-use course::Course;
+use course::{Course, Lit};
 pub use face::{Face, PathScore};
 pub use joined::Joined;
 #[doc(hidden)]
@@ -86,18 +86,6 @@ struct Leg {
     aimed: Option<usize>,
     /// Whether no pane lies between `at` and the origin of the ray.
     unbroken: bool,
-}
-
-/// Light that comes to a point of a path by itself, without the path going on.
-struct Lit<L> {
-    /// Where it comes from, a unit vector.
-    towards: Vec3,
-    /// Its irradiance across that direction, divided by the density of the choice.
-    irradiance: Spectrum<L>,
-    /// Index of its light.
-    light: usize,
-    /// The way by which it comes.
-    course: Course,
 }
 
 /// How the next direction of a path is chosen.

@@ -1,8 +1,10 @@
-//! The ways by which light comes to a point of a path by itself, and what it has met there.
+//! Light that comes to a point of a path by itself: the ways by which it comes, and what it has met
+//! there.
+
+use glam::Vec3;
 
 use super::{
-    Lit, by_way_of,
-    mirrored::Step,
+    mirrored::{Step, by_way_of},
     spots::{self, Passage},
     vertex::Vertex,
 };
@@ -19,7 +21,17 @@ use crate::{
     transport::met::{Along, Met, Place},
 };
 
-use glam::Vec3;
+/// Light that comes to a point of a path by itself, without the path going on.
+pub(super) struct Lit<L> {
+    /// Where it comes from, a unit vector.
+    pub towards: Vec3,
+    /// Its irradiance across that direction, divided by the density of the choice.
+    pub irradiance: Spectrum<L>,
+    /// Index of its light.
+    pub light: usize,
+    /// The way by which it comes.
+    pub course: Course,
+}
 
 /// A way by which light comes to a point.
 #[derive(Clone, Copy)]
