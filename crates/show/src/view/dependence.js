@@ -15,8 +15,10 @@ function inputName(parameter) {
 function placesOfInputs() {
   if (shownInputs.group) return [{ group: shownInputs.group }];
   if (shownInputs.captor < 0) return [];
-  const own = { captor: facts.captors[shownInputs.captor] };
-  return [own, ...facts.dependence.groups[shownInputs.captor].map((group) => ({ group }))];
+  const captor = facts.captors[shownInputs.captor];
+  // a captor that is a group by itself is told once
+  const groups = facts.dependence.groups[shownInputs.captor].filter((group) => group !== captor);
+  return [{ captor }, ...groups.map((group) => ({ group }))];
 }
 
 /** Shows what a group depends on, of which a row was clicked. */
