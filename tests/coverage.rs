@@ -298,9 +298,10 @@ fn nightly_intervals_in_a_stand_hold_the_truth() {
     assert!(shares.iter().all(|share| (0.90..=0.99).contains(share)), "{shares:?}");
 }
 
-/// The same of elasticities, of bands, their sum and their ratio, at sensors and leaves, by photons
-/// and complete paths: 91 to 98 % of the intervals hold the truth. It is a run of seed 1000 with
-/// 200 times as many histories.
+/// The same of elasticities, of bands, their sum and their ratio, at sensors and leaves: 91 to 98 %
+/// of the intervals hold the truth by complete paths. By photons it is 85 % at least, because light
+/// that few of the 5,000 photons have brought varies more than these few tell. The truth is a run of
+/// seed 1000 with 600 times as many histories.
 ///
 /// Seeds 1 to 200; the odds are those of the first test, for means over more values.
 #[test]
@@ -311,12 +312,11 @@ fn nightly_intervals_of_elasticities_hold_the_truth() {
         .with("sensitivity", json!(["wall", "leaf", "mirror", "board"]));
     let scene = world.write();
     let path = scene.path("scene.json");
-    let mut shares = Vec::new();
-    for method in [photons(50_000), complete_paths(20_000)] {
-        let longer = Method { count: LONGER * method.count, ..method };
+    for (method, least) in [(photons(5_000), 0.85), (complete_paths(5_000), 0.91)] {
+        let longer = Method { count: 3 * LONGER * method.count, ..method };
         let truth = elasticities(&run(&path, longer, 1000));
         assert!(truth.len() > 40, "{}", truth.len());
-        shares.extend(coverage_of(elasticities, "room", &path, method, &truth));
+        let shares = coverage_of(elasticities, "room", &path, method, &truth);
+        assert!(shares.iter().all(|share| (least..=0.98).contains(share)), "{shares:?}");
     }
-    assert!(shares.iter().all(|share| (0.91..=0.98).contains(share)), "{shares:?}");
 }
