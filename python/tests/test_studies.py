@@ -341,7 +341,7 @@ def test_ratios_have_sensitivities():
     scene.light("red", type="point", position=[0, 0, 1], power=[100, 0])
     scene.light("both", type="point", position=[0, 0, 1], power=[100, 100])
     scene.captor("sensor", discs=px.grid(0, 0, 0, radius=0.1))
-    table = scene.run(photons=20_000, seed=1, k=0, guiding="off", sensitivity=True).sensitivity
+    table = scene.run(photons=200_000, seed=1, k=0, guiding="off", sensitivity=True).sensitivity
     found = table[table.group.notna() & (table.face == "front")].set_index(["parameter", "band"]).elasticity
     # half of the red light is that of the lamp that has no other
     assert found["/lights/0/power", "r_fr"] == pytest.approx(found["/lights/0/power", "red"])
