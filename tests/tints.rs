@@ -187,7 +187,8 @@ fn glazed(pane: f64, solid: f64, film: f64) -> World {
 /// 3 inputs, 3 values each: 9 differences of complete paths within 4 standard errors of both, and 4
 /// methods of 9 values against them; odds of a false alarm 3e-3.
 #[test]
-fn differences_between_runs_in_a_glazed_room() {
+#[ignore = "takes minutes: .ci/nightly runs it"]
+fn nightly_differences_between_runs_in_a_glazed_room() {
     let usual = [0.8, 0.85, 1.0];
     let at = |which: usize, factor: f64| {
         let mut values = usual;
