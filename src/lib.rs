@@ -88,9 +88,9 @@ pub mod results {
         EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity, GroupResult,
         HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult, LampElectricity,
         LayerResult, Lit, MapResult, Model, ModelErrors, NearestResult, PerKwh, PlaneElectricity,
-        RatioResult, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings, SensitivityResult,
-        Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity, Varied, Warning,
-        WorstResult, YearFacts,
+        RatioResult, RatioSensitivity, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings,
+        SensitivityResult, Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity,
+        Varied, Warning, WorstResult, YearFacts,
     };
 }
 

@@ -95,6 +95,11 @@ fn a_run_with_a_tolerance_that_is_killed_ten_times_finds_the_same_bytes() {
 }
 
 #[test]
+fn a_run_with_sensitivities_that_is_killed_ten_times_finds_the_same_bytes() {
+    killed_ten_times("--sensitivity --k 0", 0);
+}
+
+#[test]
 fn an_interrupted_run_of_paths_says_how_to_go_on_and_does() {
     for estimator in ["paths", "complete"] {
         let scene = scene();

@@ -14,6 +14,7 @@ use serde_json::json;
 
 use crate::{
     common::run_file,
+    sensitivity::mixed,
     stability::furnace,
     world::{Mesh, World, back, front},
 };
@@ -105,16 +106,57 @@ fn values(run: &RunResult) -> Vec<Value> {
     all
 }
 
-/// Returns the fraction of 95 % intervals over the seeds that hold the truth, for flux, absorbed power,
-/// ratios and layers, as far as there are any, and prints the fraction of the worst value too. A truth from a long run has an
-/// error of its own, below an eighth of the interval's error, which widens the spread by less than
-/// 1 %.
+/// Returns the elasticity of every group and face by every parameter, in every band and sum, and of
+/// every ratio.
+fn elasticities(run: &RunResult) -> Vec<Value> {
+    let groups = run.sensitivity.iter().flatten().filter(|row| row.group.is_some());
+    groups
+        .flat_map(|row| {
+            let of_ratios = row.ratios.as_ref().map(|of| (&of.elasticity, &of.elasticity_se));
+            let lists = [Some((&row.elasticity, &row.elasticity_se)), of_ratios];
+            let names = ["band", "ratio"].into_iter().zip(lists);
+            names.flat_map(move |(name, lists)| {
+                let pairs = lists.into_iter().flat_map(|(e, se)| e.iter().zip(se)).enumerate();
+                pairs.map(move |(i, (value, error))| Value {
+                    what: format!(
+                        "elasticity, {}, {}, {}, {name} {i}",
+                        row.of(),
+                        row.face,
+                        row.parameter
+                    ),
+                    value: value.unwrap_or(0.0),
+                    error: *error,
+                })
+            })
+        })
+        .collect()
+}
+
+/// Returns the fraction of 95 % intervals over the seeds that hold the truth, for flux, absorbed
+/// power, ratios, layers and elasticities, as far as there are any, and prints the fraction of the
+/// worst value too. A truth from a long run has an error of its own, below an eighth of the
+/// interval's error, which widens the spread by less than 1 %.
 fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f64> {
+    coverage_of(values, scene, path, method, truth)
+}
+
+/// Does the same for what `values` takes of a run.
+fn coverage_of(
+    values: impl Fn(&RunResult) -> Vec<Value>,
+    scene: &str,
+    path: &Path,
+    method: Method,
+    truth: &[Value],
+) -> Vec<f64> {
     let mut held = vec![0u32; truth.len()];
     let mut errors = vec![0.0; truth.len()];
     for seed in 1..=SEEDS {
-        let found = values(&run(path, method, seed));
-        for (i, (truth, found)) in truth.iter().zip(found).enumerate() {
+        let all = values(&run(path, method, seed));
+        for (i, truth) in truth.iter().enumerate() {
+            // light that has met nothing of an input has no row
+            let own = all.get(i).filter(|found| found.what == truth.what);
+            let own = own.or_else(|| all.iter().find(|found| found.what == truth.what));
+            let Some(found) = own else { continue };
             let error = found.error.unwrap_or(0.0);
             errors[i] += error / SEEDS as f64;
             held[i] += u32::from((found.value - truth.value).abs() <= 1.98 * error);
@@ -125,11 +167,15 @@ fn coverage(scene: &str, path: &Path, method: Method, truth: &[Value]) -> Vec<f6
         assert!(known, "{scene}: {}: {:?} of {error}", truth.what, truth.error);
     }
     let mut shares = Vec::new();
-    for kind in ["flux", "absorbed", "ratio", "layer"] {
+    for kind in ["flux", "absorbed", "ratio", "layer", "elasticity"] {
         let each = || {
-            let all = truth.iter().zip(&held).filter(|(truth, _)| truth.what.contains(kind));
+            let is_of = move |truth: &Value| match truth.what.starts_with("elasticity") {
+                true => kind == "elasticity",
+                false => truth.what.contains(kind),
+            };
+            let all = truth.iter().zip(&held).filter(move |(truth, _)| is_of(truth));
             // where nothing can arrive there is no interval
-            let all = all.filter(|(truth, _)| truth.value > 0.0);
+            let all = all.filter(|(truth, _)| truth.value != 0.0);
             all.map(|(truth, held)| (f64::from(*held) / SEEDS as f64, &truth.what))
         };
         if each().next().is_none() {
@@ -250,4 +296,27 @@ fn nightly_intervals_in_a_stand_hold_the_truth() {
         shares.extend(found);
     }
     assert!(shares.iter().all(|share| (0.90..=0.99).contains(share)), "{shares:?}");
+}
+
+/// The same of elasticities, of bands, their sum and their ratio, at sensors and leaves: 91 to 98 %
+/// of the intervals hold the truth by complete paths. By photons it is 85 % at least, because light
+/// that few of the 5,000 photons have brought varies more than these few tell. The truth is a run of
+/// seed 1000 with 600 times as many histories.
+///
+/// Seeds 1 to 200; the odds are those of the first test, for means over more values.
+#[test]
+#[ignore = "takes minutes: .ci/nightly runs it"]
+fn nightly_intervals_of_elasticities_hold_the_truth() {
+    let world = mixed(0.6, [0.3, 0.25], 0.8, 0.5)
+        .with("ratios", json!({ "of": { "numerator": "b0", "denominator": "b1" } }))
+        .with("sensitivity", json!(["wall", "leaf", "mirror", "board"]));
+    let scene = world.write();
+    let path = scene.path("scene.json");
+    for (method, least) in [(photons(5_000), 0.85), (complete_paths(5_000), 0.91)] {
+        let longer = Method { count: 3 * LONGER * method.count, ..method };
+        let truth = elasticities(&run(&path, longer, 1000));
+        assert!(truth.len() > 40, "{}", truth.len());
+        let shares = coverage_of(elasticities, "room", &path, method, &truth);
+        assert!(shares.iter().all(|share| (least..=0.98).contains(share)), "{shares:?}");
+    }
 }

@@ -70,6 +70,7 @@ mod sums;
 mod surfaces;
 mod sweep;
 mod tables;
+mod tints;
 mod tolerance;
 mod truths;
 mod uncertain;

@@ -18,10 +18,10 @@ use crate::{
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
 /// A way to run a scene: the estimator, the guiding and the number of photons or paths.
-type Method = (Estimator, Guiding, u64);
+pub type Method = (Estimator, Guiding, u64);
 
 const PHOTONS: Method = (Estimator::Photons, Guiding::Off, 200_000);
-const METHODS: [Method; 5] = [
+pub const METHODS: [Method; 5] = [
     PHOTONS,
     (Estimator::Photons, Guiding::Aim, 60_000),
     (Estimator::Photons, Guiding::Full, 60_000),
@@ -29,7 +29,7 @@ const METHODS: [Method; 5] = [
     (Estimator::Complete, Guiding::Off, 60_000),
 ];
 
-fn run(world: &World, (estimator, guiding, photons): Method, seed: u64) -> RunResult {
+pub fn run(world: &World, (estimator, guiding, photons): Method, seed: u64) -> RunResult {
     let scene = world.write();
     run_file(&scene.path("scene.json"), |settings| {
         let photons = PhotonCount::new(photons).ok();
@@ -38,13 +38,13 @@ fn run(world: &World, (estimator, guiding, photons): Method, seed: u64) -> RunRe
     })
 }
 
-fn all(run: &RunResult) -> &[SensitivityResult] {
+pub fn all(run: &RunResult) -> &[SensitivityResult] {
     run.sensitivity.as_deref().expect("sensitivities")
 }
 
 /// Returns the elasticity of a group in a band, with its error; 0 where its light has never met the
 /// parameter.
-fn elasticity(run: &RunResult, group: &str, face: &str, parameter: &str) -> (f64, f64) {
+pub fn elasticity(run: &RunResult, group: &str, face: &str, parameter: &str) -> (f64, f64) {
     let is = |of: &&SensitivityResult| {
         of.group.as_deref() == Some(group) && of.face == face && of.parameter == parameter
     };
@@ -52,6 +52,13 @@ fn elasticity(run: &RunResult, group: &str, face: &str, parameter: &str) -> (f64
     found.map_or((0.0, 0.0), |of| {
         (of.elasticity[0].expect("light"), of.elasticity_se[0].expect("an error"))
     })
+}
+
+/// Returns the elasticity and its error from the values of two independent runs, of 5 % more and 5
+/// % less of an input. Runs of one seed differ by less.
+pub fn difference((more, more_se): (f64, f64), (less, less_se): (f64, f64)) -> (f64, f64) {
+    let span = 1.05f64.ln() - 0.95f64.ln();
+    ((more / less).ln() / span, (more_se / more).hypot(less_se / less) / span)
 }
 
 /// In a furnace of reflectance R, whose walls emit, the light on a captor has met walls R / (1 - R)
@@ -268,10 +275,7 @@ fn differences_between_runs_in_a_room_of_everything() {
         let [more, less] = [1.05, 0.95].map(|factor| run(&at(which, factor), method, 2));
         for place in places {
             let ((more, more_se), (less, less_se)) = (value(&more, place), value(&less, place));
-            let span = 1.05f64.ln() - 0.95f64.ln();
-            let difference = (more / less).ln() / span;
-            // of independent runs: those of one seed vary less
-            let error = (more_se / more).hypot(less_se / less) / span;
+            let (difference, error) = difference((more, more_se), (less, less_se));
             let (e, own) = elasticity(&paths, place.0, place.1, parameter);
             let off = (e - difference).abs();
             assert!(
@@ -301,6 +305,181 @@ fn differences_between_runs_in_a_room_of_everything() {
             assert!((sum - 1.0).abs() < 1e-5, "{group}: {sum}");
         }
     }
+}
+
+/// In a furnace whose walls reflect R0 and R1 in two bands, the ratio of the light in them has the
+/// elasticity R0 / (1 - R0) - R1 / (1 - R1), and by R it changes by the ratio times
+/// 1 / (1 - R0) - 1 / (1 - R1). The standard error comes from how both bands vary together.
+///
+/// Two methods: 4 comparisons within 4 standard errors, odds of a false alarm 3e-4.
+#[test]
+fn ratios_in_a_furnace() {
+    let r = [0.5, 0.8];
+    let world = World::new()
+        .bands(2)
+        .with("ratios", json!({ "of": { "numerator": "b0", "denominator": "b1" } }))
+        .material("wall", json!({ "type": "lambert", "reflectance": r }))
+        .glowing("walls", "wall", &room([-1.0; 3], [1.0; 3]), 0.5)
+        .captor("disc", &Mesh::disc([0.2, 0.1, -0.3], UP, 0.6))
+        .with("sensitivity", json!(["wall"]));
+    let exact = r[0] / (1.0 - r[0]) - r[1] / (1.0 - r[1]);
+    for method in [PHOTONS, METHODS[3]] {
+        let found = run(&world, method, 1);
+        for group in [true, false] {
+            let is_it = |of: &&SensitivityResult| of.group.is_some() == group && of.face == "front";
+            let row = all(&found).iter().find(is_it).expect("the walls");
+            let of = row.ratios.as_ref().expect("ratios");
+            let (e, error) =
+                (of.elasticity[0].expect("a ratio"), of.elasticity_se[0].expect("an error"));
+            assert!((e - exact).abs() < 4.0 * error, "{method:?}: {e} ± {error}, not {exact}");
+            assert!(error < 0.03 * exact.abs(), "{method:?}: {error}");
+            // the same light brings both bands, so that errors partly cancel
+            let apart = row.elasticity_se[0]
+                .expect("an error")
+                .hypot(row.elasticity_se[1].expect("an error"));
+            assert!(error < apart, "{method:?}: {error} of {apart}");
+            let ratio = front(&found, "disc").ratios.as_ref().expect("ratios").ratio[0];
+            let by = ratio.expect("a ratio") * (1.0 / (1.0 - r[0]) - 1.0 / (1.0 - r[1]));
+            let derivative = of.derivative[0].expect("numbers of the scene");
+            assert!((derivative / by - 1.0).abs() < 0.03, "{method:?}: {derivative}, not {by}");
+            assert!(of.derivative_se[0].is_none(), "the bands have different values");
+        }
+    }
+}
+
+/// In a stand that repeats, whose plants are copies that share their triangles, under sun and sky,
+/// with a mirror in which the sun stands and a sensor with a response, elasticities are those of
+/// the difference between two runs, and photons with and without aimed flights find the same.
+/// (Paths alone do not find the sun in the mirror of a scene that repeats.)
+///
+/// 4 inputs, 4 values: 16 differences of complete paths within 4 standard errors of both, and 2
+/// methods of 16 values against them; odds of a false alarm 3e-3.
+#[test]
+fn a_stand_under_the_sun() {
+    let usual = [0.45, 0.35, 0.3, 0.8];
+    let at = |which: usize, factor: f64| {
+        let mut values = usual;
+        values[which] *= factor;
+        // without a cuticle, all of the reflectance is a factor
+        let leaf = json!({
+            "type": "leaf", "ior": 1.0, "reflectance": values[0], "transmittance": values[1]
+        });
+        let plant = Mesh::square([0.1, 0.0, 0.1], [0.5, 0.0, 0.9], 0.2).and(Mesh::square(
+            [-0.1, 0.05, 0.25],
+            [-0.6, 0.3, 0.7],
+            0.25,
+        ));
+        let soil = Mesh::rectangle([0.0; 3], [0.8, 0.0, 0.0], [0.0, 0.7, 0.0]);
+        World::new()
+            .with("periodic", json!({ "x": [0, 0.8], "y": [0, 0.7] }))
+            .material("leaf", leaf)
+            .lambert("soil", values[2])
+            .material("mirror", json!({ "type": "mirror", "reflectance": values[3] }))
+            .counted("plants", "leaf", &plant)
+            .counted("ground", "soil", &soil)
+            .surface("glass", "mirror", &Mesh::square([0.4, 0.68, 0.3], [0.0, -1.0, 0.0], 0.5))
+            .edited(|scene| {
+                scene["objects"][0]["instances"] = json!([
+                    { "translate": [0.2, 0.2, 0.05] },
+                    { "translate": [0.6, 0.5, 0.15], "rotate_deg": [0, 0, 130] }
+                ]);
+                scene["objects"][0]["share"] = json!(true);
+                scene["objects"][1]["ground"] = json!(true);
+            })
+            .captor_of_both_sides("sensor", &Mesh::square([0.4, 0.35, 0.02], UP, 0.5))
+            .response(json!([[0, 1], [45, 0.9], [75, 0.6], [90, 0.1]]))
+            .with("sun_at", json!({ "elevation_deg": 40, "azimuth_deg": 170 }))
+            .light(json!({ "type": "sun", "irradiance": 300 }))
+            .light(json!({ "type": "sky", "model": "uniform", "irradiance": 100 }))
+    };
+    let parameters = [
+        "/materials/leaf/reflectance",
+        "/materials/leaf/transmittance",
+        "/materials/soil/reflectance",
+        "/materials/mirror/reflectance",
+    ];
+    let places =
+        [("sensor", "front"), ("sensor", "back"), ("plants", "absorbed"), ("ground", "absorbed")];
+    let value = |run: &RunResult, (group, face): (&str, &str)| {
+        let of = run.groups.iter().find(|of| of.id == group).expect("the group");
+        match face {
+            "absorbed" => {
+                let error = of.absorbed_se.as_ref().and_then(|se| se[0]).expect("an error");
+                (of.absorbed.as_ref().expect("a surface")[0], error)
+            }
+            "front" => (of.front.flux[0], of.front.flux_se[0].expect("an error")),
+            _ => {
+                let back = of.back.as_ref().expect("a back");
+                (back.flux[0], back.flux_se[0].expect("an error"))
+            }
+        }
+    };
+    let world = at(0, 1.0).with("sensitivity", json!(true));
+    let known = run(&world, (Estimator::Complete, Guiding::Off, 400_000), 1);
+    for (which, parameter) in parameters.into_iter().enumerate() {
+        let method = (Estimator::Complete, Guiding::Off, 800_000);
+        let [more, less] = [1.05, 0.95].map(|factor| run(&at(which, factor), method, 2));
+        for place in places {
+            let (exact, error) = difference(value(&more, place), value(&less, place));
+            let (e, own) = elasticity(&known, place.0, place.1, parameter);
+            assert!(
+                (e - exact).abs() < 4.0 * error.hypot(own) + 2e-3,
+                "{parameter}, {place:?}: {e} ± {own}, not {exact} ± {error}"
+            );
+            assert!(own < 0.1, "{parameter}, {place:?}: {own}");
+        }
+    }
+    for method in
+        [(Estimator::Photons, Guiding::Off, 400_000), (Estimator::Photons, Guiding::Aim, 100_000)]
+    {
+        let found = run(&world, method, 3);
+        for parameter in parameters {
+            for place in places {
+                let (e, error) = elasticity(&found, place.0, place.1, parameter);
+                let (exact, own) = elasticity(&known, place.0, place.1, parameter);
+                assert!(
+                    (e - exact).abs() < 4.0 * error.hypot(own),
+                    "{method:?}, {parameter}, {place:?}: {e} ± {error}, not {exact} ± {own}"
+                );
+            }
+        }
+    }
+}
+
+/// `--sensitivity` gives the bytes that the key gives, for all inputs and for some; a shard has
+/// none of the option, and what is not in the scene is refused at the option.
+#[test]
+fn the_option_is_the_key() {
+    let world = mixed(0.6, [0.3, 0.25], 0.8, 0.5);
+    let plain = world.clone().write();
+    let command = |scene: &crate::common::TestScene, options: &[&str]| {
+        let mut all = vec!["run", "scene.json", "--photons", "5000", "-o", "r.json"];
+        all.extend(options);
+        phylux(&scene.path(""), &all)
+    };
+    let bytes = |scene: &crate::common::TestScene, options: &[&str]| {
+        let output = command(scene, options);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        std::fs::read(scene.path("r.json")).expect("results")
+    };
+    for (key, options) in [
+        (json!(true), &["--sensitivity"][..]),
+        (json!(["wall", "leaf"]), &["--sensitivity=wall", "--sensitivity=leaf"]),
+    ] {
+        let with = world.clone().with("sensitivity", key).write();
+        assert!(bytes(&with, &[]) == bytes(&plain, options), "{options:?}");
+    }
+    let said = |options: &[&str]| {
+        let output = command(&plain, options);
+        assert!(!output.status.success(), "{options:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let error = said(&["--sensitivity=wal"]);
+    for words in ["--sensitivity", "no material or light `wal`", "did you mean `wall`"] {
+        assert!(error.contains(words), "{error}");
+    }
+    let error = said(&["--sensitivity", "--shard=1/2"]);
+    assert!(error.contains("--shard") && error.contains("--sensitivity"), "{error}");
 }
 
 /// Results do not depend on threads or on shards, and the rest of the results does not change by the

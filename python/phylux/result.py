@@ -435,7 +435,7 @@ class Result:
     def sensitivity(self) -> Any:
         """A pandas DataFrame of how much captors and groups depend on materials and lights; None unless the scene asks for it.
 
-        Columns: captor, group (one of both is None), face, parameter, band, elasticity (by how many per cent the light changes for 1 % more of the parameter), elasticity_se, derivative (change of irradiance or absorbed power for one unit of the parameter) and derivative_se. What light has never met is left out.
+        Columns: captor, group (one of both is None), face, parameter, band (or ratio), elasticity (by how many per cent the light or the ratio changes for 1 % more of the parameter), elasticity_se, derivative (change of irradiance, absorbed power or ratio for one unit of the parameter) and derivative_se. What light has never met is left out.
         """
         found = self._head.get("sensitivity")
         if found is None:
@@ -445,7 +445,9 @@ class Result:
         rows = [
             (of.get("captor"), of.get("group"), of["face"], of["parameter"], band, *numbers)
             for of in found
-            for band, *numbers in zip(self.bands, *(of[name] for name in values), strict=True)
+            for names, part in ((self.bands, of), (self.ratios, of.get("ratios")))
+            if part is not None
+            for band, *numbers in zip(names, *(part[name] for name in values), strict=True)
         ]
         frame = pd.DataFrame(rows, columns=["captor", "group", "face", "parameter", "band", *values])
         return frame.astype(dict.fromkeys(values, float))

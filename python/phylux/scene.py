@@ -249,6 +249,7 @@ class Scene:
         map_photons: float | None = None,
         guiding: str | None = None,
         by_light: bool = False,
+        sensitivity: bool | str | Sequence[str] | None = None,
         checkpoint: str | os.PathLike[str] | None = None,
         checkpoint_every: float | None = None,
         threads: int | None = None,
@@ -274,6 +275,8 @@ class Scene:
                 (photons are also split and ended by their importance) or ``"auto"`` (a short trial finds which of
                 these is cheapest).
             by_light: also return the part of each light, for `Result.mix`.
+            sensitivity: True finds how much results depend on all materials and lights, a list of names on
+                these alone (`Result.sensitivity`), False on none; by default the scene's key says it.
             checkpoint: a file that keeps the work done. After a kill or Ctrl-C, the same run continues from it and
                 finds the same results. The file is removed when the result is complete.
             checkpoint_every: the shortest time between two times of writing the checkpoint, s; 60 if not given.
@@ -305,7 +308,12 @@ class Scene:
             "threads": threads,
             **options,
         }
-        loaded = self._load()
+        scene = self
+        if sensitivity is not None:
+            scene = self.copy()
+            names = [sensitivity] if isinstance(sensitivity, str) else sensitivity
+            scene.keys["sensitivity"] = names if isinstance(names, bool) else list(names)
+        loaded = scene._load()
         with shown.Progress(progress) as tell:
             found = loaded.run(_options(given), tell)
         result = Result(found, loaded)

@@ -323,6 +323,30 @@ def test_sensitivities_are_a_table():
     sums = lamps.groupby(["captor", "group", "face", "band"]).elasticity.sum()
     assert len(sums) > 0 and sums.to_numpy() == pytest.approx(1)
     assert isinstance(table, pd.DataFrame) and table.elasticity_se.dtype == float
+    # the option takes the place of the key, and leaves the scene as it is
+    pd.testing.assert_frame_equal(bench().run(photons=20_000, seed=1, k=0, sensitivity=True).sensitivity, table)
+    assert scene.run(photons=1000, k=0, sensitivity=False).sensitivity is None
+    assert scene.keys["sensitivity"] is True
+    left = bench().run(photons=20_000, seed=1, k=0, sensitivity="left").sensitivity
+    assert set(left.parameter) == {"/lights/0/power"}
+    with pytest.raises(px.InputError, match="no material or light `lef`.*did you mean `left`"):
+        bench().run(photons=1000, k=0, sensitivity=["lef"])
+
+
+def test_ratios_have_sensitivities():
+    pytest.importorskip("pandas")
+    bands = {"red": (600, 700), "far": (700, 800)}
+    ratios = {"r_fr": {"numerator": "red", "denominator": "far"}}
+    scene = px.Scene("two lamps", quantity="umol/s", bands=bands, ratios=ratios)
+    scene.light("red", type="point", position=[0, 0, 1], power=[100, 0])
+    scene.light("both", type="point", position=[0, 0, 1], power=[100, 100])
+    scene.captor("sensor", discs=px.grid(0, 0, 0, radius=0.1))
+    table = scene.run(photons=200_000, seed=1, k=0, guiding="off", sensitivity=True).sensitivity
+    found = table[table.group.notna() & (table.face == "front")].set_index(["parameter", "band"]).elasticity
+    # half of the red light is that of the lamp that has no other
+    assert found["/lights/0/power", "r_fr"] == pytest.approx(found["/lights/0/power", "red"])
+    assert found["/lights/0/power", "r_fr"] == pytest.approx(0.5, abs=0.1)
+    assert found["/lights/1/power", "r_fr"] == pytest.approx(-found["/lights/0/power", "r_fr"])
 
 
 def test_sums_have_units_of_their_own():

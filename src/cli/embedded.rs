@@ -65,11 +65,16 @@ pub fn run_settings(options: &[String], of_scene: &Settings) -> Result<Settings>
     parsed.arguments.settings(of_scene.clone())
 }
 
-/// Runs the scene with options of `phylux run`. A run with `--checkpoint` goes on from its file if
-/// that exists, and the file is removed once the result is known. Errors: those of
-/// [`run_settings`], and those of a run.
+/// Runs the scene with options of `phylux run`, but for `--sensitivity`, which belongs to the
+/// scene. A run with `--checkpoint` goes on from its file if that exists, and the file is removed
+/// once the result is known. Errors: those of [`run_settings`], and those of a run.
 pub fn found(loaded: &LoadedScene, options: &[String], control: &Control) -> Result<RunResult> {
     let RunOptions { arguments } = parse(&["phylux", "scene"], options)?;
+    if arguments.asks_for_sensitivity() {
+        let problem = "the scene is loaded, and does not count what its results depend on";
+        return Err(Error::input("sensitivity", problem)
+            .remedy("give the scene its key `sensitivity` before it is loaded"));
+    }
     loaded.check_captors()?;
     let (scene, settings) = (&loaded.scene, arguments.settings(loaded.settings.clone())?);
     let checkpoint = arguments.checkpoint(scene, &settings);

@@ -10,6 +10,7 @@ use std::{
 use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
+use serde_json::json;
 
 use super::{
     interrupt,
@@ -93,8 +94,12 @@ pub(super) struct Arguments {
     /// Also write what each light contributes, for `phylux mix`; with photons only
     #[arg(long)]
     by_light: bool,
+    /// Also find how much results depend on materials and lights: on all, or with =NAME on this
+    /// one; can be given several times, and takes the place of the scene's key `sensitivity`
+    #[arg(long, value_name = "NAME", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    sensitivity: Option<Vec<String>>,
     /// Trace the I-th of N shards of the run; `phylux merge` joins their files to the results
-    #[arg(long, help_heading = LONG_RUNS, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats"])]
+    #[arg(long, help_heading = LONG_RUNS, value_name = "I/N", value_parser = Shard::parse, conflicts_with_all = ["csv", "per_captor", "stats", "sensitivity"])]
     shard: Option<Shard>,
     /// Keep what is done in this file, and go on from there if the file exists: the same command,
     /// after a kill or the end of a job's time, finds the same results. The file is removed once
@@ -115,6 +120,23 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
+    /// Loads the scene, with the sensitivities that are asked for.
+    fn load(&self) -> Result<LoadedScene> {
+        let Some(names) = &self.sensitivity else { return scene_file::load(&self.scene) };
+        let all = names.iter().any(String::is_empty);
+        let asked = if all { json!(true) } else { json!(names) };
+        let loaded = scene_file::load_with_sensitivity(&self.scene, asked);
+        loaded.map_err(|error| match error.place().contains("/sensitivity/") {
+            true => error.at("--sensitivity"),
+            false => error,
+        })
+    }
+
+    /// Returns whether sensitivities are asked for.
+    pub(super) fn asks_for_sensitivity(&self) -> bool {
+        self.sensitivity.is_some()
+    }
+
     /// Returns the settings of a scene, replaced by those that are given as options. Error: `--of`
     /// is given without a tolerance.
     pub(super) fn settings(&self, of_scene: Settings) -> Result<Settings> {
@@ -280,7 +302,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
 
     let (loaded, digest) = desk.during("reading the scene", |_| match arguments.shard {
         Some(_) => scene_file::load_with_digest(&arguments.scene),
-        None => Ok((scene_file::load(&arguments.scene)?, String::new())),
+        None => Ok((arguments.load()?, String::new())),
     })?;
     loaded.check_captors()?;
     let scene = &loaded.scene;

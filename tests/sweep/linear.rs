@@ -3,7 +3,11 @@
 use serde_json::{Value, json};
 
 use super::*;
-use crate::{common::run_file, sensitivity::mixed};
+use crate::{
+    common::run_file,
+    sensitivity::mixed,
+    world::{Mesh, World},
+};
 
 /// Returns a scene with two leaves in two bands under four point lights, one of which shines from
 /// below.
@@ -239,6 +243,44 @@ fn light(result: &Value) -> Vec<(f64, f64)> {
         }
     }
     all
+}
+
+/// Runs that differ in the tint of a solid share their histories, and have the light of runs of
+/// their own: behind a slab of index 1 it is in proportion to the square of the tint. Those that
+/// differ in the tint of a pane are run one by one.
+#[test]
+fn runs_share_histories_through_solids() {
+    let slab = Mesh::cuboid([-0.5, -0.5, 0.0], [0.5, 0.5, 0.1]);
+    let up = [0.0, 0.0, 1.0];
+    let world = World::new()
+        .material("slab", json!({ "type": "transparent", "ior": 1.0, "tint": 0.8 }))
+        .material("pane", json!({ "type": "transparent", "ior": 1.5, "tint": 0.8, "thin": true }))
+        .surface("slab", "slab", &slab)
+        .surface("pane", "pane", &Mesh::square([0.0, 0.0, -0.05], up, 1.0))
+        .captor("below", &Mesh::disc([0.0, 0.0, -0.1], up, 0.15))
+        .lamp("lamp", &Mesh::square([0.0, 0.0, 0.3], [0.0, 0.0, -1.0], 0.1), 10.0)
+        .with("settings", json!({ "estimator": "photons", "photons": 20_000, "k": 0 }));
+    let sweep = |place: &str| {
+        let scene = world.write();
+        let sweep = json!({ "scene": "scene.json", "vary": { (place): [0.4, 0.8] } });
+        fs::write(scene.path("sweep.json"), sweep.to_string()).expect("a file");
+        let said = ok(&scene, "sweep sweep.json -o out");
+        let mut found: Vec<(f64, f64)> = results(&scene, "out")
+            .iter()
+            .map(|run| {
+                let tint = run["sweep"]["parameters"][place].as_f64().expect("a tint");
+                (tint, light(run)[0].0)
+            })
+            .collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        (said, found)
+    };
+    let (said, found) = sweep("/materials/slab/tint");
+    assert!(said.starts_with("2 runs from 1 simulation"), "{said}");
+    near(&[found[0].1 / found[1].1], &[0.25], 1e-5);
+    let (said, found) = sweep("/materials/pane/tint");
+    assert!(!said.contains("from 1 simulation"), "{said}");
+    assert!(found[0].1 < 0.6 * found[1].1, "{found:?}");
 }
 
 /// Runs that differ in reflectances, transmittances and powers share the histories of the brightest

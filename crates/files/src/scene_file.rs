@@ -160,6 +160,18 @@ fn read_document(path: &Path, read: &Fetch) -> Result<Value> {
     json::parse(&name, &bytes)
 }
 
+/// Loads a scene like [`load`], with `sensitivity` in the place of its key of that name.
+pub fn load_with_sensitivity(path: &Path, sensitivity: Value) -> Result<LoadedScene> {
+    let name = path.display().to_string();
+    let bytes = read_bytes(path)
+        .map_err(|why| Error::input(&name, why).remedy("name a scene file (JSON)"))?;
+    let mut value = json::parse(&name, &bytes)?;
+    if let Some(scene) = value.as_object_mut() {
+        scene.insert("sensitivity".into(), sensitivity);
+    }
+    load_value(value, path, &read_bytes, None)
+}
+
 /// Loads a scene like [`load`], and returns with it a SHA-256 in hexadecimal digits, over the scene
 /// file and every file that was read for it, in the order of reading.
 pub fn load_with_digest(path: &Path) -> Result<(LoadedScene, String)> {

@@ -27,8 +27,9 @@ pub use result::{
     Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CanopyResult, CaptorResult,
     DarkResult, Deviations, Electricity, Energy, FaceResult, Factor, FactorErrors,
     GroupElectricity, GroupResult, InputResult, LampElectricity, LayerResult, MapResult,
-    NearestResult, PerKwh, PlaneElectricity, RatioResult, Ratios, RunResult, RunSettings,
-    SensitivityResult, Share, Shares, SumUnit, ToleranceResult, Uniformity, Warning, WorstResult,
+    NearestResult, PerKwh, PlaneElectricity, RatioResult, RatioSensitivity, Ratios, RunResult,
+    RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult, Uniformity, Warning,
+    WorstResult,
 };
 pub use saved::ResultsFile;
 pub use year_facts::YearFacts;

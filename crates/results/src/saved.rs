@@ -4,8 +4,8 @@
 use serde::Deserialize;
 
 use crate::result::{
-    Absorbed, BandResult, ByLight, CaptorResult, Electricity, FaceResult, GroupResult, Ratios,
-    Uniformity,
+    Absorbed, BandResult, BudgetResult, ByLight, CaptorResult, Electricity, FaceResult,
+    GroupResult, Ratios, SensitivityResult, Uniformity,
     validate::{are_errors, are_values},
 };
 use phylux_core::error::{Error, Result};
@@ -44,6 +44,12 @@ pub struct ResultsFile {
     pub energy: EnergyValues,
     pub captors: Vec<CaptorValues>,
     pub groups: Vec<GroupValues>,
+    /// How much captors and groups depend on materials and lights.
+    #[serde(default)]
+    pub sensitivity: Option<Vec<SensitivityResult>>,
+    /// How uncertain they are because inputs are.
+    #[serde(default)]
+    pub budget: Option<Vec<BudgetResult>>,
 }
 
 impl ResultsFile {
@@ -63,6 +69,8 @@ impl ResultsFile {
         known.chain([power]).all(|values| are_values(values, bands))
             && self.electricity.iter().all(|found| found.is_valid(bands))
             && self.captors.iter().chain(groups).all(|captor| captor.is_valid(bands, ratios))
+            && self.sensitivity.iter().flatten().all(|found| found.is_valid(bands, ratios))
+            && self.budget.iter().flatten().all(BudgetResult::is_valid)
     }
 }
 

@@ -24,7 +24,7 @@ use phylux_core::{
     },
 };
 use phylux_results::{
-    result::{ByLight, RunResult},
+    result::{BudgetResult, ByLight, RunResult, SensitivityResult},
     saved::{CaptorValues, FaceValues, GroupValues, ResultsFile},
 };
 
@@ -40,6 +40,10 @@ pub struct RenderedScene<'a> {
     pub captors: Vec<CaptorValues>,
     /// Results of the groups of captors: entries, objects, their instances.
     pub groups: Vec<GroupValues>,
+    /// How much these depend on materials and lights; empty where that is not known.
+    pub sensitivity: Vec<SensitivityResult>,
+    /// How uncertain they are because inputs are; empty where that is not known.
+    pub budget: Vec<BudgetResult>,
     /// Photons on all surfaces, if any were traced.
     pub light: Option<SurfaceLight<'a>>,
     /// How light reaches some captors, if that was followed.
@@ -103,10 +107,12 @@ impl<'a> RenderedScene<'a> {
         let unknown = tiles.parts.iter().any(|part| part.captor.is_none());
         let reads_tiles = !matches!(plan, RenderPlan::Photons);
         let trace = !matches!(plan, RenderPlan::Results { trace, .. } if !(trace && unknown));
+        let (mut sensitivity, mut budget) = (None, None);
         let (captors, groups, source) = match plan {
             RenderPlan::Results { results, .. } => {
                 results.check_scene(scene)?;
                 let source = source(results.photons, &results.estimator, results.seed);
+                (sensitivity, budget) = (results.sensitivity, results.budget);
                 (results.captors, results.groups, source)
             }
             RenderPlan::Run if !scene.captors().is_empty() => {
@@ -119,6 +125,7 @@ impl<'a> RenderedScene<'a> {
                 let result = RunResult::new(&simulation);
                 let source = source(result.photons, result.estimator, result.seed);
                 let captors = result.captors.iter().map(CaptorValues::from).collect();
+                (sensitivity, budget) = (result.sensitivity, result.budget);
                 (captors, result.groups.iter().map(GroupValues::from).collect(), source)
             }
             RenderPlan::Run | RenderPlan::Photons => (Vec::new(), Vec::new(), String::new()),
@@ -129,6 +136,8 @@ impl<'a> RenderedScene<'a> {
             source,
             captors,
             groups,
+            sensitivity: sensitivity.unwrap_or_default(),
+            budget: budget.unwrap_or_default(),
             light: None,
             followed: None,
             local: Vec::new(),

@@ -2,6 +2,7 @@
 //! all data in the page.
 
 mod arrays;
+mod dependence;
 mod histories;
 mod levels;
 mod photons;
@@ -46,12 +47,13 @@ const MOST_LIGHTS: usize = 10_000;
 
 const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
-const SCRIPTS: [&str; 12] = [
+const SCRIPTS: [&str; 13] = [
     include_str!("view/data.js"),
     include_str!("view/draw.js"),
     include_str!("view/smooth.js"),
     include_str!("view/photons.js"),
     include_str!("view/histories.js"),
+    include_str!("view/dependence.js"),
     include_str!("view/table.js"),
     include_str!("view/bar.js"),
     include_str!("view/year.js"),
@@ -314,6 +316,7 @@ fn facts(
             "lights": scene.lights().iter().map(|light| &light.name).collect::<Vec<_>>(),
         })),
         "histories": histories::facts(rendered),
+        "dependence": dependence::facts(rendered),
         "colours": STANDARD.encode(colours().as_flattened()),
     })
 }

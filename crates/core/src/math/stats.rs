@@ -141,6 +141,63 @@ impl RunningPair {
     }
 }
 
+/// Sums over batches of four estimates that each batch gives together, and of their products.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunningFour {
+    sums: [f64; 4],
+    /// Sums of the products of each with itself and with those after it.
+    products: [f64; 10],
+}
+
+impl RunningFour {
+    /// Returns whether the numbers may have been found by a run.
+    pub fn is_possible(&self) -> bool {
+        let roots = self.products.iter().map(|product| product.abs().sqrt());
+        self.sums.into_iter().chain(roots).all(is_possible)
+    }
+
+    /// Returns each pair of two of the four, in the order of the products.
+    fn pairs() -> impl Iterator<Item = (usize, usize)> {
+        (0..4).flat_map(|i| (i..4).map(move |j| (i, j)))
+    }
+
+    /// Adds the estimates of one batch.
+    pub fn add(&mut self, values: [f64; 4]) {
+        self.sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+        for (product, (i, j)) in self.products.iter_mut().zip(Self::pairs()) {
+            *product += values[i] * values[j];
+        }
+    }
+
+    /// Returns the means over `batches` batches.
+    pub fn means(&self, batches: u64) -> [f64; 4] {
+        self.sums.map(|sum| sum / batches as f64)
+    }
+
+    /// Returns the standard error of the sum of the means, each times its weight, from two batches
+    /// on.
+    pub fn error_of(&self, weights: [f64; 4], batches: u64) -> Option<f64> {
+        let (n, means) = (batches as f64, self.means(batches));
+        let each = self.products.iter().zip(Self::pairs()).map(|(product, (i, j))| {
+            let twice = if i == j { 1.0 } else { 2.0 };
+            twice * weights[i] * weights[j] * (product / n - means[i] * means[j])
+        });
+        let variance = each.sum::<f64>() / (n - 1.0);
+        (batches > 1).then(|| variance.max(0.0).sqrt()).filter(|error| is_possible(*error))
+    }
+}
+
+/// Returns the difference of two ratios of means, of the first mean to the second less that of the
+/// third to the fourth, and, to first order (the delta method), its standard error. `None` where
+/// the second or the fourth mean is not above 0.
+pub fn difference_of_ratios(of: &RunningFour, batches: u64) -> Option<(f64, Option<f64>)> {
+    let [a, b, c, d] = of.means(batches);
+    let [first, second] = (b > 0.0 && d > 0.0).then(|| [a / b, c / d])?;
+    let difference = Some(first - second).filter(|difference| is_possible(*difference))?;
+    let error = of.error_of([1.0 / b, -first / b, -1.0 / d, second / d], batches);
+    Some((difference, error))
+}
+
 /// Returns the ratio of two means and, to first order (the delta method), its standard error from
 /// the variance of the first, their covariance and the variance of the second. `None` where the
 /// second mean is not above 0.

@@ -145,9 +145,7 @@ impl<L: Lanes> BsdfSample<L> {
     /// if it `crosses` the surface.
     #[inline]
     fn diffuse(direction: Vec3, weight: Spectrum<L>, crosses: bool) -> Self {
-        let lobe =
-            if crosses { LobeKind::DiffuseTransmission } else { LobeKind::DiffuseReflection };
-        Self { direction, weight, lobe }
+        Self { direction, weight, lobe: LobeKind::diffuse(crosses) }
     }
 
     /// Makes a sample in the mirror direction.
@@ -189,6 +187,12 @@ impl LobeKind {
     #[inline]
     pub fn crosses(self) -> bool {
         matches!(self, Self::Straight | Self::Refraction | Self::DiffuseTransmission)
+    }
+
+    /// Returns the lobe of diffuse scattering, to the other side if it `crosses` the surface.
+    #[inline]
+    pub fn diffuse(crosses: bool) -> Self {
+        if crosses { Self::DiffuseTransmission } else { Self::DiffuseReflection }
     }
 
     /// Returns whether the new direction is random, with a density.
@@ -395,6 +399,12 @@ pub trait Scatterer {
     /// `None` for materials through which no light goes straight; thin panes and some tables let it
     /// through.
     fn straight<L: Lanes>(&self, _direction: Vec3, _front_normal: Vec3) -> Option<Spectrum<L>> {
+        None
+    }
+
+    /// Returns per band the power with which the [parameter](super::parameter) of a way enters into
+    /// the light that a lobe sends on that way: d ln f / d ln s. `None` where it is 1.
+    fn powers<L: Lanes>(&self, _at: &Interaction, _lobe: LobeKind) -> Option<Spectrum<L>> {
         None
     }
 

@@ -6,6 +6,10 @@
 //! of n over the histories, weighted by what they bring (Hayakawa, Spanier et al., "Perturbation
 //! Monte Carlo methods to solve inverse photon migration problems in heterogeneous tissues", Optics
 //! Letters 26, 2001). The chances with which histories are drawn do not enter, as they stay the same.
+//!
+//! The tint of a pane counts by the length of the ways through it, so that a meeting adds to n the
+//! [power](super::material::Scatterer::powers) with which the tint enters there, which is no whole
+//! number and differs between bands.
 
 use super::{
     light::Light,
@@ -50,7 +54,7 @@ pub enum Factor {
         /// Whether light that comes to the front, and to the back, counts.
         faces: [bool; 2],
         /// Whether each way counts, in the order of [`Sent`].
-        ways: [bool; 3],
+        ways: [bool; Sent::WAYS],
     },
     /// What the light of this index emits.
     Light(usize),
@@ -65,25 +69,28 @@ pub enum Sent {
     Mirrored,
     /// Scattered to the other side.
     Transmitted,
+    /// Straight on, through a pane or cover.
+    Straight,
+    /// Through the surface of a solid.
+    Refracted,
 }
 
 impl Sent {
-    /// Returns how a lobe sends light on; `None` for those to which no parameter belongs: light that
-    /// panes and solids let through or reflect wholly.
+    /// The number of ways.
+    pub const WAYS: usize = 5;
+
+    /// Returns how a lobe sends light on; `None` for total reflection, to which no parameter
+    /// belongs.
     #[inline]
     pub fn by(lobe: LobeKind) -> Option<Self> {
         match lobe {
             LobeKind::DiffuseReflection => Some(Self::Reflected),
             LobeKind::MirrorReflection => Some(Self::Mirrored),
             LobeKind::DiffuseTransmission => Some(Self::Transmitted),
-            LobeKind::Straight | LobeKind::TotalReflection | LobeKind::Refraction => None,
+            LobeKind::Straight => Some(Self::Straight),
+            LobeKind::Refraction => Some(Self::Refracted),
+            LobeKind::TotalReflection => None,
         }
-    }
-
-    /// Returns how a surface scatters light, to its other side if the light `crosses` it.
-    #[inline]
-    pub fn scattered(crosses: bool) -> Self {
-        if crosses { Self::Transmitted } else { Self::Reflected }
     }
 }
 
@@ -125,6 +132,8 @@ pub struct Parameters {
     of_ways: Vec<Option<ParameterIndex>>,
     /// For each light; empty if there are no parameters.
     of_lights: Vec<Option<ParameterIndex>>,
+    /// Whether light that goes straight on has any.
+    goes_straight: bool,
 }
 
 impl Parameters {
@@ -136,22 +145,24 @@ impl Parameters {
         if all.is_empty() {
             return Self::default();
         }
-        let mut of_ways = vec![None; 6 * materials];
+        let mut of_ways = vec![None; 2 * Sent::WAYS * materials];
         let mut of_lights = vec![None; lights];
+        let mut goes_straight = false;
         for (index, parameter) in all.iter().enumerate() {
             let index = Some(index as ParameterIndex);
             match parameter.factor {
                 Factor::Light(light) => of_lights[light] = index,
                 Factor::Material { material, faces, ways } => {
-                    for way in 0..6 {
-                        if faces[way / 3] && ways[way % 3] {
-                            of_ways[6 * material + way] = index;
+                    goes_straight |= ways[Sent::Straight as usize];
+                    for way in 0..2 * Sent::WAYS {
+                        if faces[way / Sent::WAYS] && ways[way % Sent::WAYS] {
+                            of_ways[2 * Sent::WAYS * material + way] = index;
                         }
                     }
                 }
             }
         }
-        Self { all, variants: Vec::new(), of_ways, of_lights }
+        Self { all, variants: Vec::new(), of_ways, of_lights, goes_straight }
     }
 
     /// Returns all parameters.
@@ -171,8 +182,9 @@ impl Parameters {
         self.all.iter().filter(|_| self.variants.is_empty())
     }
 
-    /// Adds a scene with other values of the parameters, in whose lists these are, in so many lanes.
-    /// Error: a parameter is 0 in a band, where light could not be scaled.
+    /// Adds a scene with other values of the parameters, in whose lists these are, in so many
+    /// lanes. Error: a parameter is 0 in a band, where light could not be scaled, or is the tint of
+    /// a pane, which is no factor on light.
     pub(super) fn add_variant(
         &mut self,
         lights: [&[Light]; 2],
@@ -199,6 +211,15 @@ impl Parameters {
                     ratio(own, other)?
                 }
                 // where nothing is sent on there is no parameter
+                Factor::Material { ways, .. }
+                    if ways[Sent::Straight as usize]
+                        && other().is_none_or(|other| other.values != parameter.values) =>
+                {
+                    return Err(Problem::new(
+                        format!("`{}` enters by different powers", parameter.name),
+                        "run the scenes one by one",
+                    ));
+                }
                 Factor::Material { .. } => match other() {
                     Some(other) => ratio(&parameter.values, &other.values)?,
                     None => vec![0.0; parameter.values.len()],
@@ -215,8 +236,14 @@ impl Parameters {
     /// Returns the parameter of light that comes to a face of a material, and that is sent on so.
     #[inline]
     pub fn of_way(&self, material: u32, front: bool, sent: Sent) -> Option<ParameterIndex> {
-        let way = if front { 0 } else { 3 } + sent as usize;
-        self.of_ways.get(6 * material as usize + way).copied().flatten()
+        let way = if front { 0 } else { Sent::WAYS } + sent as usize;
+        self.of_ways.get(2 * Sent::WAYS * material as usize + way).copied().flatten()
+    }
+
+    /// Returns whether light that goes straight on, through panes or covers, has parameters.
+    #[inline]
+    pub fn goes_straight(&self) -> bool {
+        self.goes_straight
     }
 
     /// Returns the parameter of a light.

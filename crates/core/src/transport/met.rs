@@ -11,53 +11,99 @@
 use crate::{
     math::spectrum::{Lanes, Spectrum},
     scene::{
-        material::LobeKind,
+        material::{Interaction, LobeKind, Scatterer},
         parameter::{ParameterIndex, Parameters, Sent, Variant},
-        world::Arrived,
+        world::{Arrived, Scene},
     },
     transport::trace::{Event, Turn},
 };
 
-/// The parameters that some light has met, each with how often.
-#[derive(Debug, Default)]
-pub struct Met(Vec<(ParameterIndex, u32)>);
+/// The parameters that some light has met.
+#[derive(Debug)]
+pub struct Met<L> {
+    /// Those of which each meeting counts once, each with how often it was met.
+    times: Vec<(ParameterIndex, u32)>,
+    /// The others, each with the sum of the powers with which it has entered, per band.
+    powers: Vec<(ParameterIndex, Spectrum<L>)>,
+}
 
-impl Clone for Met {
-    fn clone(&self) -> Self {
-        Self(self.0.clone())
-    }
-
-    fn clone_from(&mut self, other: &Self) {
-        self.0.clone_from(&other.0);
+impl<L> Default for Met<L> {
+    fn default() -> Self {
+        Self { times: Vec::new(), powers: Vec::new() }
     }
 }
 
-impl Met {
+impl<L: Lanes> Clone for Met<L> {
+    fn clone(&self) -> Self {
+        Self { times: self.times.clone(), powers: self.powers.clone() }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        self.times.clone_from(&other.times);
+        self.powers.clone_from(&other.powers);
+    }
+}
+
+impl<L: Lanes> Met<L> {
     /// Counts one more meeting, if there is one.
     pub fn add(&mut self, parameter: Option<ParameterIndex>) {
         let Some(parameter) = parameter else { return };
-        match self.0.iter_mut().find(|(known, _)| *known == parameter) {
+        match self.times.iter_mut().find(|(known, _)| *known == parameter) {
             Some((_, times)) => *times += 1,
-            None => self.0.push((parameter, 1)),
+            None => self.times.push((parameter, 1)),
         }
     }
 
-    /// Takes back one meeting that was counted, if there is one.
-    fn take(&mut self, parameter: Option<ParameterIndex>) {
-        let Some(parameter) = parameter else { return };
-        let known = self.0.iter().position(|(known, _)| *known == parameter);
-        if let Some(place) = known {
-            self.0[place].1 -= 1;
-            if self.0[place].1 == 0 {
-                self.0.swap_remove(place);
+    /// Counts that a lobe of a material, given by its index, has sent on light that came to a face
+    /// of it. It came as the interaction tells, or goes so, against the direction of a path.
+    fn add_way(
+        &mut self,
+        scene: &Scene,
+        (material, front): (u32, bool),
+        at: &Interaction,
+        lobe: LobeKind,
+    ) {
+        let way = Sent::by(lobe).and_then(|sent| scene.parameters().of_way(material, front, sent));
+        let Some(parameter) = way else { return };
+        match scene.materials()[material as usize].material.powers::<L>(at, lobe) {
+            None => self.add(way),
+            Some(more) => match self.powers.iter_mut().find(|(known, _)| *known == parameter) {
+                Some((_, powers)) => *powers += more,
+                None => self.powers.push((parameter, more)),
+            },
+        }
+    }
+
+    /// Counts light that has come to a surface and is sent on by a lobe.
+    pub fn sent_on(&mut self, scene: &Scene, place: Place, lobe: LobeKind) {
+        self.add_way(scene, (place.material, place.at.front), &place.at, lobe);
+    }
+
+    /// Counts light that a surface sends against the direction of a path, which has come to it and
+    /// goes on by a lobe: the light comes to the face to which the path goes on.
+    pub fn sent_back(&mut self, scene: &Scene, place: Place, lobe: LobeKind) {
+        let front = place.at.front != lobe.crosses();
+        self.add_way(scene, (place.material, front), &place.at, lobe);
+    }
+
+    /// Adds all that other light has met.
+    pub fn add_all(&mut self, other: &Self) {
+        for &(parameter, times) in &other.times {
+            (0..times).for_each(|_| self.add(Some(parameter)));
+        }
+        for (parameter, more) in &other.powers {
+            match self.powers.iter_mut().find(|(known, _)| known == parameter) {
+                Some((_, powers)) => *powers += more.clone(),
+                None => self.powers.push((*parameter, more.clone())),
             }
         }
     }
 
-    /// Returns by what light that has met these is multiplied in a variant of the scene.
-    pub fn factor<L: Lanes>(&self, variant: &Variant, lanes: usize) -> Spectrum<L> {
+    /// Returns by what light that has met these is multiplied in a variant of the scene. Parameters
+    /// that enter by other powers are the same in all variants.
+    pub fn factor(&self, variant: &Variant, lanes: usize) -> Spectrum<L> {
         let one = Spectrum::splat(lanes, 1.0);
-        self.0.iter().fold(one, |all, &(parameter, times)| {
+        self.times.iter().fold(one, |all, &(parameter, times)| {
             let factor = Spectrum::<L>::load(variant.factor(parameter));
             all * factor.map(|factor| factor.powi(times as i32))
         })
@@ -65,44 +111,67 @@ impl Met {
 
     /// Adds light that has met these to the sums of which there is one for each variant of the scene,
     /// or, where it has none, to the moments of its parameters.
-    fn count<L: Lanes>(&self, parameters: &Parameters, light: &Spectrum<L>, sums: &mut Moments<L>) {
+    fn count(&self, parameters: &Parameters, light: &Spectrum<L>, sums: &mut Moments<L>) {
         if parameters.variants().is_empty() {
-            for (parameter, times) in self.each() {
-                sums.add(parameter.into(), light.clone().scaled(times));
-            }
+            self.moments(light, |parameter, moment| sums.add(parameter.into(), moment));
         }
         for (v, variant) in parameters.variants().iter().enumerate() {
-            sums.add(v, self.factor::<L>(variant, light.values().len()) * light);
+            sums.add(v, self.factor(variant, light.values().len()) * light);
         }
     }
 
-    /// Returns the parameters with how often they were met.
-    pub fn each(&self) -> impl Iterator<Item = (ParameterIndex, f32)> + '_ {
-        self.0.iter().map(|&(parameter, times)| (parameter, times as f32))
+    /// Tells the moment of each parameter in light that has met these.
+    pub fn moments(&self, light: &Spectrum<L>, mut on: impl FnMut(ParameterIndex, Spectrum<L>)) {
+        for &(parameter, times) in &self.times {
+            on(parameter, light.clone().scaled(times as f32));
+        }
+        for (parameter, powers) in &self.powers {
+            on(*parameter, light.clone() * powers);
+        }
     }
 }
 
-/// The material and the face that a photon has come to last.
-type Place = Option<(u32, bool)>;
-
-/// Keeps account of what the photons of one history have met, one after the other.
-#[derive(Debug, Default)]
-pub struct Account {
-    /// What the photon has met so far, what it had met before the surface that it came to last, and
-    /// that surface.
-    now: Met,
-    before: Met,
-    at: Place,
-    /// What the flight that accompanies it has met.
-    aimed: Met,
-    /// What copies that wait had met before the surface where they wait, and that surface.
-    waiting: Vec<(Met, Place)>,
+/// A surface, and how light has come to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Index of the material.
+    pub material: u32,
+    /// The direction from which the light, or a path, comes, and the face.
+    pub at: Interaction,
 }
 
-impl Account {
+impl From<&Arrived<'_>> for Place {
+    fn from(at: &Arrived<'_>) -> Self {
+        Self { material: at.surface.material, at: at.interaction }
+    }
+}
+
+/// Keeps account of what the photons of one history have met, one after the other.
+#[derive(Debug)]
+pub struct Account<L> {
+    /// What the photon has met so far, what it had met before the surface that it came to last, and
+    /// that surface.
+    now: Met<L>,
+    before: Met<L>,
+    at: Option<Place>,
+    /// What the flight that accompanies it has met.
+    aimed: Met<L>,
+    /// What copies that wait had met before the surface where they wait, and that surface.
+    waiting: Vec<(Met<L>, Option<Place>)>,
+}
+
+impl<L> Default for Account<L> {
+    fn default() -> Self {
+        let [now, before, aimed] = [(); 3].map(|()| Met::default());
+        Self { now, before, at: None, aimed, waiting: Vec::new() }
+    }
+}
+
+impl<L: Lanes> Account<L> {
     /// Starts with a photon of a light.
     pub fn start(&mut self, light: Option<ParameterIndex>) {
-        self.now.0.clear();
+        self.now.times.clear();
+        self.now.powers.clear();
         self.now.add(light);
         self.before.clone_from(&self.now);
         self.aimed.clone_from(&self.now);
@@ -111,12 +180,12 @@ impl Account {
     }
 
     /// Returns what the photon has met so far.
-    pub fn now(&self) -> &Met {
+    pub fn now(&self) -> &Met<L> {
         &self.now
     }
 
     /// Returns what the light had met of which an event tells.
-    pub fn of<L>(&self, event: &Event<'_, L>) -> &Met {
+    pub fn of(&self, event: &Event<'_, L>) -> &Met<L> {
         match event {
             Event::Crossing { carried: None, .. } => &self.aimed,
             _ => &self.now,
@@ -124,31 +193,31 @@ impl Account {
     }
 
     /// Takes in an event, once it has been counted.
-    pub fn then<L>(&mut self, parameters: &Parameters, event: &Event<'_, L>) {
-        let of_lobe = |(material, front): (u32, bool), lobe: LobeKind| {
-            parameters.of_way(material, front, Sent::by(lobe)?)
-        };
+    pub fn then(&mut self, scene: &Scene, event: &Event<'_, L>) {
         match *event {
             Event::Arrival { at, lobe, .. } => {
-                let place = (at.surface.material, at.interaction.front);
                 self.before.clone_from(&self.now);
-                self.at = Some(place);
-                self.now.add(lobe.and_then(|lobe| of_lobe(place, lobe)));
+                self.at = Some(at.into());
+                if let Some(lobe) = lobe {
+                    self.now.sent_on(scene, at.into(), lobe);
+                }
             }
             Event::Turn(Turn::Aimed { crosses }) => {
                 self.aimed.clone_from(&self.before);
-                self.aimed.add(self.at.and_then(|(material, front)| {
-                    parameters.of_way(material, front, Sent::scattered(crosses))
-                }));
+                if let Some(at) = self.at {
+                    self.aimed.sent_on(scene, at, LobeKind::diffuse(crosses));
+                }
             }
-            Event::Turn(Turn::SentOn { material, front, lobe, .. }) => {
-                self.aimed.add(of_lobe((material, front), lobe));
+            Event::Turn(Turn::SentOn { material, at, lobe, .. }) => {
+                self.aimed.sent_on(scene, Place { material, at }, lobe);
             }
             Event::Turn(Turn::Waits) => self.waiting.push((self.before.clone(), self.at)),
             Event::Turn(Turn::Copy { lobe, last }) => {
                 let Some((before, at)) = self.waiting.last() else { return };
                 self.now.clone_from(before);
-                self.now.add(at.zip(lobe).and_then(|(at, lobe)| of_lobe(at, lobe)));
+                if let (Some(at), Some(lobe)) = (*at, lobe) {
+                    self.now.sent_on(scene, at, lobe);
+                }
                 if last {
                     self.waiting.pop();
                 }
@@ -160,39 +229,28 @@ impl Account {
 
 /// Keeps account of what a backward path has met, and of the sums of what it finds. The account `()`
 /// does nothing, and costs nothing.
-pub trait Along<L: Lanes> {
+pub trait Along<L: Lanes>: Clone + Default {
+    /// Whether an account is kept.
+    const KEEPS: bool = false;
+
     /// Counts that the path has been sent on by a lobe of a surface.
     #[inline(always)]
-    fn sent_on(&mut self, _parameters: &Parameters, _at: &Arrived, _lobe: LobeKind) {}
+    fn sent_on(&mut self, _scene: &Scene, _at: &Arrived, _lobe: LobeKind) {}
 
-    /// Returns the sums of light that has met these parameters; `None` if no account is kept.
+    /// Counts that light which comes to the path has been sent on by a lobe of a surface.
     #[inline(always)]
-    fn sums_of(
-        _parameters: &Parameters,
-        _light: &Spectrum<L>,
-        _met: impl FnOnce() -> [Option<ParameterIndex>; 2],
-    ) -> Option<Moments<L>> {
-        None
-    }
+    fn sent_forth(&mut self, _scene: &Scene, _at: &Arrived, _lobe: LobeKind) {}
 
     /// Returns the sums of what was found, times a factor; `None` if no account is kept.
     #[inline(always)]
-    fn into_sums(self, _factor: f32) -> Option<Moments<L>>
-    where
-        Self: Sized,
-    {
+    fn into_sums(self, _factor: f32) -> Option<Moments<L>> {
         None
     }
 
-    /// Counts light that the path has found, which has met these parameters, too.
+    /// Counts light that the path has found. `more` adds what it has met elsewhere than on the
+    /// path.
     #[inline(always)]
-    fn found(
-        &mut self,
-        _parameters: &Parameters,
-        _light: &Spectrum<L>,
-        _met: impl FnOnce() -> [Option<ParameterIndex>; 3],
-    ) {
-    }
+    fn found(&mut self, _scene: &Scene, _light: &Spectrum<L>, _more: impl FnOnce(&mut Met<L>)) {}
 }
 
 impl<L: Lanes> Along<L> for () {}
@@ -219,32 +277,29 @@ impl<L: Lanes> Moments<L> {
 }
 
 /// What a path has met so far, and the sums of what it has found.
-#[derive(Debug)]
-pub struct PathAccount<L> {
-    met: Met,
+#[derive(Clone, Debug)]
+pub struct PathAccount<L: Lanes> {
+    met: Met<L>,
+    /// What the light has met that was found last.
+    all: Met<L>,
     sums: Moments<L>,
 }
 
-impl<L> Default for PathAccount<L> {
+impl<L: Lanes> Default for PathAccount<L> {
     fn default() -> Self {
-        Self { met: Met::default(), sums: Moments::default() }
+        Self { met: Met::default(), all: Met::default(), sums: Moments::default() }
     }
 }
 
 impl<L: Lanes> Along<L> for PathAccount<L> {
-    fn sent_on(&mut self, parameters: &Parameters, at: &Arrived, lobe: LobeKind) {
-        self.met.add(way_back(parameters, at, lobe));
+    const KEEPS: bool = true;
+
+    fn sent_on(&mut self, scene: &Scene, at: &Arrived, lobe: LobeKind) {
+        self.met.sent_back(scene, at.into(), lobe);
     }
 
-    fn sums_of(
-        parameters: &Parameters,
-        light: &Spectrum<L>,
-        met: impl FnOnce() -> [Option<ParameterIndex>; 2],
-    ) -> Option<Moments<L>> {
-        let (mut all, mut sums) = (Met::default(), Moments::default());
-        met().into_iter().for_each(|parameter| all.add(parameter));
-        all.count(parameters, light, &mut sums);
-        Some(sums)
+    fn sent_forth(&mut self, scene: &Scene, at: &Arrived, lobe: LobeKind) {
+        self.met.sent_on(scene, at.into(), lobe);
     }
 
     fn into_sums(self, factor: f32) -> Option<Moments<L>> {
@@ -252,27 +307,9 @@ impl<L: Lanes> Along<L> for PathAccount<L> {
         Some(Moments(scaled.collect()))
     }
 
-    fn found(
-        &mut self,
-        parameters: &Parameters,
-        light: &Spectrum<L>,
-        met: impl FnOnce() -> [Option<ParameterIndex>; 3],
-    ) {
-        let met = met();
-        met.iter().for_each(|parameter| self.met.add(*parameter));
-        self.met.count(parameters, light, &mut self.sums);
-        met.iter().for_each(|parameter| self.met.take(*parameter));
+    fn found(&mut self, scene: &Scene, light: &Spectrum<L>, more: impl FnOnce(&mut Met<L>)) {
+        self.all.clone_from(&self.met);
+        more(&mut self.all);
+        self.all.count(scene.parameters(), light, &mut self.sums);
     }
-}
-
-/// Returns the parameter of light that has come to `at` and is sent on by a lobe.
-pub fn way_on(parameters: &Parameters, at: &Arrived, lobe: LobeKind) -> Option<ParameterIndex> {
-    parameters.of_way(at.surface.material, at.interaction.front, Sent::by(lobe)?)
-}
-
-/// Returns the parameter of light that a surface sends against the direction of a path, which has
-/// come to `at` and goes on by a lobe: the light comes to the face to which the path goes on.
-pub fn way_back(parameters: &Parameters, at: &Arrived, lobe: LobeKind) -> Option<ParameterIndex> {
-    let front = at.interaction.front != lobe.crosses();
-    parameters.of_way(at.surface.material, front, Sent::by(lobe)?)
 }

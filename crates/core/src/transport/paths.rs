@@ -16,12 +16,13 @@
 //! small: `chance` finds the captors concerned.
 //!
 //! Reading order: `face` (where paths start), `Path::follow` (how they go on), `vertex` and
-//! `choice` (how a point is joined with a light), `reflectors` and `spots` (what the pilot run
-//! learns), `unseen` and `chance` (what paths miss), `joined` (the use of next-event estimation for
-//! pictures).
+//! `choice` (how a point is joined with a light), `course` (what that light has met), `reflectors`
+//! and `spots` (what the pilot run learns), `unseen` and `chance` (what paths miss), `joined` (the
+//! use of next-event estimation for pictures).
 
 mod chance;
 mod choice;
+mod course;
 mod face;
 mod joined;
 mod mirrored;
@@ -45,19 +46,19 @@ use crate::{
     scene::{
         light::{Emission, Light, LightHit, LightSample, Strata, Toward},
         material::{LobeKind, Scatterer, Transport},
-        parameter::ParameterIndex,
         world::{Arrived, ChosenImage, FlatMirrors, Scene, SurfaceHit},
     },
     transport::{
-        met::{Along, way_back, way_on},
+        met::Along,
         trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
     },
 };
+use course::{Course, Lit};
 pub use face::{Face, PathScore};
 pub use joined::Joined;
 #[doc(hidden)]
 pub use joined::radiance;
-use mirrored::by_way_of;
+use mirrored::{Step, by_way_of};
 use near::Near;
 use reflectors::Reflectors;
 use spots::Spots;
@@ -85,16 +86,6 @@ struct Leg {
     aimed: Option<usize>,
     /// Whether no pane lies between `at` and the origin of the ray.
     unbroken: bool,
-}
-
-/// Light that comes to a point of a path by itself, without the path going on.
-struct Lit<L> {
-    /// Where it comes from, a unit vector.
-    towards: Vec3,
-    /// Its irradiance across that direction, divided by the density of the choice.
-    irradiance: Spectrum<L>,
-    /// The parameters that it has met: that of its light, and that of a surface on the way.
-    met: [Option<ParameterIndex>; 2],
 }
 
 /// How the next direction of a path is chosen.
@@ -249,7 +240,8 @@ impl Path<'_, '_> {
         Some(Lit {
             towards: toward,
             irradiance: sample.radiance_over_pdf.scaled(weight / chance) * visible,
-            met: [scene.parameters().of_light(l), None],
+            light: l,
+            course: Course::Straight(sample.target),
         })
     }
 
@@ -310,12 +302,11 @@ impl Path<'_, '_> {
             free * seen.material.pdf(&seen.interaction, Transport::Importance, d)
         });
         let power = scene.lights()[light].spectrum::<L>();
-        let parameters = scene.parameters();
-        let way = way_on(parameters, &landed, landed.scattered(-towards));
         Some(Lit {
             towards,
             irradiance: (power * through * f * visible).scaled(cos / d2 * share / chance),
-            met: [parameters.of_light(light), way],
+            light,
+            course: Course::Sent { ray, from: end },
         })
     }
 
@@ -348,17 +339,16 @@ impl Path<'_, '_> {
         let ChosenImage { image, toward, chance } =
             scene.choose_image::<L>(mirrors, at.point, at.one_sided, toward_sun, number)?;
         let ray = Ray { origin: at.off(toward), direction: toward };
-        let mut way = None;
         let shines = |ray: &Ray| scene.sky_visibility::<L>(sun, ray);
-        let (arriving, rays) = by_way_of(scene, mirrors, image, ray, toward_sun, shines, |at| {
-            way = way_back(scene.parameters(), at, LobeKind::MirrorReflection).or(way);
-        });
+        let (arriving, rays) =
+            by_way_of(scene, mirrors, image, ray, toward_sun, shines, |_: Step<L>| ());
         self.rays += rays;
         let factor = suns.len() as f32 / (MIRRORS_TRIED * chance);
         (!arriving.is_zero()).then(|| Lit {
             towards: toward,
             irradiance: arriving * irradiance.scaled(factor),
-            met: [scene.parameters().of_light(sun), way],
+            light: sun,
+            course: Course::Image { image, toward_sun },
         })
     }
 
@@ -419,8 +409,7 @@ impl Path<'_, '_> {
                 let t_max = scene.beyond(hit.as_ref());
                 scene.lights_met(&leg.ray, t_max, |hit| {
                     let found = self.met::<L>(&leg, &hit) * &throughput;
-                    let light = || [parameters.of_light(hit.light), None, None];
-                    account.found(parameters, &found, light);
+                    account.found(scene, &found, |met| met.add(parameters.of_light(hit.light)));
                     radiance += found;
                 });
             }
@@ -455,10 +444,11 @@ impl Path<'_, '_> {
             let mut aim = Aim::Free;
             if material.is_diffuse() {
                 let mut add = |lit: Option<Lit<L>>| {
-                    if let Some(Lit { towards, irradiance, met: [light, way] }) = lit {
-                        let found = scattered(towards) * &throughput * irradiance;
-                        account.found(parameters, &found, || {
-                            [light, way, way_back(parameters, &at, at.scattered(towards))]
+                    if let Some(lit) = lit {
+                        let towards = lit.towards;
+                        let found = scattered(towards) * &throughput * &lit.irradiance;
+                        course::count(account, scene, (&here, &lit), &found, |met| {
+                            met.sent_back(scene, (&at).into(), at.scattered(towards));
                         });
                         radiance += found;
                     }
@@ -475,7 +465,7 @@ impl Path<'_, '_> {
                     let origin = scene.leave(&hit, side, side).origin;
                     let direction = (target - origin).normalize_or_zero();
                     throughput = throughput * scattered(direction);
-                    account.sent_on(parameters, &at, at.scattered(direction));
+                    account.sent_on(scene, &at, at.scattered(direction));
                     let density = Some(along(direction));
                     let ray = Ray { origin, direction };
                     leg = Leg { at: here, ray, density, aimed: Some(triangle), unbroken: true };
@@ -505,7 +495,7 @@ impl Path<'_, '_> {
                     if total_reflections == MAX_TOTAL_REFLECTIONS {
                         break;
                     }
-                    account.sent_on(parameters, &at, scatter.lobe);
+                    account.sent_on(scene, &at, scatter.lobe);
                     let ray = at.leave(scatter.lobe, scatter.direction);
                     leg = match scatter.lobe {
                         // light beyond a pane can still be joined with the vertex before the pane

@@ -309,7 +309,7 @@ impl Tally {
         scene: &Scene,
         weights: &[f64],
         power: &Spectrum<L>,
-        met: &Met,
+        met: &Met<L>,
     ) {
         for (part, variant) in self.parts.iter_mut().zip(scene.parameters().variants()) {
             part.emitted(None, weights, &(met.factor(variant, scene.lanes()) * power));
@@ -324,7 +324,7 @@ impl Tally {
         scene: &Scene,
         weights: &[f64],
         event: &Event<'_, L>,
-        met: &Met,
+        met: &Met<L>,
         counts: impl Fn(&Counted<'_, L>) -> bool,
     ) {
         match scene.parameters().variants() {
@@ -343,7 +343,7 @@ impl Tally {
         scene: &Scene,
         weights: &[f64],
         event: &Event<'_, L>,
-        (met, variant): (&Met, &Variant),
+        (met, variant): (&Met<L>, &Variant),
         counts: impl Fn(&Counted<'_, L>) -> bool,
     ) {
         let factor: Spectrum<L> = met.factor(variant, scene.lanes());
@@ -391,7 +391,7 @@ impl Tally {
         scene: &Scene,
         weights: &[f64],
         event: &Event<'_, L>,
-        met: &Met,
+        met: &Met<L>,
         counts: impl Fn(&Counted<'_, L>) -> bool,
     ) {
         let Some(counted) = event.counted(scene).filter(counts) else { return };
@@ -402,25 +402,22 @@ impl Tally {
             None => 1.0,
             Some(response) => response.factor(event.cosine(scene)),
         };
-        for (parameter, times) in met.each() {
-            add(counted.channel(), parameter, counted.power.clone().scaled(factor * times));
-        }
+        let read = counted.power.clone().scaled(factor);
+        met.moments(&read, |parameter, moment| add(counted.channel(), parameter, moment));
         let Event::Arrival { at, power, scattered, lobe } = *event else { return };
         let first = counted.captor.first_channel;
         let by_face =
             counted.captor.by_face.then_some(first + ABSORBED_FRONT + counted.face as usize);
         let channels = [Some(first + Channel::Absorbed as usize), by_face].into_iter().flatten();
         let absorbed = absorbed_of(at, power, scattered);
-        let own = lobe.and_then(Sent::by).and_then(|sent| {
-            scene.parameters().of_way(at.surface.material, at.interaction.front, sent)
-        });
+        let mut own = Met::default();
+        if let Some(lobe) = lobe {
+            own.sent_on(scene, at.into(), lobe);
+        }
+        let sent_on = scattered.clone().scaled(-1.0);
         for channel in channels {
-            for (parameter, times) in met.each() {
-                add(channel, parameter, absorbed.clone().scaled(times));
-            }
-            if let Some(own) = own {
-                add(channel, own, scattered.clone().scaled(-1.0));
-            }
+            met.moments(&absorbed, |parameter, moment| add(channel, parameter, moment));
+            own.moments(&sent_on, |parameter, moment| add(channel, parameter, moment));
         }
     }
 

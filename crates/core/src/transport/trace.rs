@@ -96,8 +96,8 @@ pub enum Turn {
         hit: SurfaceHit,
         /// Index of the material.
         material: u32,
-        /// Whether the flight has come to the front.
-        front: bool,
+        /// How the flight has come there.
+        at: Interaction,
         /// The lobe by which it goes on.
         lobe: LobeKind,
     },

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use glam::Vec3;
+
 use super::{
     loader::{Loader, unknown},
     materials::LEAF_IOR,
@@ -12,24 +14,29 @@ use phylux_core::{
     error::Result,
     scene::{
         material::{Material, Scatterer, normal_fresnel},
-        parameter::{Factor, Parameter, Parameters, Uncertainty},
+        parameter::{Factor, Parameter, Parameters, Sent, Uncertainty},
     },
 };
 
-/// The ways of a material, in the order of [`Sent`](phylux_core::scene::parameter::Sent): scattered
-/// back, in the mirror direction, scattered to the other side.
-const REFLECTED: [bool; 3] = [true, true, false];
+/// Whether each way of a material counts, in the order of [`Sent`]: scattered back, in the mirror
+/// direction, scattered to the other side, straight on, through the surface of a solid.
+type Ways = [bool; Sent::WAYS];
+const REFLECTED: Ways = [true, true, false, false, false];
 /// Below the cuticle of a leaf, which mirrors whatever is below it, or beside a mirror.
-const SCATTERED: [bool; 3] = [true, false, false];
-const MIRRORED: [bool; 3] = [false, true, false];
-const TRANSMITTED: [bool; 3] = [false, false, true];
+const SCATTERED: Ways = [true, false, false, false, false];
+const MIRRORED: Ways = [false, true, false, false, false];
+const TRANSMITTED: Ways = [false, false, true, false, false];
+const STRAIGHT: Ways = [false, false, false, true, false];
+/// Through a pane, or mirrored from between its faces.
+const IN_PANE: Ways = [false, true, false, true, false];
+const REFRACTED: Ways = [false, false, false, false, true];
 const BOTH: [bool; 2] = [true, true];
 const FRONT: [bool; 2] = [true, false];
 const BACK: [bool; 2] = [false, true];
 
 /// What of a material is one parameter: the end of its name, faces and ways, and where a number of the
 /// file stands for it, that number per band.
-type Kind = (String, [bool; 2], [bool; 3], Option<Vec<f64>>);
+type Kind = (String, [bool; 2], Ways, Option<Vec<f64>>);
 
 impl Loader<'_> {
     /// Makes the parameters that the scene asks for, once its materials and lights are known.
@@ -202,8 +209,8 @@ impl Loader<'_> {
             return Ok(index);
         }
         let problem = format!(
-            "`{pointer}` is no input of which a run can tell what depends on it (lengths, tints, \
-             indices and gloss are none, nor is what is 0)"
+            "`{pointer}` is no input of which a run can tell what depends on it (lengths, \
+             angles, indices and gloss are none, nor is what is 0)"
         );
         let known = all.iter().map(|(_, parameter)| parameter.name.as_str());
         Err(unknown(self.error(at, problem), pointer, known))
@@ -247,9 +254,17 @@ impl Loader<'_> {
             }
             MaterialSpec::Leaf(leaf) if leaf.thin => self.kinds_of_leaf(leaf),
             MaterialSpec::Table(_) => of_nothing_known(material),
-            // what panes and solids let through is not counted
-            MaterialSpec::Transparent(_) | MaterialSpec::Leaf(_) => Vec::new(),
+            MaterialSpec::Transparent(TransparentSpec { tint, thin, .. }) => {
+                vec![self.kind_of_tint(tint.as_ref(), *thin)]
+            }
+            MaterialSpec::Leaf(leaf) => vec![self.kind_of_tint(leaf.tint.as_ref(), false)],
         }
+    }
+
+    /// Returns the parameter of a pane or a solid. A tint that is not given is 1.
+    fn kind_of_tint(&self, tint: Option<&PerBand>, is_pane: bool) -> Kind {
+        let values = tint.map_or(Some(vec![1.0; self.bands]), |tint| self.given(tint));
+        ("/tint".into(), BOTH, if is_pane { IN_PANE } else { REFRACTED }, values)
     }
 
     fn kinds_of_leaf(&self, leaf: &LeafSpec) -> Vec<Kind> {
@@ -299,9 +314,20 @@ fn of_nothing_known(material: &Material) -> Vec<Kind> {
         _ => REFLECTED,
     };
     let reflects = material.is_diffuse() || material.has_mirror();
-    let lets_through = matches!(material, Material::Pane(_) | Material::Dielectric(_));
-    let reflected = (reflects && !lets_through).then(|| ("#reflected".into(), BOTH, ways, None));
-    let transmitted =
-        material.transmits_diffusely().then(|| ("#transmitted".into(), BOTH, TRANSMITTED, None));
-    reflected.into_iter().chain(transmitted).collect()
+    let of_tint = match material {
+        Material::Pane(_) => Some(IN_PANE),
+        Material::Dielectric(_) => Some(REFRACTED),
+        _ => None,
+    };
+    if let Some(ways) = of_tint {
+        return vec![("#tint".into(), BOTH, ways, None)];
+    }
+    let straight = material.straight::<[f32; 1]>(Vec3::NEG_Z, Vec3::Z).is_some();
+    let kind = |end: &str, ways| -> Kind { (end.into(), BOTH, ways, None) };
+    let all = [
+        reflects.then(|| kind("#reflected", ways)),
+        material.transmits_diffusely().then(|| kind("#transmitted", TRANSMITTED)),
+        straight.then(|| kind("#straight", STRAIGHT)),
+    ];
+    all.into_iter().flatten().collect()
 }

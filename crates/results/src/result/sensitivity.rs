@@ -7,17 +7,17 @@ use serde::{Deserialize, Serialize};
 
 use super::{CaptorResult, FaceResult, GroupResult, RunResult, validate::are_errors};
 use phylux_core::{
-    math::stats::{error_of_ratio, ratio},
+    math::stats::{difference_of_ratios, error_of_ratio, ratio},
     scene::{
         captor::{Captor, CaptorKind, Channel},
         parameter::Parameter,
-        world::{BandSum, Scene},
+        world::{BandRatio, BandSum, Scene},
     },
     transport::simulate::Simulation,
 };
 
 /// How much the light on a face of a captor or group, or the light that it absorbs, depends on a
-/// parameter: a reflectance, a transmittance or the power of a light.
+/// parameter: a reflectance, a transmittance, a tint or the power of a light.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct SensitivityResult {
     /// Id of the captor; absent where it is a group.
@@ -33,7 +33,8 @@ pub struct SensitivityResult {
     pub parameter: String,
     /// By how many per cent the light changes for 1 % more of the parameter, per band, then per sum:
     /// d ln E / d ln x. For light that arrives it is how many times it has met the parameter, on
-    /// average. Null where no light arrived.
+    /// average. (Light that passes a pane at an angle counts for more than once, as the tint does.)
+    /// Null where no light arrived.
     pub elasticity: Vec<Option<f64>>,
     /// Standard error of the value above.
     pub elasticity_se: Vec<Option<f64>>,
@@ -44,6 +45,26 @@ pub struct SensitivityResult {
     /// Standard error of the value above; null also for sums over bands in which the parameter
     /// differs.
     pub derivative_se: Vec<Option<f64>>,
+    /// The same of each ratio, where the scene has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ratios: Option<RatioSensitivity>,
+}
+
+/// How much the ratios of a face of a captor or group, or of what it absorbs, depend on a
+/// parameter.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct RatioSensitivity {
+    /// By how many per cent each ratio changes for 1 % more of the parameter: the elasticity of its
+    /// numerator less that of its denominator. Null where the ratio is not known.
+    pub elasticity: Vec<Option<f64>>,
+    /// Standard error of the value above.
+    pub elasticity_se: Vec<Option<f64>>,
+    /// Change of each ratio for one unit of the parameter, if all bands change by the same amount.
+    /// Null where no number of the scene file stands for the parameter, and where that is 0.
+    pub derivative: Vec<Option<f64>>,
+    /// Standard error of the value above; null also where the parameter differs between bands of
+    /// the ratio.
+    pub derivative_se: Vec<Option<f64>>,
 }
 
 impl SensitivityResult {
@@ -52,11 +73,16 @@ impl SensitivityResult {
         self.captor.as_ref().or(self.group.as_ref()).map_or("", String::as_str)
     }
 
-    pub(super) fn is_valid(&self, bands: usize) -> bool {
+    pub(crate) fn is_valid(&self, bands: usize, ratios: usize) -> bool {
         let Self { elasticity, elasticity_se, derivative, derivative_se, .. } = self;
         let lists = [elasticity, elasticity_se, derivative, derivative_se];
+        let of_ratios = self.ratios.as_ref().is_none_or(|of| {
+            let lists = [&of.elasticity, &of.elasticity_se, &of.derivative, &of.derivative_se];
+            lists.into_iter().all(|list| are_errors(list, ratios))
+        });
         self.captor.is_some() != self.group.is_some()
             && lists.into_iter().all(|list| are_errors(list, bands))
+            && of_ratios
     }
 }
 
@@ -227,6 +253,8 @@ fn sensitivity(
         .collect();
     let (derivative, derivative_se) =
         derivatives(scene, &parameter.values, &moments).into_iter().unzip();
+    let moment = |b: usize| found[b].0[0];
+    let ratios = of_ratios(simulation, face, (index, parameter), histories, moment);
     let (captor, group) = (place.captor.map(str::to_string), place.group.map(str::to_string));
     Some(SensitivityResult {
         captor,
@@ -237,7 +265,62 @@ fn sensitivity(
         elasticity_se,
         derivative,
         derivative_se,
+        ratios,
     })
+}
+
+/// Returns how the ratios of a face depend on a parameter, of which the moment in each band is
+/// given; `None` if the scene has none.
+fn of_ratios(
+    simulation: &Simulation,
+    face: &Face,
+    (index, parameter): (usize, &Parameter),
+    histories: u64,
+    moment: impl Fn(usize) -> f64,
+) -> Option<RatioSensitivity> {
+    let (scene, totals) = (simulation.scene(), simulation.totals());
+    let (fours, batches) = totals.ratio_moments(scene, index, face.channel)?;
+    if scene.ratios().is_empty() {
+        return None;
+    }
+    let values = &parameter.values;
+    let each = scene.ratios().iter().zip(fours).map(|(ratio, four)| {
+        let Some((elasticity, error)) = difference_of_ratios(four, batches) else {
+            return [None; 4];
+        };
+        let error = error.map(|error| error_of_ratio(elasticity.abs(), error, histories));
+        // each band has a value of the parameter of its own
+        let [_, over, _, under] = four.means(batches);
+        let slope = |sum: &BandSum| {
+            let each = sum.weighted().filter(|(_, weight)| *weight != 0.0).map(|(b, weight)| {
+                let value = values.get(b).copied().filter(|value| *value != 0.0)?;
+                Some(weight * moment(b) / value)
+            });
+            each.sum::<Option<f64>>()
+        };
+        let both = slope(&ratio.numerator).zip(slope(&ratio.denominator));
+        let derivative = both.map(|(n, d)| (n - over / under * d) / under);
+        let value = value_of_all(ratio, values);
+        let derivative_se = error.zip(value).map(|(error, x)| error * (over / under / x).abs());
+        [Some(elasticity), error, derivative, derivative.and(derivative_se)]
+    });
+    let all: Vec<[Option<f64>; 4]> = each.collect();
+    let list = |i: usize| all.iter().map(|of| of[i]).collect();
+    let (elasticity, elasticity_se) = (list(0), list(1));
+    Some(RatioSensitivity {
+        elasticity,
+        elasticity_se,
+        derivative: list(2),
+        derivative_se: list(3),
+    })
+}
+
+/// Returns the value that a parameter has in all bands of a ratio; `None` where they differ.
+fn value_of_all(ratio: &BandRatio, values: &[f64]) -> Option<f64> {
+    let bands = || ratio.numerator.weighted().chain(ratio.denominator.weighted());
+    let mut counted = bands().filter(|(_, weight)| *weight != 0.0).map(|(band, _)| band);
+    let first = values.get(counted.next()?).copied()?;
+    (first != 0.0 && counted.all(|band| values[band] == first)).then_some(first)
 }
 
 /// Returns the derivative by the parameter and its standard error in each band and sum, from the

@@ -66,7 +66,7 @@ impl BudgetResult {
         self.captor.as_ref().or(self.group.as_ref()).map_or("", String::as_str)
     }
 
-    pub(super) fn is_valid(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let mut numbers = self.largest.iter().map(|input| input.se).chain([self.model_se]);
         self.captor.is_some() != self.group.is_some() && numbers.all(is_possible)
     }

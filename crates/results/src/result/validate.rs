@@ -46,7 +46,11 @@ impl RunResult {
             && self.captors.iter().all(of_captors)
             && self.groups.iter().all(of_groups)
             && self.layers.iter().flatten().all(|layer| layer.is_valid(bands))
-            && self.sensitivity.iter().flatten().all(|found| found.is_valid(bands))
+            && self
+                .sensitivity
+                .iter()
+                .flatten()
+                .all(|found| found.is_valid(bands, self.ratios.len()))
             && self.budget.iter().flatten().all(BudgetResult::is_valid)
             && self.canopy.iter().all(|canopy| canopy.is_valid(bands))
     }

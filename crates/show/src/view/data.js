@@ -1,6 +1,6 @@
 // The page that `phylux view` writes: surfaces and captors in tiles, coloured by their light. This file
 // reads the data, which view.rs writes into script elements of the page, and holds the user's choices.
-// Then come draw.js, smooth.js, photons.js, histories.js, table.js, bar.js, year.js, link.js, panel.js, keys.js and start.js.
+// Then come draw.js, smooth.js, photons.js, histories.js, dependence.js, table.js, bar.js, year.js, link.js, panel.js, keys.js and start.js.
 "use strict";
 
 // --- the data ---

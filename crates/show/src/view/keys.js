@@ -98,6 +98,7 @@ function closeFront() {
     [Boolean(playing), stopYear],
     [Boolean(flying), stopPhotons],
     [!element("course").hidden, () => { courseOff = true; showCourse(); }],
+    [!element("inputs").hidden, () => { shownInputs.off = true; showInputs(); }],
     [!element("ways").hidden, () => { shownWays.off = true; showWays(); draw(); }],
     [state.listed.length > 0, clearListed],
     [state.found >= 0, () => { element("find").value = ""; find(""); }],

@@ -8,6 +8,7 @@ function repaint(fit) {
   showFound();
   showTables();
   showListed();
+  showInputs();
   if (points && state.photons) paintPhotons();
   draw();
 }
@@ -119,6 +120,7 @@ function find(text) {
 
 function markFound() {
   showWays();
+  showInputs();
   markTiles(parts.filter((part) => part.captor === state.found && state.found >= 0).flatMap(tilesOf));
 }
 
@@ -274,6 +276,7 @@ function makePanel() {
   on("listFound", "click", () => list(parts.find((part) => part.captor === state.found).first));
   watchCourse();
   watchWays();
+  watchInputs();
 
   element("photonSection").hidden = !photons;
   if (photons) makePhotonPanel();

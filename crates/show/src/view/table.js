@@ -196,6 +196,7 @@ function showListed() {
   }
   showCourse();
   showWays();
+  showInputs();
 }
 
 /** Lists or takes away, and marks what is listed. */
@@ -323,12 +324,12 @@ function showTables() {
   for (const row of rows.slice(0, MOST_ROWS)) {
     const line = body.insertRow();
     columns.forEach((column) => cell(line, column.text(row)));
-    if (row.captor < 0) continue;
+    if (row.captor < 0 && !facts.dependence) continue;
     const button = document.createElement("button");
     button.textContent = row.name;
-    button.title = "find it in the picture";
+    button.title = row.captor < 0 ? "show what it depends on" : "find it in the picture";
     line.cells[0].replaceChildren(button);
-    line.addEventListener("click", () => find(row.name));
+    line.addEventListener("click", () => (row.captor < 0 ? chooseGroupOfInputs(row.name) : find(row.name)));
   }
   const left = rows.length - MOST_ROWS;
   element("tableNote").textContent = left > 0 ? `and ${left} more, which CSV has` : "";

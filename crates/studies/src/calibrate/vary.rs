@@ -72,7 +72,8 @@ pub fn search(
              takes {NODES} times the runs"
         );
         let remedy = format!(
-            "vary at most {MOST_BY_GRID}, or only reflectances and transmittances that are numbers"
+            "vary at most {MOST_BY_GRID}, or only reflectances, transmittances and tints that are \
+             numbers"
         );
         return Err(Error::input("--vary", problem).remedy(remedy));
     }

@@ -40,6 +40,7 @@ pub fn is_optical(scene: &Value, parameter: &Parameter) -> bool {
             return false;
         };
         let text = |key: &str| material.get(key).and_then(Value::as_str);
+        let flag = |key: &str| material.get(key).and_then(Value::as_bool);
         let has = |key: &str| material.get(key).is_some_and(|value| !value.is_null());
         match (text("type"), of_back, key) {
             (Some("lambert" | "mirror"), false, "reflectance") => true,
@@ -48,6 +49,10 @@ pub fn is_optical(scene: &Value, parameter: &Parameter) -> bool {
                 !(has("specular") && has("exponent"))
             }
             (Some("leaf"), _, "reflectance" | "transmittance") => !has("prospect"),
+            // the tint of a solid; that of a pane is no factor on light, as light goes to and fro
+            // in it
+            (Some("transparent"), false, "tint") => flag("thin") != Some(true),
+            (Some("leaf"), false, "tint") => flag("thin") == Some(false),
             _ => false,
         }
     };

@@ -193,6 +193,34 @@ impl Pane {
         Shares { mirrored, passed, absorbed: 0.5 * (s.absorbed + p.absorbed) }
     }
 
+    /// Returns the power with which the tint enters into what is mirrored, if it `mirrors`, or into
+    /// what goes straight on: d ln f / d ln tint. Light that goes through between the faces k times
+    /// brings k / cosine inside. 0 where there is no light.
+    fn power(faces: &Fresnel, tint: f32, mirrors: bool) -> f32 {
+        let passage = tint.powf(1.0 / faces.cos_refracted);
+        let mut sums = [0.0; 2];
+        for f in [faces.s, faces.p] {
+            let (enters, twice) = (1.0 - f, f * passage);
+            // 1 - f^2 a^2, exact where f and a are nearly 1
+            let left = (1.0 - passage + passage * enters) * (1.0 + twice);
+            if left <= 0.0 {
+                sums[0] += f32::from(mirrors);
+                continue;
+            }
+            let passed = enters * enters * passage / left;
+            // the mean number of passages of what goes straight on; what is mirrored from within
+            // makes one more
+            let passages = (1.0 + twice * twice) / left;
+            let (all, counted) = match mirrors {
+                true => (f + twice * passed, twice * passed * (passages + 1.0)),
+                false => (passed, passed * passages),
+            };
+            sums = [sums[0] + all, sums[1] + counted];
+        }
+        let power = sums[1] / sums[0] / faces.cos_refracted;
+        if power.is_finite() { power } else { 0.0 }
+    }
+
     /// Returns one of the fractions, per band.
     #[inline(always)]
     fn per_band<L: Lanes>(&self, at: &Interaction, which: impl Fn(Shares) -> f32) -> Spectrum<L> {
@@ -272,6 +300,16 @@ impl Scatterer for Pane {
     #[inline]
     fn straight<L: Lanes>(&self, direction: Vec3, front_normal: Vec3) -> Option<Spectrum<L>> {
         Some(self.transmittance(&Interaction::new(direction, front_normal)))
+    }
+
+    fn powers<L: Lanes>(&self, at: &Interaction, lobe: LobeKind) -> Option<Spectrum<L>> {
+        let mirrors = match lobe {
+            LobeKind::Straight => false,
+            LobeKind::MirrorReflection => true,
+            _ => return None,
+        };
+        let faces = Fresnel::new(at.cos, self.ior);
+        Some(self.tint.fraction::<L>().map(|tint| Self::power(&faces, tint, mirrors)))
     }
 
     #[inline]

@@ -55,10 +55,7 @@ impl Arrived<'_> {
     /// direction, a unit vector.
     #[inline(always)]
     pub fn scattered(&self, direction: Vec3) -> LobeKind {
-        match direction.dot(self.facing()) < 0.0 {
-            true => LobeKind::DiffuseTransmission,
-            false => LobeKind::DiffuseReflection,
-        }
+        LobeKind::diffuse(direction.dot(self.facing()) < 0.0)
     }
 
     /// Returns the ray that goes on from here by a lobe of the material, in this direction, a unit

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::Scene;
+use super::{Scene, Surface};
 use crate::{
     math::{
         geometry::{Ray, closeness},
@@ -196,21 +196,37 @@ impl Scene {
         if distance == f32::INFINITY && self.ends_in_hill(ray.direction) {
             return None;
         }
-        if !self.shapes.is_plain {
-            return self.visibility_in_pieces(ray, distance);
-        }
         let mut through = Spectrum::splat(self.lanes(), 1.0);
+        let passes = self.passes_straight(ray, distance, |_, straight| {
+            through = through.clone() * straight;
+        });
+        passes.then_some(through)
+    }
+
+    /// Returns whether light goes straight along a ray, as far as `distance`, m, which may be
+    /// infinite. `pass` is told of each pane and cover on the way, in any order, with what it lets
+    /// through.
+    #[inline(always)]
+    pub fn passes_straight<L: Lanes>(
+        &self,
+        ray: &Ray,
+        distance: f32,
+        mut pass: impl FnMut(&Surface, Spectrum<L>),
+    ) -> bool {
+        if !self.shapes.is_plain {
+            return self.passes_in_pieces(ray, distance, &mut pass);
+        }
         let occluded = self.shapes.surface_bvh.occluded(ray, distance, |hit| {
             let surface = &self.surfaces[hit.triangle as usize];
             let straight = self.material(surface).straight::<L>(ray.direction, surface.normal);
             let Some(straight) = straight else { return true };
             // at the edge between two triangles of a pane only one of them counts
             if hit.owned {
-                through = through.clone() * straight;
+                pass(surface, straight);
             }
             false
         });
-        (!occluded).then_some(through)
+        !occluded
     }
 }
 

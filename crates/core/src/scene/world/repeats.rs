@@ -8,7 +8,7 @@
 use glam::Vec3;
 
 use super::{
-    Crossing, Scene, SurfaceHit, front_at_edge,
+    Crossing, Scene, Surface, SurfaceHit, front_at_edge,
     shapes::{Found, has_parallel},
     shared::Surfaced,
 };
@@ -309,14 +309,14 @@ impl Scene {
         }
     }
 
-    /// The search of [`visibility_along`](Self::visibility_along).
+    /// The search of [`passes_straight`](Self::passes_straight).
     #[inline(never)]
-    pub(super) fn visibility_in_pieces<L: Lanes>(
+    pub(super) fn passes_in_pieces<L: Lanes>(
         &self,
         ray: &Ray,
         distance: f32,
-    ) -> Option<Spectrum<L>> {
-        let mut through = Spectrum::splat(self.lanes(), 1.0);
+        pass: &mut impl FnMut(&Surface, Spectrum<L>),
+    ) -> bool {
         let slack = self.slack();
         let mut pieces = self.pieces(ray);
         for stretch in pieces.by_ref() {
@@ -332,15 +332,15 @@ impl Scene {
                 let Some(straight) = straight else { return true };
                 // on a border only one of the two cells counts it
                 if met.is_owned() && (from..to).contains(&met.t()) {
-                    through = through.clone() * straight;
+                    pass(surface, straight);
                 }
                 false
             });
             if occluded {
-                return None;
+                return false;
             }
         }
-        (!pieces.is_lost()).then_some(through)
+        !pieces.is_lost()
     }
 
     /// Returns the farthest opening of a light at infinity that a ray crosses, as

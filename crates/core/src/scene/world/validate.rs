@@ -17,7 +17,7 @@ use crate::{
         lattice::Lattice,
         light::{LightSource, check_power},
         material::{Material, Scatterer},
-        parameter::{Factor, Parameter, Parameters},
+        parameter::{Factor, Parameter, Parameters, Sent},
     },
 };
 
@@ -156,12 +156,13 @@ impl SceneParts {
         let mut taken = HashSet::new();
         for Parameter { name, factor, values, uncertainty } in &self.parameters {
             let places: Vec<[usize; 2]> = match *factor {
-                Factor::Light(light) if light < self.lights.len() => vec![[light, 6]],
-                Factor::Material { material, faces, ways } if material < self.materials.len() => (0
-                    ..6)
-                    .filter(|way| faces[way / 3] && ways[way % 3])
-                    .map(|way| [material, way])
-                    .collect(),
+                Factor::Light(light) if light < self.lights.len() => vec![[light, 2 * Sent::WAYS]],
+                Factor::Material { material, faces, ways } if material < self.materials.len() => {
+                    let all = 0..2 * Sent::WAYS;
+                    all.filter(|way| faces[way / Sent::WAYS] && ways[way % Sent::WAYS])
+                        .map(|way| [material, way])
+                        .collect()
+                }
                 Factor::Light(_) | Factor::Material { .. } => Vec::new(),
             };
             let fits = values.is_empty() || values.len() == bands;

@@ -229,8 +229,8 @@ impl<'a> Aimed<'a> {
             let onward = scatter(at.material, &at.interaction, &power, &mut scattered, rng);
             let Some(onward) = onward else { return };
             power = scattered;
-            let (material, front) = (at.surface.material, at.interaction.front);
-            on(Event::Turn(Turn::SentOn { hit, material, front, lobe: onward.lobe }));
+            let (material, lobe) = (at.surface.material, onward.lobe);
+            on(Event::Turn(Turn::SentOn { hit, material, at: at.interaction, lobe }));
             total_reflections =
                 if onward.lobe == LobeKind::TotalReflection { total_reflections + 1 } else { 0 };
             if total_reflections == MAX_TOTAL_REFLECTIONS {

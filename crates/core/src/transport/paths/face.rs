@@ -5,10 +5,11 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 use super::{
-    Aim, Leg, Lit, Path, Pilot,
+    Aim, Leg, Path, Pilot,
     choice::{LightChoice, Place},
-    mirrored::by_way_of,
-    spots::{self, Spots},
+    course,
+    mirrored::{Step, by_way_of},
+    spots::{self, Passage, Spots},
     vertex::{Arrival, Vertex},
 };
 use crate::{
@@ -21,11 +22,11 @@ use crate::{
     scene::{
         captor::{Captor, CaptorKind, Channel},
         daylight::InfiniteLight,
-        material::{Interaction, Material, Scatterer, Transport},
-        parameter::{Sent, Variant},
+        material::{Interaction, LobeKind, Material, Scatterer, Transport},
+        parameter::Variant,
         world::{Outline, Scene, Shape, Surface},
     },
-    transport::met::{Along, Moments, PathAccount},
+    transport::met::{self, Along, Met, Moments, PathAccount},
 };
 
 /// What one path has found for a face, per band in W or umol/s.
@@ -165,11 +166,7 @@ impl<'a> Face<'a> {
     }
 
     /// Follows one path back from the face, and keeps account of what it meets.
-    fn path_along<L: Lanes, A: Along<L> + Default>(
-        &self,
-        pilot: &Pilot,
-        rng: &mut Stream,
-    ) -> PathScore<L> {
+    fn path_along<L: Lanes, A: Along<L>>(&self, pilot: &Pilot, rng: &mut Stream) -> PathScore<L> {
         let Start { triangle, point, normal } = self.start(rng);
         let at = self.vertex(point, normal);
         let mut path = Path { scene: self.scene, pilot, rng, rays: 0, cut_off: false };
@@ -211,10 +208,12 @@ impl<'a> Face<'a> {
         let absorbed_moments = Moments::default();
         let mut score =
             PathScore { flux, absorbed, rays, cut_off, in_layers, moments, absorbed_moments };
-        for Lit { towards, irradiance: flux, met } in direct.into_iter().flatten() {
-            let moments = A::sums_of(self.scene.parameters(), &flux, || met);
-            let cos = towards.dot(normal);
-            self.take(&mut score, Coming { triangle, direction: towards, cos }, flux, moments, rng);
+        for lit in direct.into_iter().flatten() {
+            let mut account = A::default();
+            course::count(&mut account, self.scene, (&at, &lit), &lit.irradiance, |_| ());
+            let (direction, cos) = (lit.towards, lit.towards.dot(normal));
+            let (coming, sums) = (Coming { triangle, direction, cos }, account.into_sums(1.0));
+            self.take(&mut score, coming, lit.irradiance, sums, rng);
         }
         if let Some((direction, flux, moments)) = indirect {
             let cos = direction.dot(normal);
@@ -277,13 +276,12 @@ impl<'a> Face<'a> {
         let Some(surface) = self.surface(triangle).filter(|_| variants.is_empty()) else { return };
         let sample = material.sample::<L>(&at, Transport::Light, &mut rng.clone());
         let Some(sample) = sample else { return };
-        let sent = Sent::by(sample.lobe);
-        let parameter =
-            sent.and_then(|sent| self.scene.parameters().of_way(surface.material, at.front, sent));
-        if let Some(parameter) = parameter {
-            let sent_on = sample.weight * flux;
-            score.absorbed_moments.add(parameter.into(), sent_on.scaled(-1.0));
-        }
+        let mut own = Met::default();
+        own.sent_on(self.scene, met::Place { material: surface.material, at }, sample.lobe);
+        let sent_on = (sample.weight * flux).scaled(-1.0);
+        own.moments(&sent_on, |parameter, moment| {
+            score.absorbed_moments.add(parameter.into(), moment);
+        });
     }
 
     /// Returns the material of a triangle of a surface captor, and how light from a direction comes to
@@ -332,7 +330,14 @@ impl<'a> Face<'a> {
         let ray = scene.lights()[light].emit(rng);
         score.rays += 1;
         let power = scene.lights()[light].spectrum::<L>();
-        spots::straight::<L>(scene, ray, |crossing, through| {
+        let mut account = A::default();
+        spots::straight::<L>(scene, ray, |passage, through| {
+            let crossing = match passage {
+                Passage::To(crossing) => crossing,
+                Passage::Through(at) => {
+                    return account.sent_forth(scene, at, LobeKind::Straight);
+                }
+            };
             let channel = if crossing.front { Channel::Front } else { Channel::Back };
             if (crossing.captor, channel) != (self.captor, self.channel) {
                 return;
@@ -348,8 +353,9 @@ impl<'a> Face<'a> {
                 free * cosine_hemisphere_density(d.dot(normal))
             });
             let flux = (power.clone() * through).scaled(share / chance);
-            let parameters = scene.parameters();
-            let moments = A::sums_of(parameters, &flux, || [parameters.of_light(light), None]);
+            let mut here = account.clone();
+            here.found(scene, &flux, |met| met.add(scene.parameters().of_light(light)));
+            let moments = here.into_sums(1.0);
             let (direction, cos) = (origin.towards, origin.towards.dot(normal));
             let absorbed =
                 self.take(score, Coming { triangle, direction, cos }, flux, moments, rng);
@@ -415,7 +421,8 @@ impl<'a> Face<'a> {
                 }
                 let direction = toward.normalize();
                 let ray = Ray { origin, direction };
-                let (arriving, _) = by_way_of(scene, mirrors, image, ray, sun, shines, |_| ());
+                let (arriving, _) =
+                    by_way_of(scene, mirrors, image, ray, sun, shines, |_: Step<L>| ());
                 if !arriving.is_zero() {
                     add(arriving.scaled(weight), direction, false, rng);
                 }

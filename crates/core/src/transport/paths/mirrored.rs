@@ -14,11 +14,25 @@ use crate::{
     transport::trace::MAX_INTERACTIONS,
 };
 
+/// A step of a ray towards an image of the sun.
+pub(super) enum Step<'a, L> {
+    /// It goes straight through a pane.
+    Through(&'a Arrived<'a>),
+    /// A pane or mirror shows the image.
+    Shown {
+        /// The place.
+        at: &'a Arrived<'a>,
+        /// The ray from there to the sun.
+        onward: Ray,
+        /// The fraction of the sun's light that arrives by way of it.
+        arriving: &'a Spectrum<L>,
+    },
+}
+
 /// Follows a ray in the direction in which an image of the sun is seen. Returns the fraction of the
 /// sun's light, across that direction, that arrives along the ray by way of the panes or mirrors
 /// that show this image, and the number of rays that this took. `shines` tells which fraction of
-/// the sun's light comes along a ray in the direction `toward_sun`. `shown` is told of each pane or
-/// mirror by way of which some arrives.
+/// the sun's light comes along a ray in the direction `toward_sun`. `on` is told of each step.
 pub(super) fn by_way_of<L: Lanes>(
     scene: &Scene,
     mirrors: &FlatMirrors,
@@ -26,7 +40,7 @@ pub(super) fn by_way_of<L: Lanes>(
     mut ray: Ray,
     toward_sun: Vec3,
     shines: impl Fn(&Ray) -> Option<Spectrum<L>>,
-    mut shown: impl FnMut(&Arrived),
+    mut on: impl FnMut(Step<'_, L>),
 ) -> (Spectrum<L>, u32) {
     let toward = ray.direction;
     let [mut arriving, mut through] =
@@ -45,14 +59,17 @@ pub(super) fn by_way_of<L: Lanes>(
             && let Some(mirrored) = mirrored
         {
             rays += 1;
-            if let Some(visible) = shines(&at.leave(mirrored.lobe, toward_sun)) {
-                shown(&at);
-                arriving += mirrored.weight * &through * visible;
+            let onward = at.leave(mirrored.lobe, toward_sun);
+            if let Some(visible) = shines(&onward) {
+                let more = mirrored.weight * &through * visible;
+                on(Step::Shown { at: &at, onward, arriving: &more });
+                arriving += more;
             }
         }
         match onward {
             Some(onward) if onward.lobe == LobeKind::Straight => {
                 through = through * onward.weight;
+                on(Step::Through(&at));
             }
             _ => break,
         }

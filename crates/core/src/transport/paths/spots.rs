@@ -203,26 +203,35 @@ pub(super) fn origin(scene: &Scene, light: usize, ray: &Ray, point: Vec3) -> Opt
     Some(Origin { light, towards, irradiance, density: Some(density) })
 }
 
+/// What a ray that goes straight comes to.
+pub(super) enum Passage<'a> {
+    /// A face of a captor.
+    To(&'a Crossing),
+    /// A pane or cover, through which it goes.
+    Through(&'a Arrived<'a>),
+}
+
 /// Follows a ray straight, also through panes and covers, to the first surface that does not let
 /// light straight through. Returns its arrival there, and the fraction of the light that comes
-/// there, per band. `None` if the ray leaves the scene. `cross` receives each face of a captor on
-/// the way, with the fraction of the light that comes to it.
+/// there, per band. `None` if the ray leaves the scene. `on` receives each face of a captor, pane
+/// and cover on the way, with the fraction of the light that comes to it.
 pub(super) fn straight<L: Lanes>(
     scene: &Scene,
     mut ray: Ray,
-    mut cross: impl FnMut(&Crossing, &Spectrum<L>),
+    mut on: impl FnMut(Passage<'_>, &Spectrum<L>),
 ) -> Option<(Arrived<'_>, Spectrum<L>)> {
     let mut through = Spectrum::splat(scene.lanes(), 1.0);
     for _ in 0..MAX_INTERACTIONS {
-        let hit = scene.meet(&ray, |crossing| cross(&crossing, &through))?;
+        let hit = scene.meet(&ray, |crossing| on(Passage::To(&crossing), &through))?;
         let at = scene.arrived(hit, ray.direction);
         if let Some(captor) = at.surface.captor() {
             let SurfaceHit { t, triangle, point } = hit;
             let front = at.interaction.front;
-            cross(&Crossing { t, captor, triangle, front, point }, &through);
+            on(Passage::To(&Crossing { t, captor, triangle, front, point }), &through);
         }
         let passed = at.material.straight::<L>(ray.direction, at.surface.normal);
         let Some(passed) = passed else { return Some((at, through)) };
+        on(Passage::Through(&at), &through);
         through = through * passed;
         ray = at.leave(LobeKind::Straight, ray.direction);
     }
@@ -247,7 +256,8 @@ fn follow<L: Lanes>(
         let met = origin.density.map_or(0.0, |density| cos / (std::f32::consts::PI * density));
         Some(origin.irradiance * cos / (density * (1.0 + met)))
     };
-    let landed = straight::<L>(scene, ray, |crossing, _| {
+    let landed = straight::<L>(scene, ray, |passage, _| {
+        let Passage::To(crossing) = passage else { return };
         let captor = &scene.captors()[crossing.captor];
         // of a captor that is a copy its one triangle is placed, and not all of them
         let normal = match captor.kind {

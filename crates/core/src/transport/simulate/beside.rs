@@ -62,7 +62,7 @@ impl Run<'_> {
             Purpose::Run => Purpose::Beside,
             other => other,
         };
-        let mut account = tally.keeps_account(scene).then(Account::default);
+        let mut account = tally.keeps_account(scene).then(Account::<L>::default);
         let mut arrivals = [0; 2];
         let streams = Streams::new(self.settings.seed, purpose, round * BATCHES + batch);
         for index in 0..photons {
@@ -97,7 +97,7 @@ impl Run<'_> {
                 tally.score_beside(scene, weights, &event, counts);
                 if let Some(account) = &mut account {
                     tally.score_met(scene, weights, &event, account.of(&event), counts);
-                    account.then(scene.parameters(), &event);
+                    account.then(scene, &event);
                 }
                 if let Some(task) = &mut stored
                     && let Some((mut arrival, power)) =

@@ -171,7 +171,7 @@ impl Run<'_> {
         let bands = self.scene.bands().len();
         let streams = self.streams(round, batch);
         let guidance = self.guidance.as_ref().filter(|_| MORE);
-        let mut account = (MORE && tally.keeps_account(self.scene)).then(Account::default);
+        let mut account = (MORE && tally.keeps_account(self.scene)).then(Account::<L>::default);
         let mut copies = Vec::new();
         let mut brightest = vec![0.0f64; bands];
         let heavy = MORE && guidance.is_some() && self.settings.tolerance.is_some();
@@ -215,7 +215,7 @@ impl Run<'_> {
                 if let Some(account) = &mut account {
                     let met = account.of(&event);
                     tally.score_met(self.scene, weights, &event, met, |_| true);
-                    account.then(self.scene.parameters(), &event);
+                    account.then(self.scene, &event);
                 }
                 if let Some(counted) = event.counted(self.scene).filter(|_| heavy) {
                     let values = counted.power.values().iter().zip(weights);

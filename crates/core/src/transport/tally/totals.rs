@@ -8,7 +8,7 @@ use super::{Ledger, Sums, sums::MOST};
 use crate::{
     math::{
         effort,
-        stats::{Estimate, Running, RunningPair, is_possible},
+        stats::{Estimate, Running, RunningFour, RunningPair, is_possible},
     },
     scene::world::Scene,
 };
@@ -63,6 +63,10 @@ pub struct Totals {
     /// Empty if no moments are asked for; without the channels of captors if these are too many.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     moments: Vec<RunningPair>,
+    /// For each parameter, channel as above, and ratio the moment and the value of its numerator
+    /// and of its denominator.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    ratio_moments: Vec<RunningFour>,
 }
 
 /// The largest number of moments of captors that are kept: 40 MB, and some hundreds of MB of results.
@@ -71,7 +75,7 @@ const MOST_MOMENTS: usize = 1_000_000;
 
 /// Returns the channels of captors and groups that have moments.
 fn channels_with_moments(scene: &Scene) -> Range<usize> {
-    let columns = scene.bands().len() + scene.sums().len();
+    let columns = scene.bands().len() + scene.sums().len() + scene.ratios().len();
     let each = columns * scene.parameters().moments().count();
     let groups = scene.groups().len() * scene.group_channels();
     let kept = scene.channels().saturating_mul(each) <= MOST_MOMENTS;
@@ -115,14 +119,16 @@ impl Totals {
             group_values: vec![0.0; group_channels * columns],
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
             moments: Vec::new(),
+            ratio_moments: Vec::new(),
         }
     }
 
     /// Returns the same totals, with room for the moments of the scene's parameters.
     pub fn with_moments(self, scene: &Scene) -> Self {
-        let each = channels_with_moments(scene).len() * self.columns;
-        let moments = vec![RunningPair::default(); scene.parameters().moments().count() * each];
-        Self { moments, ..self }
+        let channels = channels_with_moments(scene).len() * scene.parameters().moments().count();
+        let moments = vec![RunningPair::default(); channels * self.columns];
+        let ratio_moments = vec![RunningFour::default(); channels * scene.ratios().len()];
+        Self { moments, ratio_moments, ..self }
     }
 
     /// Adds the moments that a batch has found, and the values that they are moments of.
@@ -155,12 +161,26 @@ impl Totals {
         };
         let values = rows(batch);
         let all = self.moments.chunks_exact_mut(values.len().max(1));
+        let ratios = scene.ratios();
+        let mut of_ratios = self.ratio_moments.chunks_exact_mut(ratios.len().max(1));
         for (pairs, sums) in all.zip(&batch.moments) {
-            let moments = rows(sums).into_iter().zip(&values);
+            let moments = rows(sums);
+            let both = moments.iter().zip(&values);
             pairs
                 .iter_mut()
-                .zip(moments)
-                .for_each(|(pair, (moment, value))| pair.add(moment, *value));
+                .zip(both)
+                .for_each(|(pair, (moment, value))| pair.add(*moment, *value));
+            if ratios.is_empty() {
+                continue;
+            }
+            let both = moments.chunks_exact(columns).zip(values.chunks_exact(columns));
+            for ((moments, values), fours) in both.zip(&mut of_ratios) {
+                for (four, ratio) in fours.iter_mut().zip(ratios) {
+                    let (over, under) = (&ratio.numerator, &ratio.denominator);
+                    let sums = [over.of(moments), over.of(values), under.of(moments)];
+                    four.add([sums[0], sums[1], sums[2], under.of(values)]);
+                }
+            }
         }
     }
 
@@ -177,6 +197,20 @@ impl Totals {
         let at = parameter * channels.len() + channel.checked_sub(channels.start)?;
         let pairs = self.moments.get(at * self.columns..(at + 1) * self.columns)?;
         Some(pairs.iter().map(|pair| pair.estimate(self.batches)))
+    }
+
+    /// Returns for each ratio how the moments and the values of its two sums were found in a
+    /// channel of a captor or group, and over how many batches. `None` where no moments are kept.
+    pub fn ratio_moments(
+        &self,
+        scene: &Scene,
+        parameter: usize,
+        channel: usize,
+    ) -> Option<(&[RunningFour], u64)> {
+        let channels = channels_with_moments(scene);
+        let at = parameter * channels.len() + channel.checked_sub(channels.start)?;
+        let ratios = scene.ratios().len();
+        Some((self.ratio_moments.get(at * ratios..(at + 1) * ratios)?, self.batches))
     }
 
     /// Returns the same totals, for paths beside which photons count: alone in the channels
@@ -208,7 +242,9 @@ impl Totals {
         let of_group = columns * size_of::<f64>();
         let ledger = (scene.materials().len() + 3) * scene.bands().len() * size_of::<f64>();
         let channels = scene.channels() + groups + scene.stand().channels();
-        let moments = channels_with_moments(scene).len() * columns * size_of::<RunningPair>();
+        let of_ratios = scene.ratios().len() * size_of::<RunningFour>();
+        let of_channel_moments = columns * size_of::<RunningPair>() + of_ratios;
+        let moments = channels_with_moments(scene).len() * of_channel_moments;
         let moments = moments * scene.parameters().moments().count();
         let sums = channels * of_channel + groups * of_group + ledger + moments;
         (parts + 1) * (size_of::<Self>() + sums)
@@ -329,6 +365,8 @@ impl Totals {
             && self.parts.iter().zip(&other.parts).all(|(mine, theirs)| mine.fits(theirs))
             && self.moments.len() == other.moments.len()
             && self.moments.iter().all(RunningPair::is_possible)
+            && self.ratio_moments.len() == other.ratio_moments.len()
+            && self.ratio_moments.iter().all(RunningFour::is_possible)
     }
 
     /// Returns the totals of each part of the light, or of each variant of the scene; empty if there are
@@ -378,6 +416,7 @@ impl Totals {
             group_values: Vec::new(),
             parts: Vec::new(),
             moments: Vec::new(),
+            ratio_moments: Vec::new(),
             ..*self
         }
     }
