@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{CaptorResult, FaceResult, GroupResult, RunResult, validate::are_errors};
 use phylux_core::{
-    math::stats::{difference_of_ratios, error_of_ratio, ratio},
+    math::stats::{difference_of_ratios, ratio},
     scene::{
         captor::{Captor, CaptorKind, Channel},
         parameter::Parameter,
@@ -236,25 +236,28 @@ fn sensitivity(
     if found.iter().all(|([moment, _], _)| *moment == 0.0) {
         return None;
     }
+    // few histories tell little of how much they vary: one more, of mean light, might meet the
+    // parameter once
     let histories = totals.misses_of(face.channel);
+    let one_more = if histories > 0 { 1.0 / histories as f64 } else { 0.0 };
     let elasticities = found.iter().map(|&(means, covariance)| {
-        let of = ratio(means, covariance)?;
-        let floor = |error: f64| error.max(error_of_ratio(of.0.abs(), error, histories));
-        Some((of.0, of.1.map(floor)))
+        let (elasticity, error) = ratio(means, covariance)?;
+        Some((elasticity, error.map(|error| error.hypot(one_more))))
     });
     let (elasticity, elasticity_se) =
         elasticities.map(|of| (of.map(|of| of.0), of.and_then(|of| of.1))).unzip();
     let per = face.per;
     let moments: Vec<(f64, Option<f64>)> = found
         .iter()
-        .map(|&([moment, _], covariance)| {
-            (moment / per, covariance.map(|[variance, ..]| variance.max(0.0).sqrt() / per))
+        .map(|&([moment, light], covariance)| {
+            let error = |variance: f64| variance.max(0.0).sqrt().hypot(one_more * light) / per;
+            (moment / per, covariance.map(|[variance, ..]| error(variance)))
         })
         .collect();
     let (derivative, derivative_se) =
         derivatives(scene, &parameter.values, &moments).into_iter().unzip();
     let moment = |b: usize| found[b].0[0];
-    let ratios = of_ratios(simulation, face, (index, parameter), histories, moment);
+    let ratios = of_ratios(simulation, face, (index, parameter), one_more, moment);
     let (captor, group) = (place.captor.map(str::to_string), place.group.map(str::to_string));
     Some(SensitivityResult {
         captor,
@@ -275,7 +278,7 @@ fn of_ratios(
     simulation: &Simulation,
     face: &Face,
     (index, parameter): (usize, &Parameter),
-    histories: u64,
+    one_more: f64,
     moment: impl Fn(usize) -> f64,
 ) -> Option<RatioSensitivity> {
     let (scene, totals) = (simulation.scene(), simulation.totals());
@@ -288,7 +291,7 @@ fn of_ratios(
         let Some((elasticity, error)) = difference_of_ratios(four, batches) else {
             return [None; 4];
         };
-        let error = error.map(|error| error_of_ratio(elasticity.abs(), error, histories));
+        let error = error.map(|error| error.hypot(one_more));
         // each band has a value of the parameter of its own
         let [_, over, _, under] = four.means(batches);
         let slope = |sum: &BandSum| {
