@@ -123,8 +123,9 @@ def captor_map(
         mean, error = _even(values[known], errors)
         title = f"{'xyz'[left]} = {center[:, left].mean():.4g} m"
         if error > 0:
-            of, even = f"{_rounded(error, error)} {_printed(_unit(result, column)['irradiance'])}", mean is not None
-            title += f": {_rounded(mean, error)} ± {of}, even within its error" if even else f": median error {of}"
+            unit = _printed(_unit(result, column)["irradiance"])
+            of = f"{_rounded(error, error)} {unit}"
+            title += f": median error {of}" if mean is None else f": {_rounded(mean, error)} ± {of}, even within its error"
         field = _field(x[known], y[known], values[known], sets)
         drawn, numbers = _contours(ax, field, error, mean, options)
         bar = {} if "levels" in options else {"ticks": numbers}

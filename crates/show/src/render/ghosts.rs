@@ -43,6 +43,11 @@ impl Ghosts {
             let cos = ray.direction.dot(surface.normal);
             let facing = if cos > 0.0 { -surface.normal } else { surface.normal };
             let lit = AWAY + (1.0 - AWAY) * (0.5 + 0.5 * facing.dot(KEY)).powi(2);
+            // shade is what takes light from a light ground
+            let lit = match self.ground {
+                Ground::Dark => lit,
+                Ground::Light => 1.3 - 0.7 * lit,
+            };
             let cos = cos.abs();
             let tint = self.tints[surface.material as usize];
             let rim = (1.0 - cos).powi(2);
