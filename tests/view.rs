@@ -91,7 +91,7 @@ fn needs_chromium_a_known_captor_shows_its_numbers() {
     assert!(!text(&page, "element('table').innerText").contains("sensor"));
 
     // a surface that is not a captor shows the light at the place of the mouse
-    page.evaluate("controls.target.set(0, 0, 0.4); camera.position.set(0, 0, 0.1); controls.update(); draw(); 0");
+    page.evaluate("controls.target.set(0, 0, 0.6); camera.position.set(0, 0, 0.3); controls.update(); draw(); 0");
     page.settle();
     page.mouse("mouseMoved", 700.0, 300.0);
     page.settle();
