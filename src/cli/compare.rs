@@ -94,7 +94,7 @@ fn describe(text: &mut String, comparison: &Comparison, worst: usize) {
     }
     let n = comparison.differences.len();
     text.push('\n');
-    if listed.len() < n {
+    if !listed.is_empty() && listed.len() < n {
         let _ = writeln!(
             text,
             "the {} of {n} values that differ most (--worst lists more)",

@@ -292,9 +292,11 @@ struct GroupRow<'a> {
 fn group_rows<'a>(groups: &[&'a GroupResult]) -> Vec<GroupRow<'a>> {
     let mut rows: Vec<GroupRow> = Vec::new();
     let many = |thing: &str| groups.iter().filter(|g| copied(&g.id) == Some(thing)).count() >= MANY;
+    // only groups of the same captors have the same light to all digits, but for dark ones
     let same = |a: &GroupResult, b: &GroupResult| {
-        (a.captors, a.area, &a.front.flux) == (b.captors, b.area, &b.front.flux)
-            && a.absorbed == b.absorbed
+        let of = |group: &GroupResult| (group.captors, group.area, group.sunlit);
+        let is_lit = a.front.flux.iter().any(|flux| *flux > 0.0);
+        is_lit && of(a) == of(b) && a.front.flux == b.front.flux && a.absorbed == b.absorbed
     };
     for &group in groups {
         if let Some(row) =

@@ -95,7 +95,8 @@ fn wrapped(text: &str, width: usize) -> String {
     for line in text.split_inclusive('\n') {
         let (words, end) = line.strip_suffix('\n').map_or((line, ""), |words| (words, "\n"));
         let (mut rest, mut first) = (words, true);
-        let indent = words.len() - words.trim_start().len();
+        // what is far to the right already goes on at the left, where there is room
+        let indent = (words.len() - words.trim_start().len()).min(width / 2);
         loop {
             let room = width - if first { 0 } else { indent + 2 };
             let fit = rest.char_indices().nth(room).map(|(at, _)| &rest[..at]);
@@ -194,6 +195,8 @@ mod tests {
         assert!(lines[2].starts_with("    ") && !lines[2].starts_with("     "), "{found}");
         assert_eq!((lines.len(), lines[4].len(), lines[5]), (6, 90, ""));
         assert_eq!(wrapped("a\nb", 80), "a\nb");
+        let far = format!("{}two words", " ".repeat(50));
+        assert_eq!(wrapped(&far, 40).split_whitespace().count(), 2);
     }
 
     #[test]
