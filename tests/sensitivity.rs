@@ -42,6 +42,17 @@ pub fn all(run: &RunResult) -> &[SensitivityResult] {
     run.sensitivity.as_deref().expect("sensitivities")
 }
 
+/// Returns the light of a group with its error, W: `absorbed`, or what arrived at its `front` or `back`.
+fn value(run: &RunResult, (group, face): (&str, &str)) -> (f64, f64) {
+    let of = run.groups.iter().find(|of| of.id == group).expect("the group");
+    if face == "absorbed" {
+        let error = of.absorbed_se.as_ref().and_then(|se| se[0]).expect("an error");
+        return (of.absorbed.as_ref().expect("a surface")[0], error);
+    }
+    let of = if face == "front" { &of.front } else { of.back.as_ref().expect("a back") };
+    (of.flux[0], of.flux_se[0].expect("an error"))
+}
+
 /// Returns the elasticity of a group in a band, with its error; 0 where its light has never met the
 /// parameter.
 pub fn elasticity(run: &RunResult, group: &str, face: &str, parameter: &str) -> (f64, f64) {
@@ -254,20 +265,6 @@ fn differences_between_runs_in_a_room_of_everything() {
         "/materials/board/reflectance",
     ];
     let places = [("shelf", "front"), ("shelf", "back"), ("plants", "absorbed")];
-    let value = |run: &RunResult, (group, face): (&str, &str)| {
-        let of = run.groups.iter().find(|of| of.id == group).expect("the group");
-        match face {
-            "absorbed" => {
-                let error = of.absorbed_se.as_ref().and_then(|se| se[0]).expect("an error");
-                (of.absorbed.as_ref().expect("a surface")[0], error)
-            }
-            _ => {
-                let of =
-                    if face == "front" { &of.front } else { of.back.as_ref().expect("a back") };
-                (of.flux[0], of.flux_se[0].expect("an error"))
-            }
-        }
-    };
     let world = at(0, 1.0).with("sensitivity", json!(true));
     let paths = run(&world, (Estimator::Paths, Guiding::Off, 400_000), 1);
     for (which, parameter) in parameters.into_iter().enumerate() {
@@ -400,20 +397,6 @@ fn a_stand_under_the_sun() {
     ];
     let places =
         [("sensor", "front"), ("sensor", "back"), ("plants", "absorbed"), ("ground", "absorbed")];
-    let value = |run: &RunResult, (group, face): (&str, &str)| {
-        let of = run.groups.iter().find(|of| of.id == group).expect("the group");
-        match face {
-            "absorbed" => {
-                let error = of.absorbed_se.as_ref().and_then(|se| se[0]).expect("an error");
-                (of.absorbed.as_ref().expect("a surface")[0], error)
-            }
-            "front" => (of.front.flux[0], of.front.flux_se[0].expect("an error")),
-            _ => {
-                let back = of.back.as_ref().expect("a back");
-                (back.flux[0], back.flux_se[0].expect("an error"))
-            }
-        }
-    };
     let world = at(0, 1.0).with("sensitivity", json!(true));
     let known = run(&world, (Estimator::Complete, Guiding::Off, 150_000), 1);
     for (which, parameter) in parameters.into_iter().enumerate() {

@@ -47,10 +47,22 @@ impl<L: Lanes> Clone for Met<L> {
 impl<L: Lanes> Met<L> {
     /// Counts one more meeting, if there is one.
     pub fn add(&mut self, parameter: Option<ParameterIndex>) {
-        let Some(parameter) = parameter else { return };
+        if let Some(parameter) = parameter {
+            self.add_times(parameter, 1);
+        }
+    }
+
+    fn add_times(&mut self, parameter: ParameterIndex, more: u32) {
         match self.times.iter_mut().find(|(known, _)| *known == parameter) {
-            Some((_, times)) => *times += 1,
-            None => self.times.push((parameter, 1)),
+            Some((_, times)) => *times += more,
+            None => self.times.push((parameter, more)),
+        }
+    }
+
+    fn add_powers(&mut self, parameter: ParameterIndex, more: Spectrum<L>) {
+        match self.powers.iter_mut().find(|(known, _)| *known == parameter) {
+            Some((_, powers)) => *powers += more,
+            None => self.powers.push((parameter, more)),
         }
     }
 
@@ -66,11 +78,8 @@ impl<L: Lanes> Met<L> {
         let way = Sent::by(lobe).and_then(|sent| scene.parameters().of_way(material, front, sent));
         let Some(parameter) = way else { return };
         match scene.materials()[material as usize].material.powers::<L>(at, lobe) {
-            None => self.add(way),
-            Some(more) => match self.powers.iter_mut().find(|(known, _)| *known == parameter) {
-                Some((_, powers)) => *powers += more,
-                None => self.powers.push((parameter, more)),
-            },
+            None => self.add_times(parameter, 1),
+            Some(more) => self.add_powers(parameter, more),
         }
     }
 
@@ -89,13 +98,10 @@ impl<L: Lanes> Met<L> {
     /// Adds all that other light has met.
     pub fn add_all(&mut self, other: &Self) {
         for &(parameter, times) in &other.times {
-            (0..times).for_each(|_| self.add(Some(parameter)));
+            self.add_times(parameter, times);
         }
-        for (parameter, more) in &other.powers {
-            match self.powers.iter_mut().find(|(known, _)| known == parameter) {
-                Some((_, powers)) => *powers += more.clone(),
-                None => self.powers.push((*parameter, more.clone())),
-            }
+        for (parameter, powers) in &other.powers {
+            self.add_powers(*parameter, powers.clone());
         }
     }
 

@@ -26,7 +26,7 @@ use crate::{
 };
 
 /// Triangles, discs and spheres, before search structures are built.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Outlines {
     /// Triangles of all surfaces.
     pub triangles: Vec<Triangle>,
@@ -91,6 +91,12 @@ impl Outlines {
     #[inline]
     pub fn surface_shape(&self, index: u32) -> &Triangle {
         shape(&self.triangles, self.repeats.as_ref().map(|repeats| &repeats.surfaces), index)
+    }
+
+    /// Returns the index of the disc or sphere that a captor with this range of shapes is; `None` if it is
+    /// made of triangles.
+    fn round_of(&self, range: &Range<usize>) -> Option<usize> {
+        range.start.checked_sub(self.captor_triangles.len())
     }
 
     /// Returns the index of the triangle of a captor of which the search structure knows this image,
@@ -223,6 +229,120 @@ impl KeptShapes {
     }
 }
 
+/// The shapes and what finds them, before captors that lie in surfaces are lifted.
+struct Unlifted<'a> {
+    outlines: &'a Outlines,
+    surface_bvh: &'a Bvh,
+    forest: Option<&'a Forest>,
+    /// Triangles of virtual captors, with their images.
+    captors: &'a [Triangle],
+    captor_bvh: &'a Bvh,
+    rounds: &'a Rounds,
+}
+
+impl Unlifted<'_> {
+    /// Returns, for each virtual captor that lies in surfaces, the largest of their offsets, m.
+    fn in_surface(&self, captors: &[(usize, Range<usize>)]) -> BTreeMap<usize, f32> {
+        let Outlines { triangles, captor_triangles, rounds, captor_of_triangle, .. } =
+            self.outlines;
+        let below = |(captor, range): &(usize, Range<usize>)| {
+            let offset = match self.outlines.round_of(range) {
+                Some(round) => self.offset_below_disc(&rounds[round]),
+                None => {
+                    let own = captor_triangles[range.clone()].iter();
+                    own.filter_map(|triangle| self.offset_below(triangle)).reduce(f32::max)
+                }
+            };
+            Some((*captor, offset?))
+        };
+        let mut all: BTreeMap<usize, f32> = captors.par_iter().filter_map(below).collect();
+        // a captor larger than the surface that it lies in is found from the surface
+        let mut covered: Vec<(usize, f32)> = Vec::new();
+        if !captor_triangles.is_empty() {
+            covered.par_extend(triangles.par_iter().filter_map(|t| self.triangle_above(t)));
+        }
+        if rounds.iter().any(|round| round.normal.is_some()) {
+            covered.par_extend(triangles.par_iter().filter_map(|t| self.disc_above(t)));
+        }
+        for (shape, offset) in covered {
+            let largest = all.entry(captor_of_triangle[shape] as usize).or_insert(offset);
+            *largest = largest.max(offset);
+        }
+        all
+    }
+
+    /// Returns the largest offset of the surfaces in which points lie, where a captor has this normal.
+    fn largest_offset(&self, points: impl Iterator<Item = Vec3>, normal: Vec3) -> Option<f32> {
+        let Self { outlines, surface_bvh, forest, .. } = *self;
+        let mut largest: Option<f32> = None;
+        for point in points {
+            let reach = closeness(point) + 4.0 * ROUNDING * across(normal, point);
+            let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
+                crosses(outlines, surface_bvh, forest, ray, t_max, visit);
+            };
+            has_parallel(crosses, point, normal, reach, |found| {
+                let offset = found.offset_at(point);
+                largest = Some(largest.map_or(offset, |other| other.max(offset)));
+                false
+            });
+        }
+        largest
+    }
+
+    /// Returns the largest offset of the surfaces in which a triangle of a captor lies.
+    fn offset_below(&self, triangle: &Triangle) -> Option<f32> {
+        let near_corners = [(0.05, 0.05), (0.9, 0.05), (0.05, 0.9)];
+        let points = [(1.0 / 3.0, 1.0 / 3.0)].into_iter().chain(near_corners);
+        self.largest_offset(points.map(|(u, v)| triangle.point(u, v)), triangle.normal())
+    }
+
+    /// Returns the same of a disc; a sphere lies in no plane.
+    fn offset_below_disc(&self, round: &Round) -> Option<f32> {
+        let near_rim = (0..8).map(|i| Vec2::new(0.9, i as f32 / 8.0));
+        let points = [Vec2::ZERO].into_iter().chain(near_rim);
+        let normal = round.normal?.as_vec3();
+        self.largest_offset(points.map(|u| round.point(u).as_vec3()), normal)
+    }
+
+    /// Returns the first triangle of a captor that lies in the plane of a surface's triangle, where the
+    /// middle of this is, with the offset of the surface there.
+    fn triangle_above(&self, t: &Triangle) -> Option<(usize, f32)> {
+        let (middle, normal) = (t.centroid(), t.normal());
+        let reach = closeness(middle) + 4.0 * t.offset_at(middle);
+        let mut least: Option<usize> = None;
+        let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
+            self.captor_bvh.crosses(ray, t_max, |hit| {
+                let (triangle, order) =
+                    (self.captors[hit.triangle as usize], hit.triangle as usize);
+                let index = self.outlines.captor_origin(hit.triangle) as usize;
+                visit(Found { index, cell: [0, 0], triangle, extra_offset: 0.0, order })
+            });
+        };
+        has_parallel(crosses, middle, normal, reach, |found| {
+            least = Some(least.map_or(found.index, |other| other.min(found.index)));
+            false
+        });
+        least.map(|shape| (shape, t.offset_at(middle)))
+    }
+
+    /// Returns the first disc that lies so, as the index of its shape.
+    fn disc_above(&self, t: &Triangle) -> Option<(usize, f32)> {
+        let Outlines { captor_triangles, rounds, .. } = self.outlines;
+        let (middle, normal) = (t.centroid(), t.normal());
+        let reach = closeness(middle) + 4.0 * t.offset_at(middle);
+        let ray = Ray { origin: middle - reach * normal, direction: normal };
+        let mut least: Option<usize> = None;
+        self.rounds.crossings(&ray, 2.0 * reach, |index, _| {
+            let (of, _) = self.outlines.round_origin(index);
+            let cos = rounds[of].normal.map_or(0.0, |disc| disc.as_vec3().dot(normal));
+            if cos.abs() > 0.999_999 {
+                least = Some(least.map_or(of, |other| other.min(of)));
+            }
+        });
+        least.map(|disc| (captor_triangles.len() + disc, t.offset_at(middle)))
+    }
+}
+
 impl Shapes {
     /// Builds the search structures, in the caller's rayon pool. A virtual captor in the plane of a
     /// surface counts as lying off it, on the side to which its normal points: its triangles move
@@ -252,101 +372,22 @@ impl Shapes {
         let of_rounds = repeats.iter().flat_map(|repeats| &repeats.rounds.shapes);
         let all_rounds = rounds.iter().chain(of_rounds).copied().collect();
         let mut round_captors = Rounds::new(all_rounds);
-        // the largest offset of the surfaces in which points of a captor lie, where it has this normal
-        let largest_offset = |points: &mut dyn Iterator<Item = Vec3>, normal: Vec3| {
-            let mut largest: Option<f32> = None;
-            for point in points {
-                let reach = closeness(point) + 4.0 * ROUNDING * across(normal, point);
-                let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
-                    crosses(&outlines, &surface_bvh, forest.as_ref(), ray, t_max, visit);
-                };
-                has_parallel(crosses, point, normal, reach, |found| {
-                    let offset = found.offset_at(point);
-                    largest = Some(largest.map_or(offset, |other| other.max(offset)));
-                    false
-                });
-            }
-            largest
-        };
-        let offset_below = |triangle: &Triangle| {
-            let near_corners = [(0.05, 0.05), (0.9, 0.05), (0.05, 0.9)];
-            let points = [(1.0 / 3.0, 1.0 / 3.0)].into_iter().chain(near_corners);
-            largest_offset(&mut points.map(|(u, v)| triangle.point(u, v)), triangle.normal())
-        };
-        // a sphere lies in no plane
-        let offset_below_disc = |round: &Round| {
-            let near_rim = (0..8).map(|i| Vec2::new(0.9, i as f32 / 8.0));
-            let points = [Vec2::ZERO].into_iter().chain(near_rim);
-            let normal = round.normal?.as_vec3();
-            largest_offset(&mut points.map(|u| round.point(u).as_vec3()), normal)
-        };
-        let round_of = |range: &Range<usize>| range.start.checked_sub(captor_triangles.len());
         let captors = captors(captor_of_triangle);
-        let mut below: BTreeMap<usize, f32> = captors
-            .par_iter()
-            .filter_map(|(captor, range)| {
-                let offset = match round_of(range) {
-                    Some(round) => offset_below_disc(&rounds[round]),
-                    None => {
-                        let own = captor_triangles[range.clone()].iter();
-                        own.filter_map(&offset_below).reduce(f32::max)
-                    }
-                };
-                Some((*captor, offset?))
-            })
-            .collect();
-        // a captor larger than the surface that it lies in is found from the surface
-        let mut lies_in = |shape: usize, offset: f32| {
-            let largest = below.entry(captor_of_triangle[shape] as usize).or_insert(offset);
-            *largest = largest.max(offset);
+        let unlifted = Unlifted {
+            outlines: &outlines,
+            surface_bvh: &surface_bvh,
+            forest: forest.as_ref(),
+            captors: &all_captors,
+            captor_bvh: &captor_bvh,
+            rounds: &round_captors,
         };
-        if !captor_triangles.is_empty() {
-            let above = |t: &Triangle| {
-                let (middle, normal) = (t.centroid(), t.normal());
-                let reach = closeness(middle) + 4.0 * t.offset_at(middle);
-                let mut least = None;
-                let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
-                    captor_bvh.crosses(ray, t_max, |hit| {
-                        let (triangle, order) =
-                            (all_captors[hit.triangle as usize], hit.triangle as usize);
-                        let index = outlines.captor_origin(hit.triangle) as usize;
-                        visit(Found { index, cell: [0, 0], triangle, extra_offset: 0.0, order })
-                    });
-                };
-                has_parallel(crosses, middle, normal, reach, |found| {
-                    let t = found.index as u32;
-                    least = Some(least.map_or(t, |other: u32| other.min(t)));
-                    false
-                });
-                least.map(|captor_triangle| (captor_triangle, t.offset_at(middle)))
-            };
-            let covered: Vec<(u32, f32)> = triangles.par_iter().filter_map(above).collect();
-            covered.into_iter().for_each(|(t, offset)| lies_in(t as usize, offset));
-        }
-        if rounds.iter().any(|round| round.normal.is_some()) {
-            let above = |t: &Triangle| {
-                let (middle, normal) = (t.centroid(), t.normal());
-                let reach = closeness(middle) + 4.0 * t.offset_at(middle);
-                let ray = Ray { origin: middle - reach * normal, direction: normal };
-                let mut least = None;
-                round_captors.crossings(&ray, 2.0 * reach, |index, _| {
-                    let (of, _) = outlines.round_origin(index);
-                    let cos = rounds[of].normal.map_or(0.0, |disc| disc.as_vec3().dot(normal));
-                    if cos.abs() > 0.999_999 {
-                        least = Some(least.map_or(of, |other: usize| other.min(of)));
-                    }
-                });
-                least.map(|disc| (captor_triangles.len() + disc, t.offset_at(middle)))
-            };
-            let covered: Vec<(usize, f32)> = triangles.par_iter().filter_map(above).collect();
-            covered.into_iter().for_each(|(shape, offset)| lies_in(shape, offset));
-        }
+        let below = unlifted.in_surface(&captors);
         let mut lifted = all_captors.into_owned();
         let mut rounds_lifted = vec![DVec3::ZERO; rounds.len()];
         let (mut lifts, mut are_lifted) = (BTreeMap::new(), false);
         let of_images = repeats.map_or(&[][..], |repeats| &repeats.captors.of);
         for (captor, range) in captors.iter().filter(|(captor, _)| below.contains_key(captor)) {
-            if let Some(round) = round_of(range) {
+            if let Some(round) = outlines.round_of(range) {
                 let (reach, normal) = (rounds[round].reach(), rounds[round].normal);
                 let normal = normal.unwrap_or_default();
                 let offset = ROUNDING * across(normal.as_vec3(), reach);
@@ -514,11 +555,7 @@ mod tests {
     fn the_same_triangles_are_arranged_once() {
         let outlines = |z: f32| Outlines {
             triangles: vec![[Vec3::ZERO, Vec3::X, Vec3::new(0.0, 1.0, z)].into()],
-            captor_triangles: Vec::new(),
-            rounds: Vec::new(),
-            captor_of_triangle: Vec::new(),
-            repeats: None,
-            placed: Placed::default(),
+            ..Outlines::default()
         };
         let kept = KeptShapes::default();
         let (first, other) = (kept.shapes(outlines(0.0)), kept.shapes(outlines(1.0)));
@@ -541,14 +578,7 @@ mod tests {
         triangles.extend([at(1.0); 1000]);
         let turned = at(1.0);
         triangles.push([turned.b, turned.c, turned.a].into());
-        let outlines = Outlines {
-            triangles,
-            captor_triangles: Vec::new(),
-            rounds: Vec::new(),
-            captor_of_triangle: Vec::new(),
-            repeats: None,
-            placed: Placed::default(),
-        };
+        let outlines = Outlines { triangles, ..Outlines::default() };
         let shapes = KeptShapes::default().shapes(outlines);
         assert_eq!(shapes.copies, (2..1002).map(|copy| [copy, 0]).collect::<Vec<_>>());
         let ray = Ray { origin: Vec3::new(0.2, 0.2, -1.0), direction: Vec3::Z };
@@ -569,14 +599,7 @@ mod tests {
             let triangles: Vec<Triangle> = (0..count).map(at).collect();
             let mut asked = 0;
             let middle = triangles[0].centroid();
-            let outlines = Outlines {
-                triangles,
-                captor_triangles: Vec::new(),
-                rounds: Vec::new(),
-                captor_of_triangle: Vec::new(),
-                repeats: None,
-                placed: Placed::default(),
-            };
+            let outlines = Outlines { triangles, ..Outlines::default() };
             let bvh = Bvh::build(&outlines.triangles);
             let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
                 crosses(&outlines, &bvh, None, ray, t_max, visit);
