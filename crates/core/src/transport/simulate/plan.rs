@@ -11,7 +11,7 @@ use super::{
     Choice, Control, Keep, Run,
     division::{Division, TriedComplete},
     pilot::ImportancePilot,
-    trial::{Chosen, OfPaths, rays_of_a_trial},
+    trial::{Chosen, OfPaths, asked, rays_of_a_trial},
     tried::{FEWEST, Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons},
     within::within,
 };
@@ -42,6 +42,11 @@ const SEEN: u64 = 30;
 /// A kind of guiding is chosen only if its cost is below this fraction of the other's, because a
 /// trial is rough.
 const GAIN: f64 = 0.8;
+/// Importance is learned, and tried, with about so many rays.
+const LEARNING: f64 = (1u64 << 21) as f64;
+/// What takes more [work](crate::math::effort) than this, about a second, is done before no run that
+/// takes less.
+const LONG: f64 = 1e9;
 /// Where the time is limited, the choice of guiding, and then that of the estimator, have used up at
 /// most this fraction of it.
 const FOR_GUIDING: f64 = 0.25;
@@ -157,8 +162,9 @@ fn unguided(asked: Guiding) -> Result<Guiding> {
 }
 
 /// Chooses the cheapest kind of guiding: none, flights aimed at virtual captors or, where a trial
-/// of these two has reached too few faces, importance too. `None` means no guiding. If the first trial
-/// does not end by the time `until`, flights are aimed: they find what nothing else may find.
+/// of these two has reached too few faces, importance too, unless learning it takes longer than the
+/// run. `None` means no guiding. If the first trial does not end by the time `until`, flights are
+/// aimed: they find what nothing else may find.
 fn decide<'a>(
     scene: &'a Scene,
     settings: &Settings,
@@ -176,10 +182,13 @@ fn decide<'a>(
     };
     let pays = gains(&aimed, &plain);
     let guidance = aim.filter(|_| pays);
-    if aimed.seen {
+    let best = if pays { &aimed } else { &plain };
+    let learning = LEARNING * best.work / best.rays as f64;
+    let of_run =
+        asked(settings).map_or(f64::INFINITY, |asked| best.work / photons as f64 * asked as f64);
+    if aimed.seen || learning > LONG.max(of_run) {
         return Ok(guidance);
     }
-    let best = if pays { &aimed } else { &plain };
     let is_dark = plain.is_dark();
     let learn =
         |control: &Control| try_importance(scene, settings, (photons, best, is_dark), control);
@@ -201,7 +210,8 @@ struct Aiming {
 }
 
 /// Tries photons without a guide and, if there are captors to aim at, with aimed flights: with ever
-/// more photons, until enough faces are reached or enough rays traced.
+/// more photons, until enough faces are reached or enough rays traced, or a long trial has as many
+/// photons as the run.
 fn try_aiming<'a>(
     scene: &'a Scene,
     settings: &Settings,
@@ -212,6 +222,7 @@ fn try_aiming<'a>(
     // a run share out evenly
     let first = FIRST.max(FEWEST * scene.sources() as u64);
     let (mut photons, mut rays) = (affordable(scene, settings, control, (first, RAYS))?, 0);
+    let (of_run, mut work) = (asked(settings).unwrap_or(u64::MAX), 0.0);
     loop {
         let plain = try_guiding(scene, settings, None, photons, control)?;
         let aimed = match aim {
@@ -219,8 +230,10 @@ fn try_aiming<'a>(
             None => plain.clone(),
         };
         rays += plain.rays + aimed.rays;
+        work += plain.work + aimed.work;
+        let is_long = work > LONG && 4 * photons > of_run;
         let most = if plain.is_dark() { MOST_IN_THE_DARK } else { MOST };
-        if aimed.seen || 4 * photons > most || rays > RAYS {
+        if aimed.seen || 4 * photons > most || rays > RAYS || is_long {
             return Ok(Aiming { plain, aimed, photons });
         }
         photons *= 4;

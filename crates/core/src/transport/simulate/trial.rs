@@ -134,7 +134,7 @@ impl Chosen {
 }
 
 /// Returns the number of photons whose work a run is to take, if it is limited by that.
-fn asked(settings: &Settings) -> Option<u64> {
+pub(super) fn asked(settings: &Settings) -> Option<u64> {
     match settings.tolerance {
         Some(_) => settings.tolerance_limit.map(PhotonCount::get),
         None => Some(settings.photons_or_default()),
