@@ -13,6 +13,8 @@ pub const RAY: u64 = 25;
 pub const VISIT: u64 = 6;
 /// A straight piece of the way of a photon or path: how it is scattered, and counted.
 pub const SEGMENT: u64 = 50;
+/// A path that starts on a face.
+pub const PATH: u64 = 100;
 /// A point of a path at which light is gathered.
 pub const VERTEX: u64 = 80;
 /// A light that is weighed against others at a point.

@@ -325,6 +325,7 @@ impl Path<'_, '_> {
     #[inline(never)]
     fn sun_by_way_of<L: Lanes>(&mut self, mirrors: &FlatMirrors, at: &Vertex) -> Option<Lit<L>> {
         let scene = self.scene;
+        effort::spend(effort::VERTEX);
         let number = self.rng.uniform() / MIRRORS_TRIED;
         if number >= 1.0 {
             return None;

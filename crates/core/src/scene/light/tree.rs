@@ -2,12 +2,13 @@
 //! their number (Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
 //! Splitting", 2018; Pharr, Jakob and Humphreys, Physically Based Rendering, 4th ed., 12.6).
 //!
-//! Each node knows the box around its lights, their power, and a cone around the directions in which
-//! they face. From a point, a child is chosen in proportion to what it may bring there: the sum over
-//! its own two children, each by power, distance and the cosines at both ends. A box behind a
-//! one-sided surface is left out.
+//! Each node knows of up to eight children the boxes around their lights, their power, and cones
+//! around the directions in which they face. From a point, a child is chosen in proportion to what it
+//! may bring there, by power, distance and the cosines at both ends; a child that is one light says
+//! itself what it brings. A box behind a one-sided surface is left out. What all children bring is
+//! computed at once, in arrays.
 
-use std::f32::consts::PI;
+use std::{array::from_fn, f32::consts::PI};
 
 use glam::Vec3;
 
@@ -17,24 +18,56 @@ use crate::math::{effort, geometry::Extent};
 /// What faces away from a point counts at least this much, because some light may come from there all
 /// the same.
 const LEAST_COS: f32 = 0.05;
+/// The most children of a node, and the bits that name one.
+const WIDTH: usize = 1 << BITS;
+const BITS: u32 = 3;
 
-/// The lights of a scene as a binary tree, without those at infinity.
+/// The lights of a scene as a tree, without those at infinity.
 #[derive(Debug)]
 pub struct LightTree {
     /// The root first, each parent before its children.
     nodes: Vec<Node>,
-    /// For each light the turns from the root to it: a bit for each level, lowest first, 1 for the
-    /// second child; above the last turn stands a 1.
+    /// For each light the turns from the root to it: a child for each level, the first in the lowest
+    /// bits; above the last turn stands a 1.
     turns: Vec<u64>,
 }
 
+/// One number for each child of a node.
+type Each = [f32; WIDTH];
+
+/// The children of a node, coordinate by coordinate.
 #[derive(Debug)]
 struct Node {
+    /// Middle and half sides of the box around a child's lights, m.
+    middle: [Each; 3],
+    half: [Each; 3],
+    /// Power in the brightest band, W or umol/s; 0 where there is no child.
+    power: Each,
+    /// Unit vector along the axis of a cone around the directions in which the lights face, and
+    /// cosine and sine of its half angle.
+    axis: [Each; 3],
+    cos: Each,
+    sin: Each,
+    /// Largest side face of the box, over pi, m2.
+    area: Each,
+    child: [Child; WIDTH],
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Child {
+    None,
+    /// Index of a node.
+    Node(u32),
+    /// Index of a light.
+    Light(u32),
+}
+
+/// What is known of the lights below a node, or of one light.
+struct Lights {
     extent: Extent,
-    /// Power in the brightest band, W or umol/s.
     power: f32,
     cone: Cone,
-    kind: Kind,
+    child: Child,
 }
 
 /// A cone around the directions in which lights face.
@@ -46,14 +79,6 @@ struct Cone {
     /// a light faces to both or all sides.
     cos: f32,
     sin: f32,
-}
-
-#[derive(Debug)]
-enum Kind {
-    /// Index of the second child; the first one follows its parent.
-    Inner(u32),
-    /// Index of the light.
-    Leaf(u32),
 }
 
 impl LightTree {
@@ -68,43 +93,37 @@ impl LightTree {
         tree
     }
 
-    fn add(&mut self, lights: &[Light], part: &mut [u32], turns: u64, depth: u32) {
+    /// Adds a node of these lights, and returns what is known of them.
+    fn add(&mut self, lights: &[Light], all: &mut [u32], turns: u64, depth: u32) -> Lights {
         let at = self.nodes.len();
-        if let [light] = *part {
-            let of = &lights[light as usize];
-            let (extent, power, cone) = (of.extent(), most(&of.power), Cone::of(of));
-            self.nodes.push(Node { extent, power, cone, kind: Kind::Leaf(light) });
-            self.turns[light as usize] = turns | 1 << depth;
-            return;
-        }
-        let middle = |light: u32| lights[light as usize].extent().center();
-        let size = Extent::of(part.iter().map(|&light| middle(light))).size();
-        let axis = (0..3).fold(0, |best, axis| if size[axis] > size[best] { axis } else { best });
-        let half = part.len() / 2;
-        // equal places in the order of the lights, so that the tree is the same each time
-        part.select_nth_unstable_by(half, |&a, &b| {
-            middle(a)[axis].total_cmp(&middle(b)[axis]).then(a.cmp(&b))
-        });
-        let (extent, cone) = (Extent::EMPTY, Cone::ALL);
-        self.nodes.push(Node { extent, power: 0.0, cone, kind: Kind::Inner(0) });
-        let (first, second) = part.split_at_mut(half);
-        self.add(lights, first, turns, depth + 1);
-        let next = self.nodes.len();
-        self.add(lights, second, turns | 1 << depth, depth + 1);
-        let (a, b) = (&self.nodes[at + 1], &self.nodes[next]);
-        let node = Node {
-            extent: a.extent.join(b.extent),
-            power: a.power + b.power,
-            cone: a.cone.join(b.cone),
-            kind: Kind::Inner(next as u32),
+        self.nodes.push(Node::EMPTY);
+        let mut joined = Lights {
+            extent: Extent::EMPTY,
+            power: 0.0,
+            cone: Cone::ALL,
+            child: Child::Node(at as u32),
         };
-        self.nodes[at] = node;
+        for (lane, part) in parts(lights, all, BITS).into_iter().enumerate() {
+            let own = turns | (lane as u64) << (BITS * depth);
+            let of = match *part {
+                [light] => {
+                    self.turns[light as usize] = own | 1 << (BITS * (depth + 1));
+                    Lights::of(&lights[light as usize], light)
+                }
+                _ => self.add(lights, part, own, depth + 1),
+            };
+            joined.extent = joined.extent.join(of.extent);
+            joined.power += of.power;
+            joined.cone = if lane == 0 { of.cone } else { joined.cone.join(of.cone) };
+            self.nodes[at].set(lane, &of, lights);
+        }
+        joined
     }
 
     /// Returns the approximate irradiance of all lights together at a point; 0 only where none
     /// shines. With a `normal`, light from behind does not count.
     pub fn importance(&self, lights: &[Light], point: Vec3, normal: Option<Vec3>) -> f32 {
-        if self.nodes.is_empty() { 0.0 } else { self.brings(lights, 0, point, normal) }
+        self.nodes.first().map_or(0.0, |root| root.brings(lights, point, normal).iter().sum())
     }
 
     /// Chooses a light by a number in [0, 1), as a point sees them. Returns its index and the
@@ -118,17 +137,30 @@ impl LightTree {
     ) -> Option<(usize, f32)> {
         let (mut at, mut probability) = (0, 1.0);
         loop {
-            let next = match self.nodes.get(at)?.kind {
-                Kind::Leaf(light) => return Some((light as usize, probability as f32)),
-                Kind::Inner(next) => next as usize,
-            };
-            let first = self.share(lights, at, next, point, normal)?;
-            if number < first {
-                (at, probability, number) = (at + 1, probability * first, number / first);
-            } else {
-                let second = 1.0 - first;
-                (at, probability, number) = (next, probability * second, (number - first) / second);
+            let node = self.nodes.get(at)?;
+            let brings = node.brings(lights, point, normal).map(f64::from);
+            let sum: f64 = brings.iter().sum();
+            let mut rest = number * sum;
+            let shines = (0..WIDTH).filter(|&lane| brings[lane] > 0.0);
+            // rounding may leave a rest beyond the last one
+            let mut chosen = None;
+            for lane in shines {
+                if let Some(before) = chosen {
+                    rest -= brings[before];
+                }
+                chosen = Some(lane);
+                if rest < brings[lane] {
+                    break;
+                }
             }
+            let lane = chosen?;
+            probability *= brings[lane] / sum;
+            number = (rest / brings[lane]).min(1.0 - f64::EPSILON);
+            at = match node.child[lane] {
+                Child::Node(next) => next as usize,
+                Child::Light(light) => return Some((light as usize, probability as f32)),
+                Child::None => return None,
+            };
         }
     }
 
@@ -141,84 +173,137 @@ impl LightTree {
         light: usize,
     ) -> f32 {
         let (mut at, mut probability, mut turns) = (0, 1.0, self.turns[light]);
-        while let Some(Node { kind: Kind::Inner(next), .. }) = self.nodes.get(at) {
-            let next = *next as usize;
-            let Some(first) = self.share(lights, at, next, point, normal) else { return 0.0 };
-            (at, probability) = match turns & 1 {
-                0 => (at + 1, probability * first),
-                _ => (next, probability * (1.0 - first)),
-            };
-            turns >>= 1;
+        while turns > 1 {
+            let node = &self.nodes[at];
+            let brings = node.brings(lights, point, normal).map(f64::from);
+            let lane = turns as usize % WIDTH;
+            if brings[lane] == 0.0 {
+                return 0.0;
+            }
+            probability *= brings[lane] / brings.iter().sum::<f64>();
+            if let Child::Node(next) = node.child[lane] {
+                at = next as usize;
+            }
+            turns >>= BITS;
         }
         probability as f32
     }
+}
 
-    /// Returns the probability of the first child of a node. `None` where neither can shine.
-    fn share(
-        &self,
-        lights: &[Light],
-        at: usize,
-        next: usize,
-        point: Vec3,
-        normal: Option<Vec3>,
-    ) -> Option<f64> {
-        let [first, second] = [at + 1, next].map(|child| self.brings(lights, child, point, normal));
-        let sum = first + second;
-        (sum > 0.0).then(|| f64::from(first) / f64::from(sum))
+/// Parts lights into two halves along the longest side of the box around their middles, each of
+/// these again, and so on so many times, as long as there is more than one.
+fn parts<'l>(lights: &[Light], all: &'l mut [u32], times: u32) -> Vec<&'l mut [u32]> {
+    if times == 0 || all.len() == 1 {
+        return vec![all];
     }
+    let middle = |light: u32| lights[light as usize].extent().center();
+    let size = Extent::of(all.iter().map(|&light| middle(light))).size();
+    let axis = (0..3).fold(0, |best, axis| if size[axis] > size[best] { axis } else { best });
+    let half = all.len() / 2;
+    // equal places in the order of the lights, so that the tree is the same each time
+    all.select_nth_unstable_by(half, |&a, &b| {
+        middle(a)[axis].total_cmp(&middle(b)[axis]).then(a.cmp(&b))
+    });
+    let (first, second) = all.split_at_mut(half);
+    let mut both = parts(lights, first, times - 1);
+    both.extend(parts(lights, second, times - 1));
+    both
+}
 
-    /// Returns the approximate irradiance of a node's lights at a point: the sum over its children,
-    /// which tell better than the node itself where its lights are.
-    fn brings(&self, lights: &[Light], at: usize, point: Vec3, normal: Option<Vec3>) -> f32 {
-        effort::spend(2 * effort::LIGHT);
-        let of = |node: usize| self.nodes[node].brings(lights, point, normal);
-        match self.nodes[at].kind {
-            Kind::Leaf(_) => of(at),
-            Kind::Inner(next) => of(at + 1) + of(next as usize),
+impl Lights {
+    fn of(light: &Light, index: u32) -> Self {
+        Self {
+            extent: light.extent(),
+            power: most(&light.power),
+            cone: Cone::of(light),
+            child: Child::Light(index),
         }
     }
 }
 
 impl Node {
-    /// Returns the approximate irradiance of the node's lights at a point; 0 only where none shines.
-    fn brings(&self, lights: &[Light], point: Vec3, normal: Option<Vec3>) -> f32 {
-        let Extent { min, max } = self.extent;
-        let (half, away) = (0.5 * (max - min), self.extent.center() - point);
-        // a little more than the box, because of rounding
-        let reach = |normal: Vec3| 1.001 * half.dot(normal.abs()) + 1e-5 * away.length();
-        if normal.is_some_and(|normal| away.dot(normal) < -reach(normal)) {
-            return 0.0;
+    const EMPTY: Self = Self {
+        middle: [[0.0; WIDTH]; 3],
+        half: [[0.0; WIDTH]; 3],
+        power: [0.0; WIDTH],
+        axis: [[0.0; WIDTH]; 3],
+        cos: [-1.0; WIDTH],
+        sin: [0.0; WIDTH],
+        area: [0.0; WIDTH],
+        child: [Child::None; WIDTH],
+    };
+
+    fn set(&mut self, lane: usize, of: &Lights, lights: &[Light]) {
+        let (middle, size) = (of.extent.center(), of.extent.size());
+        // a light with an axis knows by itself how it shines
+        let knows =
+            matches!(of.child, Child::Light(light) if lights[light as usize].axis().is_some());
+        let cone = if knows { Cone::ALL } else { of.cone };
+        for axis in 0..3 {
+            self.middle[axis][lane] = middle[axis];
+            self.half[axis][lane] = 0.5 * size[axis];
+            self.axis[axis][lane] = cone.axis[axis];
         }
-        let (d2, r2) = (away.length_squared(), half.length_squared());
-        // the box is seen within an angle of this sine and cosine about its middle
-        let seen = (d2 > r2).then(|| {
-            let sin2 = r2 / d2;
-            (away / d2.sqrt(), sin2.sqrt(), (1.0 - sin2).sqrt())
+        self.power[lane] = of.power;
+        (self.cos[lane], self.sin[lane]) = (cone.cos, cone.sin);
+        self.area[lane] = (size.x * size.y).max(size.y * size.z).max(size.z * size.x) / PI;
+        self.child[lane] = of.child;
+    }
+
+    /// Returns the approximate irradiance of each child's lights at a point; 0 only where none
+    /// shines.
+    fn brings(&self, lights: &[Light], point: Vec3, normal: Option<Vec3>) -> Each {
+        let (faces, d2) = match normal {
+            Some(normal) => self.seen::<true>(point, normal),
+            None => self.seen::<false>(point, Vec3::ZERO),
+        };
+        let mut singles = 0;
+        let brings = from_fn(|lane| match self.child[lane] {
+            Child::Light(light) if faces[lane] > 0.0 => {
+                singles += 1;
+                faces[lane] * lights[light as usize].importance(point, None)
+            }
+            _ => faces[lane] / d2[lane],
         });
-        let (mut arrives, mut leaves) = (1.0, 1.0);
-        if let Some((towards, sin, cos)) = seen {
-            if let Some(normal) = normal {
-                arrives = cos_less(normal.dot(towards), sin, cos).max(LEAST_COS);
+        effort::spend((WIDTH as u64 + singles) * effort::LIGHT);
+        brings
+    }
+
+    /// Returns, for each child, its power times the cosines at the point and at the lights, relative
+    /// to the mean over all directions, and the square of its distance, m2. With `ONE_SIDED`, light
+    /// from behind the normal does not count.
+    fn seen<const ONE_SIDED: bool>(&self, point: Vec3, normal: Vec3) -> (Each, Each) {
+        let (mut faces, mut distances) = ([0.0; WIDTH], [0.0; WIDTH]);
+        for lane in 0..WIDTH {
+            let of = |each: &[Each; 3]| Vec3::new(each[0][lane], each[1][lane], each[2][lane]);
+            let (away, half) = (of(&self.middle) - point, of(&self.half));
+            let (d2, r2) = (away.length_squared(), half.length_squared());
+            let d = d2.sqrt();
+            // the box is seen within an angle of this sine and cosine about its middle, unless the
+            // point is close to it or in it
+            let is_outside = d2 > r2;
+            let sin2 = (r2 / d2).min(1.0);
+            let (sin, cos) = (sin2.sqrt(), (1.0 - sin2).sqrt());
+            let mut arrives = 1.0;
+            if ONE_SIDED {
+                let along = away.dot(normal);
+                // a little more than the box, because of rounding
+                let reach = 1.001 * half.dot(normal.abs()) + 1e-5 * d;
+                let cosine = cos_less(along / d, sin, cos).max(LEAST_COS);
+                arrives = if is_outside { cosine } else { arrives };
+                arrives = if along < -reach { 0.0 } else { arrives };
             }
-            leaves = self.cone.leaves(-towards, sin, cos);
+            // each light is taken to shine in proportion to the cosine
+            let nearest = cos_less(-of(&self.axis).dot(away) / d, sin, cos);
+            let leaves = 2.0 * cos_less(nearest, self.sin[lane], self.cos[lane]).max(LEAST_COS);
+            let leaves = if is_outside && self.cos[lane] >= 0.0 { leaves } else { 1.0 };
+            faces[lane] = self.power[lane] * arrives * leaves;
+            // close to lights that fill their box evenly, what they bring depends on the area
+            // on which they are, and not on where its middle is
+            let nearest = (away.abs() - half).max(Vec3::ZERO).length_squared();
+            distances[lane] = d2.max(nearest + self.area[lane]).max(f32::MIN_POSITIVE);
         }
-        match self.kind {
-            Kind::Leaf(light) => {
-                let light = &lights[light as usize];
-                // a light with an axis knows how it shines
-                let leaves = if light.axis().is_some() { 1.0 } else { leaves };
-                self.power * arrives * leaves * light.importance(point, None)
-            }
-            Kind::Inner(_) => {
-                // close to lights that fill their box evenly, what they bring depends on the area
-                // on which they are, and not on where its middle is
-                let nearest = (min - point).max(point - max).max(Vec3::ZERO).length_squared();
-                let Vec3 { x, y, z } = max - min;
-                let area = (x * y).max(y * z).max(z * x);
-                let d2 = d2.max(nearest + area / PI).max(f32::MIN_POSITIVE);
-                self.power * arrives * leaves / d2
-            }
-        }
+        (faces, distances)
     }
 }
 
@@ -244,16 +329,6 @@ impl Cone {
             return Self::ALL;
         }
         Self { axis, cos: angle.cos(), sin: angle.sin() }
-    }
-
-    /// Returns how much light leaves in a direction, relative to the mean over all directions, if each
-    /// light shines in proportion to the cosine; the direction is known up to an angle.
-    fn leaves(&self, direction: Vec3, sin: f32, cos: f32) -> f32 {
-        if self.cos < 0.0 {
-            return 1.0;
-        }
-        let nearest = cos_less(self.axis.dot(direction), sin, cos);
-        2.0 * cos_less(nearest, self.sin, self.cos).max(LEAST_COS)
     }
 }
 

@@ -39,6 +39,8 @@ pub(super) struct LightChoice {
     total: f32,
     /// Number of the lights that may contribute anything.
     count: u32,
+    /// What those of the light tree may contribute together.
+    of_tree: f32,
     /// What each of at most [`FEW`] lights may contribute.
     each: [f32; FEW],
 }
@@ -64,8 +66,8 @@ impl LightChoice {
         }
         if let Some(tree) = scene.light_tree() {
             let infinite = infinite(scene, at).map(|(_, importance)| importance);
-            choice.total =
-                tree.importance(scene.lights(), at.point, at.one_sided) + infinite.sum::<f32>();
+            choice.of_tree = tree.importance(scene.lights(), at.point, at.one_sided);
+            choice.total = choice.of_tree + infinite.sum::<f32>();
             choice.count = scene.lights().len() as u32;
             return choice;
         }
@@ -126,15 +128,20 @@ impl LightChoice {
             match at_infinity {
                 Some((light, _)) => light,
                 None => {
-                    let tree = scene.light_tree()?;
-                    let all = tree.importance(scene.lights(), at.point, at.one_sided);
-                    let number = (rest / f64::from(all)).clamp(0.0, 1.0 - f64::EPSILON);
-                    tree.choose(scene.lights(), at.point, at.one_sided, number)?.0
+                    let number = (rest / f64::from(self.of_tree)).clamp(0.0, 1.0 - f64::EPSILON);
+                    let (lights, tree) = (scene.lights(), scene.light_tree()?);
+                    let (light, share) = tree.choose(lights, at.point, at.one_sided, number)?;
+                    return Some((light, self.of_many(share * self.of_tree)));
                 }
             }
         };
         let light = light.min(self.count as usize - 1);
         Some((light, self.chance(scene, at, light)))
+    }
+
+    /// Returns the chance of one of many lights, which may contribute so much.
+    fn of_many(&self, importance: f32) -> f32 {
+        (1.0 - EVEN as f32) * importance / self.total + EVEN as f32 / self.count as f32
     }
 
     /// Returns the chance with which a light is chosen, in [0, 1].
@@ -147,14 +154,12 @@ impl LightChoice {
             if self.total <= 0.0 {
                 return 0.0;
             }
-            let share = match scene.lights()[light].entrance() {
-                Some(_) => importance(scene, at, light) / self.total,
+            return self.of_many(match scene.lights()[light].entrance() {
+                Some(_) => importance(scene, at, light),
                 None => {
-                    tree.importance(scene.lights(), at.point, at.one_sided) / self.total
-                        * tree.probability(scene.lights(), at.point, at.one_sided, light)
+                    self.of_tree * tree.probability(scene.lights(), at.point, at.one_sided, light)
                 }
-            };
-            return (1.0 - EVEN as f32) * share + EVEN as f32 / self.count as f32;
+            });
         }
         let importance = match self.each.get(light) {
             Some(&each) if scene.lights().len() <= FEW => each,

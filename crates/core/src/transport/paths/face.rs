@@ -14,6 +14,7 @@ use super::{
 };
 use crate::{
     math::{
+        effort,
         geometry::{Frame, POINT, ROUNDING, Ray, Triangle, across},
         rng::Stream,
         sampling::{cosine_hemisphere, cosine_hemisphere_density},
@@ -167,6 +168,7 @@ impl<'a> Face<'a> {
 
     /// Follows one path back from the face, and keeps account of what it meets.
     fn path_along<L: Lanes, A: Along<L>>(&self, pilot: &Pilot, rng: &mut Stream) -> PathScore<L> {
+        effort::spend(effort::PATH);
         let Start { triangle, point, normal } = self.start(rng);
         let at = self.vertex(point, normal);
         let mut path = Path { scene: self.scene, pilot, rng, rays: 0, cut_off: false };
