@@ -14,7 +14,7 @@
 //! paths leave, a fraction s of F, has s w / F. So what paths have found there tells how photons find
 //! it, even if none of the trial has come.
 
-use std::sync::Arc;
+use std::{array::from_fn, sync::Arc};
 
 use super::{
     Control, Keep, Run, TASK, channel, faces,
@@ -26,7 +26,11 @@ use super::{
 use crate::{
     error::Result,
     math::rng::Purpose,
-    scene::{material::Scatterer, world::Scene},
+    scene::{
+        captor::{CaptorKind, Channel},
+        material::Scatterer,
+        world::Scene,
+    },
     transport::{
         nearest,
         paths::{Face, Pilot},
@@ -38,8 +42,9 @@ use crate::{
 /// Photons take at least and at most this fraction of the work.
 const LEAST_PHOTONS: f64 = 1.0 / 64.0;
 const MOST_PHOTONS: f64 = 0.875;
-/// Where they are stored for k-nearest estimates, they take at least this fraction.
-const LEAST_STORED: f64 = 0.1;
+/// Where they are stored for k-nearest estimates, or count alone at some faces, they take at least this
+/// fraction: no face has more than ten times the variance that photons of the same work have.
+const LEAST_NEEDED: f64 = 0.1;
 /// Paths are taken to leave up to so many times as much light to photons at one face as at all of them.
 const UNEVEN: f64 = 8.0;
 /// At a face that fewer photons of the trial have come to, their variance is taken to be in
@@ -88,7 +93,7 @@ impl TriedComplete {
         let uneven = |of: Variance| Variance { beside: (uneven * of.beside).min(of.photon), ..of };
         let all: Vec<_> = variances.all().into_iter().map(|of| of.map(uneven)).collect();
         let stored = settings.keeps_map() && nearest::any_estimates(scene);
-        let least = if stored { LEAST_STORED } else { LEAST_PHOTONS };
+        let least = if stored { LEAST_NEEDED } else { LEAST_PHOTONS };
         let Divided { photons: each, alone } = divide(&all, work, least, goal);
         let starts = alone.iter().filter(|&&alone| !alone).count();
         let mut by_photons = Vec::new();
@@ -175,7 +180,7 @@ enum Goal {
 }
 
 /// Divides the work among paths and photons. At a face without a variance nothing has arrived.
-/// Photons take at least the share `least` of the work.
+/// Photons take at least the share `least` of the work, or more where they count alone.
 fn divide(variances: &[Option<Variance>], work: Work, least: f64, goal: Goal) -> Divided {
     let lit: Vec<(usize, Variance)> =
         variances.iter().enumerate().filter_map(|(face, found)| Some((face, (*found)?))).collect();
@@ -223,6 +228,7 @@ fn divide(variances: &[Option<Variance>], work: Work, least: f64, goal: Goal) ->
                 worst = worst.max(by_paths(of));
             }
             let paths = starts as f64 + dark;
+            let least = if rest > f64::NEG_INFINITY { least.max(LEAST_NEEDED) } else { least };
             let fits = of_share(least, paths)..=of_share(MOST_PHOTONS, paths);
             if paths == 0.0 || !fits.contains(&photons) {
                 continue;
@@ -315,8 +321,8 @@ const SURELY: u64 = 16;
 
 /// What holds for all faces, in a band.
 struct OfAll {
-    /// Median of the relative variances of a path.
-    path: f64,
+    /// Median of the relative variances of a path, for each [kind](Variances::kind) of face.
+    path: [f64; 4],
     /// Variance of a photon that counts where paths leave light to it, for each unit of all light,
     /// W or umol/s.
     beside: f64,
@@ -388,8 +394,14 @@ impl<'t> Variances<'t> {
     fn of_all(&self, band: usize) -> OfAll {
         let photons = self.photons.all.histories as f64;
         let own: Vec<usize> = (0..self.faces.len()).step_by(self.step).collect();
-        let mut tried: Vec<f64> = own.iter().filter_map(|&face| self.path(face, band)).collect();
-        tried.sort_unstable_by(f64::total_cmp);
+        let median = |is_of: &dyn Fn(usize) -> bool| {
+            let tried = own.iter().filter(|&&face| is_of(face));
+            let mut tried: Vec<f64> = tried.filter_map(|&face| self.path(face, band)).collect();
+            tried.sort_unstable_by(f64::total_cmp);
+            tried.get(tried.len() / 2).copied()
+        };
+        let of_any = median(&|_| true).unwrap_or(0.0);
+        let path = from_fn(|kind| median(&|face| self.kind(face) == kind).unwrap_or(of_any));
         let (mut left, mut light) = (0.0, 0.0);
         let (mut variance, mut came, mut of_unknown) = (0.0, 0.0, [0.0; 2]);
         for (f, face) in self.faces.iter().enumerate() {
@@ -413,11 +425,19 @@ impl<'t> Variances<'t> {
         let one = photon / photons;
         let share = if self.leaves { self.photons.left } else { 0.0 };
         OfAll {
-            path: tried.get(tried.len() / 2).copied().unwrap_or(0.0),
+            path,
             beside: ratio(left + share * photon * one, light + one).min(photon),
             photon,
             irradiance: ratio(of_unknown[0], of_unknown[1]),
         }
+    }
+
+    /// Returns the kind of a face, in 0..4: the front or back of a sensor, or of a surface. Faces of one
+    /// kind are alike: backs of leaves are darker than fronts.
+    fn kind(&self, face: usize) -> usize {
+        let Face { captor, channel, .. } = &self.faces[face];
+        let is_surface = self.scene.captors()[*captor].kind == CaptorKind::Surface;
+        2 * usize::from(is_surface) + usize::from(*channel == Channel::Back)
     }
 
     /// Returns the fraction of the light on all faces that paths leave to photons, in [0, 1]: the
@@ -482,7 +502,7 @@ impl<'t> Variances<'t> {
         if self.is_dark(face, band) {
             return None;
         }
-        let path = self.path(face, band).unwrap_or(all.path);
+        let path = self.path(face, band).unwrap_or(all.path[self.kind(face)]);
         let (flux, photon) = if self.is_known(place) {
             let [flux, variance] = estimate(self.scene, &self.photons.all, place, band);
             (flux, variance * self.photons.all.histories as f64 / (flux * flux))
@@ -547,7 +567,9 @@ mod tests {
                     Goal::Typical => logs.sum::<f64>() / 7.0,
                     Goal::Worst => logs.fold(f64::NEG_INFINITY, f64::max),
                 };
-                let fits = (LEAST_PHOTONS..=MOST_PHOTONS).contains(&share);
+                let any = alone[..7].contains(&true);
+                let least = if any { LEAST_NEEDED } else { LEAST_PHOTONS };
+                let fits = (least..=MOST_PHOTONS).contains(&share);
                 if fits { variances + rays.ln() } else { f64::INFINITY }
             };
             for goal in [Goal::Typical, Goal::Worst] {
