@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 mod from;
 mod leaves;
+mod months;
 mod periodic;
 mod ratios;
 mod shards;
