@@ -48,7 +48,7 @@ struct Node {
     axis: [Each; 3],
     cos: Each,
     sin: Each,
-    /// Largest side face of the box, over pi, m2.
+    /// Largest side face of the box, over 2 pi, m2.
     area: Each,
     child: [Child; WIDTH],
 }
@@ -235,18 +235,24 @@ impl Node {
 
     fn set(&mut self, lane: usize, of: &Lights, lights: &[Light]) {
         let (middle, size) = (of.extent.center(), of.extent.size());
-        // a light with an axis knows by itself how it shines
-        let knows =
-            matches!(of.child, Child::Light(light) if lights[light as usize].axis().is_some());
-        let cone = if knows { Cone::ALL } else { of.cone };
+        // a point, and a light with an axis, knows by itself how it shines: half of what it brings in
+        // the mean over all directions, as its importance counts
+        let knows = match of.child {
+            Child::Light(light) => {
+                let light = &lights[light as usize];
+                light.axis().is_some() || light.irradiance(Vec3::Z).is_some()
+            }
+            _ => false,
+        };
+        let (cone, power) = if knows { (Cone::ALL, 2.0 * of.power) } else { (of.cone, of.power) };
         for axis in 0..3 {
             self.middle[axis][lane] = middle[axis];
             self.half[axis][lane] = 0.5 * size[axis];
             self.axis[axis][lane] = cone.axis[axis];
         }
-        self.power[lane] = of.power;
+        self.power[lane] = power;
         (self.cos[lane], self.sin[lane]) = (cone.cos, cone.sin);
-        self.area[lane] = (size.x * size.y).max(size.y * size.z).max(size.z * size.x) / PI;
+        self.area[lane] = (size.x * size.y).max(size.y * size.z).max(size.z * size.x) / (2.0 * PI);
         self.child[lane] = of.child;
     }
 
@@ -277,11 +283,10 @@ impl Node {
         for lane in 0..WIDTH {
             let of = |each: &[Each; 3]| Vec3::new(each[0][lane], each[1][lane], each[2][lane]);
             let (away, half) = (of(&self.middle) - point, of(&self.half));
-            let (d2, r2) = (away.length_squared(), half.length_squared());
+            let (d2, r2) = (away.length_squared().max(f32::MIN_POSITIVE), half.length_squared());
             let d = d2.sqrt();
-            // the box is seen within an angle of this sine and cosine about its middle, unless the
-            // point is close to it or in it
-            let is_outside = d2 > r2;
+            // the box is seen within an angle of this sine and cosine about its middle: from close by
+            // anywhere on that side
             let sin2 = (r2 / d2).min(1.0);
             let (sin, cos) = (sin2.sqrt(), (1.0 - sin2).sqrt());
             let mut arrives = 1.0;
@@ -290,18 +295,18 @@ impl Node {
                 // a little more than the box, because of rounding
                 let reach = 1.001 * half.dot(normal.abs()) + 1e-5 * d;
                 let cosine = cos_less(along / d, sin, cos).max(LEAST_COS);
-                arrives = if is_outside { cosine } else { arrives };
-                arrives = if along < -reach { 0.0 } else { arrives };
+                arrives = if along < -reach { 0.0 } else { cosine };
             }
-            // each light is taken to shine in proportion to the cosine
+            // each light is taken to shine in proportion to the cosine, which is a quarter in the
+            // mean over all directions
             let nearest = cos_less(-of(&self.axis).dot(away) / d, sin, cos);
-            let leaves = 2.0 * cos_less(nearest, self.sin[lane], self.cos[lane]).max(LEAST_COS);
-            let leaves = if is_outside && self.cos[lane] >= 0.0 { leaves } else { 1.0 };
+            let leaves = 4.0 * cos_less(nearest, self.sin[lane], self.cos[lane]).max(LEAST_COS);
+            let leaves = if self.cos[lane] < 0.0 { 1.0 } else { leaves };
             faces[lane] = self.power[lane] * arrives * leaves;
             // close to lights that fill their box evenly, what they bring depends on the area
             // on which they are, and not on where its middle is
             let nearest = (away.abs() - half).max(Vec3::ZERO).length_squared();
-            distances[lane] = d2.max(nearest + self.area[lane]).max(f32::MIN_POSITIVE);
+            distances[lane] = d2.max(nearest + self.area[lane]);
         }
         (faces, distances)
     }
