@@ -222,7 +222,7 @@ fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
         0 => writeln!(text, "; wrote {folder}"),
         _ => writeln!(text, "; {missing} runs of other shards are not in {folder}: no tables yet"),
     };
-    if *missing == 0 && *plots == 0 {
+    if *missing == 0 && *plots == 0 && failed.is_empty() {
         text +=
             "no plots: they need a parameter with two numbers or more, and a group of captors\n";
     }
