@@ -784,6 +784,18 @@ def glasshouses():
     save_scene(SCENES / "glasshouse-night.json", {**scene, **night})
 
 
+def evening_sky():
+    """The sky of a low sun, umol/m2/s: a glow about the sun (CIE sky 13), and an even blue above all (CIE sky 5).
+
+    The light of both has gone farther through the air than that of a high sun: what is left of it is redder as
+    the cube of the wavelength, and what was scattered on the way bluer."""
+    def light(name, cie_type, share, power, total):
+        values = [s * ((425 + 50 * i) / 550) ** power for i, s in enumerate(share)]
+        return {"type": "sky", "name": name, "model": "cie", "cie_type": cie_type,
+                "irradiance": [round(total * value / sum(values), 1) for value in values]}
+    return [light("glow", 13, LOW_SUN, 3, 40), light("blue", 5, CLEAR_SKY, -3, 45)]
+
+
 def evening():
     """A field of tomato rows without end, in low sun: 48 plants in a cell of three pairs of rows."""
     x, y = 4.8, 2.4
@@ -804,10 +816,10 @@ def evening():
         "objects": [
             {"name": "tomato", "obj": "tomato-fine.obj", "instances": {"csv": "evening-rows.csv"}, "captor": True},
             {"name": "ground", "obj": "evening-ground.obj", "captor": True, "ground": True}],
-        "site": {"latitude": LATITUDE, "longitude": LONGITUDE}, "time": "2025-06-21T20:20+02:00",
-        "weather": {"direct_normal": 400, "diffuse_horizontal": 45},
-        "lights": [{"type": "sun", "share": LOW_SUN}, {"type": "sky", "share": CLEAR_SKY}],
-        "camera": {"position": [4.6, -1.2, 1.55], "look_at": [0.6, 3.5, 0.75], "up": [0, 0, 1], "fov_deg": 58,
+        "site": {"latitude": LATITUDE, "longitude": LONGITUDE}, "time": "2025-06-21T20:34+02:00",
+        "weather": {"direct_normal": 450, "diffuse_horizontal": 45},
+        "lights": [{"type": "sun", "share": LOW_SUN}, *evening_sky()],
+        "camera": {"position": [1.75, -1.2, 1.8], "look_at": [0.6, 3.5, 1.45], "up": [0, 0, 1], "fov_deg": 62,
                    "width": 1200, "height": 675},
         "settings": {"photons": 2000000, "seed": 1},
     })

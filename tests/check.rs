@@ -431,7 +431,7 @@ fn the_command_describes_the_scene_and_warns() {
         "  total                         14     22.00",
         "lights, W                      all",
         "  lamp                       10.00",
-        "captors: 1 virtual, 0 surface; groups: 1",
+        "captors: 1 sensor, 0 surfaces; groups: 1",
     ] {
         assert!(text.contains(line), "no {line:?} in\n{text}");
     }

@@ -55,19 +55,25 @@ fn an_interrupted_run_leaves_nothing_behind() {
 }
 
 #[test]
-fn an_interrupted_view_or_export_leaves_nothing_behind() {
+fn an_interrupted_view_export_or_render_names_itself_and_leaves_nothing_behind() {
     let scene = scene();
     let text = fs::read_to_string(scene.path("scene.json")).expect("the scene");
     let long = text.replacen('{', r#"{"settings": {"photons": 1e14},"#, 1);
     fs::write(scene.path("scene.json"), long).expect("written");
     let folder = scene.path("");
     let before = listing(&folder);
-    for line in ["view scene.json", "export scene.json -o a.vtu"] {
+    for line in [
+        "view scene.json",
+        "export scene.json -o a.vtu",
+        "render scene.json --photons 1e12 --map-photons 1e8 -o a.png",
+    ] {
         let child = begun(&folder, line);
         signal(&child, "-INT");
         let output = child.wait_with_output().expect("an end");
         assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
-        assert_eq!(stderr(&output), "error: run: interrupted, nothing was written\n");
+        let command = line.split(' ').next().unwrap_or_default();
+        let said = format!("error: {command}: interrupted, nothing was written\n");
+        assert_eq!(stderr(&output), said);
         assert_eq!(listing(&folder), before);
     }
 }

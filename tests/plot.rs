@@ -469,7 +469,7 @@ fn what_results_depend_on_is_drawn() {
     refused(
         &results().path(""),
         &["plot", "r.json", "--show", "sensitivity"],
-        &["on what they depend"],
+        &["do not say what they depend on"],
     );
 }
 

@@ -366,11 +366,12 @@ fn daylight(text: &mut String, open_field: &OpenField) {
 fn captors(text: &mut String, scene: &Scene) {
     let Captors { sensors, surface } = Captors::of(scene);
     let groups = scene.groups().len();
+    let some =
+        |count: usize, thing| format!("{count} {thing}{}", if count == 1 { "" } else { "s" });
+    let [sensors, surfaces] = [some(sensors, "sensor"), some(surface, "surface")];
     let _ = match scene.captors().len() {
         0 => writeln!(text, "\nno captors, so nothing to run"),
-        _ => {
-            writeln!(text, "\ncaptors: {sensors} virtual, {surface} surface; groups: {groups}")
-        }
+        _ => writeln!(text, "\ncaptors: {sensors}, {surfaces}; groups: {groups}"),
     };
 }
 

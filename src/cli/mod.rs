@@ -121,6 +121,7 @@ fn command() -> clap::Command {
 /// signal.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let parsed = command().try_get_matches_from(arguments);
+    let parsed = parsed.inspect(|matches| terminal::name(matches.subcommand_name().unwrap_or("")));
     let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(usage) if usage.use_stderr() => {

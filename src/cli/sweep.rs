@@ -193,7 +193,7 @@ fn show(bar: &ProgressBar, progress: SweepProgress) {
 
 /// Prints how a sweep or a merge ended. Error: some of its runs have failed.
 fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
-    let Outcome { runs, kept, damaged, simulations, failed, missing, warned } = outcome;
+    let Outcome { runs, kept, damaged, simulations, failed, missing, warned, plots } = outcome;
     if *damaged > 0 {
         let s = if *damaged == 1 { " was" } else { "s were" };
         super::terminal::warn(&[format!("{damaged} run{s} done again, whose files were damaged")]);
@@ -212,7 +212,8 @@ fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
     if let Some(simulations) = simulations {
         let _ = writeln!(text, "{}", from_simulations(*runs, *simulations));
     }
-    let _ = write!(text, "{} of {runs} runs are done", runs - failed.len());
+    let are = if *runs == 1 { "run is" } else { "runs are" };
+    let _ = write!(text, "{} of {runs} {are} done", runs - failed.len());
     if *kept > 0 {
         let _ = write!(text, ", {kept} of them from before");
     }
@@ -221,6 +222,10 @@ fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
         0 => writeln!(text, "; wrote {folder}"),
         _ => writeln!(text, "; {missing} runs of other shards are not in {folder}: no tables yet"),
     };
+    if *missing == 0 && *plots == 0 && failed.is_empty() {
+        text +=
+            "no plots: they need a parameter with two numbers or more, and a group of captors\n";
+    }
     super::terminal::print(&text)?;
     match failed.len() {
         0 => Ok(()),

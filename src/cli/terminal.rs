@@ -3,12 +3,14 @@
 
 use std::{
     borrow::Cow,
-    fmt::Display,
     io::{self, IsTerminal, Write},
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
-use phylux_core::error::{Error, Result};
+use phylux_core::error::{Error, ErrorKind, Result, lock};
 use terminal_size::{Height, Width, terminal_size_of};
 
 /// Whether only results, warnings and errors are printed (`--quiet`).
@@ -21,6 +23,14 @@ static TAKEN: AtomicBool = AtomicBool::new(false);
 static FULL: AtomicBool = AtomicBool::new(false);
 /// The least width of tables, which is theirs where no terminal says how wide it is.
 const WIDTH: usize = 80;
+
+/// The name of the command, which what is said of its interruption begins with.
+static COMMAND: Mutex<String> = Mutex::new(String::new());
+
+/// Names the command that begins.
+pub fn name(command: &str) {
+    command.clone_into(&mut lock(&COMMAND));
+}
 
 /// Begins a command: says whether it is quiet and whether its tables are full, and frees the standard
 /// output.
@@ -136,9 +146,16 @@ pub fn warn(warnings: &[String]) {
     }
 }
 
-/// Prints the line of an error.
-pub fn fail(error: impl Display) {
-    complain(&format!("error: {error}\n"));
+/// Prints the line of an error. Where the user has interrupted the command, it is the command that the
+/// error names, whatever work was under way.
+pub fn fail(error: &Error) {
+    let command = lock(&COMMAND).clone();
+    match (error.kind(), command.is_empty()) {
+        (ErrorKind::Interrupted, false) => {
+            complain(&format!("error: {}\n", error.clone().at(command)))
+        }
+        _ => complain(&format!("error: {error}\n")),
+    }
 }
 
 /// Clears the line of a progress bar that nobody will end.

@@ -298,7 +298,7 @@ fn a_dry_run_lists_and_writes_nothing() {
     let lines: Vec<&str> = said.lines().collect();
     assert_eq!(lines[1], "run 2: /lights/0/power = 1, seed 8: to do");
     assert_eq!(lines[4], "4 runs from 2 simulations: light is linear in the powers");
-    assert!(lines[5].starts_with("4 runs, 4 to do: about ") && lines[5].ends_with(" MB of disk"));
+    assert!(lines[5].starts_with("4 runs, 4 to do: about ") && lines[5].ends_with(" kB of disk"));
     let without_folder = ok(&folder, "sweep sweep.json --dry-run");
     assert!(without_folder.lines().take(5).eq(lines[..5].iter().copied()));
     assert_eq!(listing(&folder.path("")), before);

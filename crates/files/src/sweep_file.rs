@@ -237,9 +237,45 @@ impl Display for Run<'_> {
     /// Writes the run's values and its seed.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (parameter, value) in &self.values {
-            write!(f, "{} = {}, ", parameter.name, quoted_value(value))?;
+            let (name, unit) = without_unit(&parameter.name);
+            match value {
+                Value::Number(number) if !unit.is_empty() => {
+                    write!(f, "{name} = {number} {unit}, ")?
+                }
+                _ => write!(f, "{} = {}, ", parameter.name, quoted_value(value))?,
+            }
         }
         write!(f, "seed {}", self.seed)
+    }
+}
+
+/// Units that the name of a parameter may end with, after a comma, as at an axis.
+const UNITS: [&str; 17] = [
+    "m",
+    "cm",
+    "mm",
+    "km",
+    "in",
+    "ft",
+    "nm",
+    "W",
+    "kW",
+    "umol/s",
+    "W/m2",
+    "umol/m2/s",
+    "mol/m2/d",
+    "h",
+    "deg",
+    "°",
+    "%",
+];
+
+/// Returns the name of a parameter without its unit, and the unit: `lamp height, m` is `lamp height`
+/// and `m`. The unit is empty if the name ends with none.
+fn without_unit(name: &str) -> (&str, &str) {
+    match name.rsplit_once(", ") {
+        Some((name, unit)) if UNITS.contains(&unit) => (name, unit),
+        _ => (name, ""),
     }
 }
 
@@ -332,6 +368,23 @@ mod tests {
         // a run whose expression has no value fails alone, without the other runs
         let odd = sweep(r#""/lights/0/power": ["=x / 0"]"#).expect("a sweep");
         assert_eq!(odd.document(&odd.run(0))["lights"][0]["power"], "=x / 0");
+    }
+
+    /// A run is described with the unit behind its number, where the name ends with a unit.
+    #[test]
+    fn a_unit_follows_its_number() {
+        for (name, words) in [
+            ("lamp height, m", "lamp height = 0.6 m, seed 3"),
+            ("light, in the middle", "light, in the middle = 0.6, seed 3"),
+            ("m", "m = 0.6, seed 3"),
+        ] {
+            let vary =
+                serde_json::json!({ name: { "at": ["/lights/0/power"], "values": [0.6, 1] } });
+            let file = serde_json::json!({ "scene": "s.json", "vary": vary });
+            let scene = serde_json::from_str(SCENE).expect("JSON");
+            let sweep = Sweep::new("s", file, scene, PathBuf::new()).expect("a sweep");
+            assert_eq!(sweep.run(0).to_string(), words);
+        }
     }
 
     const WORDS: &[&str] = &[

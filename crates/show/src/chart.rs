@@ -37,6 +37,8 @@ const ROWS: i32 = 2;
 /// The least width and the height of a panel, and the room above panels.
 const PANEL: (i32, i32) = (px(150), px(190));
 const ABOVE_PANELS: i32 = px(50);
+/// Distance of named rows.
+const NAMED_ROW: i32 = px(24);
 /// Names beside lines take at most such a part of a chart's width.
 const BESIDE: f64 = 0.36;
 
@@ -68,6 +70,9 @@ pub struct Chart {
     pub series: Vec<Series>,
     /// Panels side by side with the same axes, in place of one chart: their titles and series.
     pub panels: Vec<(String, Vec<Series>)>,
+    /// The least room to the left of the upright axis, layout units, so that charts one below the other
+    /// begin at the same place.
+    pub left: i32,
     /// Horizontal lines: their meaning and their y. One that is more than a decade away from all
     /// else on a logarithmic axis is not drawn; the legend has its value.
     pub levels: Vec<(String, f64)>,
@@ -94,9 +99,13 @@ impl Chart {
     }
 
     /// Returns the width and height of the chart in layout units. It is higher where its legend needs
-    /// many rows above the axes.
+    /// many rows above the axes, and as high as its rows need where these have names.
     pub(super) fn size(&self, width: Width) -> (i32, i32) {
-        let (across, down) = (width.units(), width.height());
+        let down = match self.y_names.len() as i32 {
+            0 => width.height(),
+            rows => width.height().min(TOP + NAMED_ROW * rows + BELOW),
+        };
+        let across = width.units();
         if !self.panels.is_empty() {
             let rows = self.panels.len().div_ceil(self.columns(across)) as i32;
             return (across, ABOVE_PANELS + rows * PANEL.1);
@@ -104,6 +113,12 @@ impl Chart {
         let axes = self.axes();
         let top = axes.map_or(0, |axes| self.layout(axes, across, down).frame.top);
         (across, down + (top - TOP - ROWS * ROW).max(0))
+    }
+
+    /// Returns the room that the upright axis needs to its left, layout units.
+    pub(super) fn room_beside(&self, width: Width) -> i32 {
+        let height = self.size(width).1 - BELOW - TOP;
+        self.axes().map_or(0, |[_, y]| y.room_beside(height))
     }
 
     /// Draws the chart on an area.
@@ -236,7 +251,7 @@ impl Chart {
     fn layout(&self, [x, y]: [Axis; 2], width: i32, height: i32) -> Layout {
         let bottom = height - BELOW;
         let frame = |top: i32, beyond: i32| {
-            let left = y.room_beside(bottom - top);
+            let left = y.room_beside(bottom - top).max(self.left);
             let right = width - x.room_beyond(width - left).max(beyond);
             Frame { left, top, right, bottom, x: x.clone(), y: y.clone() }
         };

@@ -4,11 +4,12 @@
 //! [`Viewpoint`] says what the camera sees; `radiance` follows camera rays through glass and
 //! mirrors; `gather` finds the light that diffuse surfaces send back; `normals` makes curved meshes
 //! round, and `gloss` leaves glossy; `fragments` keeps the sums of each pixel apart by surface;
-//! `denoise` filters them; `dots` projects stored photons and paths instead, and `ghosts` is what
-//! stands behind them.
+//! `denoise` filters them; `dots` projects stored photons and paths instead, `coloured` is the light
+//! that photons make together, and `ghosts` is what stands behind them.
 //!
 //! Random numbers belong to pixels and rays, so a picture does not depend on the number of threads.
 
+mod coloured;
 mod denoise;
 mod dots;
 mod fragments;
@@ -45,6 +46,7 @@ use phylux_core::{
     },
 };
 
+pub use coloured::ColouredLight;
 pub use dots::{Dot, Leg, Paths, last_materials, path_dots, photon_dots};
 pub use fragments::{Fragments, Pixels, Seen};
 use fragments::{Guide, Sums};

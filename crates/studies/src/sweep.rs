@@ -34,6 +34,7 @@ use phylux_files::{
     scene_file::LoadedScene,
     sweep_file::{Run, Sweep},
 };
+use tables::Written;
 use work::Work;
 
 pub use control::{Step, SweepControl, SweepPlan, SweepProgress};
@@ -61,6 +62,8 @@ pub struct Outcome {
     /// Number of runs of the whole sweep with warnings, by kind of warning; empty if runs are
     /// missing.
     pub warned: BTreeMap<String, usize>,
+    /// Number of plots; 0 if runs are missing.
+    pub plots: usize,
 }
 
 /// Loads the scene of a sweep with its own values, as a run would load it.
@@ -150,14 +153,15 @@ pub fn sweep(
         return Err(Error::interrupted("sweep", left).remedy("the same command goes on from there"));
     }
     let missing = states.iter().filter(|state| !state.is_ended()).count();
-    let mut warned = BTreeMap::new();
+    let mut written = Written::default();
     if missing == 0 {
         Times::tidy(&folder, sweep, &Times::read(path))?;
-        warned = tables::write(&folder, sweep, &states, control)?;
+        written = tables::write(&folder, sweep, &states, control)?;
     }
     let failed = failures(runs_of(sweep, &jobs, plan.shard), &states);
     let simulations = simulations(&jobs, plan.shard);
-    Ok(Outcome { runs: mine.len(), kept, damaged, simulations, failed, missing, warned })
+    let Written { warned, plots } = written;
+    Ok(Outcome { runs: mine.len(), kept, damaged, simulations, failed, missing, warned, plots })
 }
 
 /// Returns the runs that failed: number and values of the run, and its error.

@@ -6,8 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::view;
 use crate::cli::run;
-use phylux_core::transport::settings::{MapLimit, PhotonCount, ThreadCount, TimeLimit};
-use phylux_core::transport::{settings::Checked, surface_light::SurfaceLight};
+use phylux_core::transport::settings::{Checked, MapLimit, PhotonCount, ThreadCount, TimeLimit};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -75,9 +74,10 @@ pub struct Arguments {
     /// Arrivals of photons to trace and store [default: 2e6, and 3e5 to show photons]
     #[arg(long, value_name = "N", value_parser = run::map_photons, allow_hyphen_values = true)]
     pub map_photons: Option<MapLimit>,
-    /// Photons of each estimate: more are smoother and blur more
-    #[arg(long, value_name = "N", default_value_t = SurfaceLight::DEFAULT_K as u64, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
-    pub k: u64,
+    /// Photons of each estimate: more are smoother and blur more [default: 200, and 150 to show
+    /// photons]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
+    pub k: Option<u64>,
     /// Photons to trace [default: as many as bring --map-photons arrivals; with --show captors the
     /// scene's]
     #[arg(long, value_name = "N", value_parser = run::photons, allow_hyphen_values = true)]

@@ -10,12 +10,16 @@ use super::{
 };
 use phylux_core::{
     error::Result,
-    transport::{photon_map::Way, surface_light::SurfaceLight},
+    math::geometry::Ray,
+    transport::{
+        photon_map::{StoredPhoton, Way},
+        surface_light::SurfaceLight,
+    },
 };
 use phylux_show::{
     kinds::Kind,
     picture::{BandColours, Crowd, Ground, Key, Legend, Picture, Scale, Splats, linear},
-    render::{Dot, Ghosts, last_materials, painted, path_dots, photon_dots},
+    render::{ColouredLight, Dot, Ghosts, Paths, last_materials, painted, path_dots, photon_dots},
 };
 
 /// What one knows of a photon where it arrives, or on its way.
@@ -33,18 +37,25 @@ struct Told<'a> {
 /// the square root of their density.
 const SPLAT: f32 = 1.05;
 /// The least and the greatest radius of a splat, in the same pixels.
-const RADII: [f32; 2] = [1.1, 4.0];
+const RADII: [f32; 2] = [0.9, 2.4];
 /// Photons in a square pixel of such a picture, at the median over the places where there are any: more
 /// would hide each other and the surfaces that they lie on.
-const USUAL: f32 = 0.2;
+const USUAL: f32 = 0.06;
 /// The most light in the middle of a splat of a photon of mean power.
-const BRIGHT: f32 = 0.8;
+const BRIGHT: f32 = 0.2;
 /// Where photons crowd as half of them do, and where one in fifty crowds more, light adds up to no
 /// more than this.
 const COMMON: f32 = 0.5;
 const CROWDED: f32 = 2.2;
 /// Powers of photons relative to their mean, beyond which they are drawn no fainter or brighter.
 const POWERS: [f32; 2] = [0.15, 5.0];
+/// The light that photons make together is no more than this over so much of the lit part of the
+/// picture, and elsewhere grows with such a power of the irradiance.
+const TOGETHER: f32 = 0.45;
+const PLACE: f64 = 0.95;
+const TONE: f32 = 0.9;
+/// Exponent that makes mixtures of colours as clear as these.
+const VIVID: f32 = 1.6;
 /// Radius of the dots of a path, pixels of a picture 800 pixels wide.
 const LINE: f32 = 1.4;
 /// Light in the middle of a line.
@@ -57,57 +68,24 @@ impl Task<'_> {
             Some(Shade::Light) => Ground::Light,
             Some(Shade::Dark) | None => Ground::Dark,
         };
-        let (width, height) = (self.viewpoint.camera.width, self.viewpoint.camera.height);
-        let ghosts = Ghosts::new(&self.viewpoint, ground);
-        let behind = self.watched("pixels", |control| {
-            let colour = |ray: &_| ghosts.colour(&self.viewpoint, ray);
-            painted(&self.viewpoint, self.sampling, control, colour)
-        })?;
         let threads = self.settings.threads.get();
+        let ghosts = Ghosts::new(&self.viewpoint, ground);
+        let behind = self.pixels(|ray| ghosts.colour(&self.viewpoint, ray))?;
+        let colours = self.colours_of_photons(&light, ground);
+        let shines = self.shines(&light, &colours)?;
+        let shine: Vec<Vec3> = shines.iter().map(|(colour, power)| *power * *colour).collect();
+        let together = ColouredLight::new(&light, &shine, threads)?;
+        let together = self.pixels(|ray| together.along(&self.viewpoint, ray))?;
         let mut dots = self
             .watched("photons", |control| photon_dots(&light, &self.viewpoint, threads, control))?;
-        let sum = |power: &[f32]| self.band.bands.iter().map(|&b| power[b]).sum::<f32>();
-        let power = |dot: &Dot| sum(light.map.power(dot.index));
         // a photon without power in the chosen bands is not drawn
-        dots.retain(|dot| power(dot) > 0.0);
+        dots.retain(|dot| shines[dot.index].1 > 0.0);
         let found = dots.len();
-        let unit = width as f32 / 800.0;
-        let crowd =
-            |dots: &[Dot]| Crowd::new(width, height, dots.iter().map(|dot| (dot.at, dot.clear)));
-        let share = USUAL / (unit * unit * crowd(&dots).usual());
-        thin(&mut dots, share);
-        let colours = self.colours_of_photons(&light, &dots, ground);
-
+        let (width, height) = (self.viewpoint.camera.width, self.viewpoint.camera.height);
         let mut splats = Splats::new(ground, width, height);
-        let crowd = crowd(&dots);
-        let mean = dots.iter().map(|dot| f64::from(power(dot))).sum::<f64>();
-        let mean = (mean / dots.len().max(1) as f64) as f32;
-        let radius = |dot: &Dot| {
-            let side = (1.0 / crowd.density(dot.at).max(1e-6)).sqrt() / unit;
-            unit * (SPLAT * side.sqrt()).clamp(RADII[0], RADII[1])
-        };
-        // the integral of a splat is a third of its disc
-        let crowded = |dot: &Dot| crowd.density(dot.at) * FRAC_PI_3 * radius(dot).powi(2);
-        let bright = brightness(dots.iter().map(crowded).collect());
-        let last = self.last_materials(&light, &dots, colours.by)?;
-        for (dot, last) in dots.iter().zip(last) {
-            let photon = &light.map.photons[dot.index];
-            let (light_of, power_of) = (photon.light as usize, light.map.power(dot.index));
-            let way = light.map.ways()[dot.index];
-            let told = Told { light: light_of, way, last, power: power_of };
-            let relative = (power(dot) / mean).clamp(POWERS[0], POWERS[1]);
-            splats.add(dot.at, radius(dot), colours.of(&told), bright * relative * dot.clear);
-        }
-        let (paths, seed) = (self.arguments.paths, self.settings.seed);
-        let paths = self.watched("paths", |control| {
-            path_dots(self.scene, &self.viewpoint, paths, &self.band.bands, seed, control)
-        })?;
-        for (dot, strength) in &paths.dots {
-            let leg = &paths.legs[dot.index];
-            let told = Told { light: leg.light, way: leg.way, last: leg.left, power: &leg.power };
-            let amount = LINE_BRIGHT * strength * dot.clear / unit.max(1.0);
-            splats.add(dot.at, LINE * unit.max(1.0), colours.of(&told), amount);
-        }
+        splats.add_all(&toned(together));
+        self.add_photons(&mut splats, &mut dots, &shines);
+        let paths = self.add_paths(&mut splats, &colours)?;
         let drawn = match dots.len() {
             drawn if drawn < found => format!(", {drawn} drawn"),
             _ => String::new(),
@@ -123,13 +101,71 @@ impl Task<'_> {
         Ok(Made { picture, pixels: None, words })
     }
 
+    /// Returns the mean over the rays of every pixel of what `colour` gives.
+    fn pixels(&self, colour: impl Fn(&Ray) -> Vec3 + Sync) -> Result<Vec<Vec3>> {
+        self.watched("pixels", |control| painted(&self.viewpoint, self.sampling, control, colour))
+    }
+
+    /// Returns the colour of each stored photon, and its power in the chosen bands.
+    fn shines(&self, light: &SurfaceLight, colours: &PhotonColours) -> Result<Vec<(Vec3, f32)>> {
+        let last = match colours.by {
+            By::Surface => last_materials(light, self.settings.threads.get())?,
+            _ => Vec::new(),
+        };
+        let of = |(index, photon): (usize, &StoredPhoton)| {
+            let power = light.map.power(index);
+            let way = light.map.ways()[index];
+            let last = last.get(index).copied().flatten();
+            let told = Told { light: photon.light as usize, way, last, power };
+            (colours.of(&told), self.band.bands.iter().map(|&b| power[b]).sum())
+        };
+        Ok(light.map.photons.iter().enumerate().map(of).collect())
+    }
+
+    /// Draws photons, of which only some stay where they are too many.
+    fn add_photons(&self, splats: &mut Splats, dots: &mut Vec<Dot>, shines: &[(Vec3, f32)]) {
+        let (width, height) = (self.viewpoint.camera.width, self.viewpoint.camera.height);
+        let unit = width as f32 / 800.0;
+        let crowd =
+            |dots: &[Dot]| Crowd::new(width, height, dots.iter().map(|dot| (dot.at, dot.clear)));
+        let share = USUAL / (unit * unit * crowd(dots).usual());
+        thin(dots, share);
+        let crowd = crowd(dots);
+        let power = |dot: &Dot| shines[dot.index].1;
+        let mean = dots.iter().map(|dot| f64::from(power(dot))).sum::<f64>();
+        let mean = (mean / dots.len().max(1) as f64) as f32;
+        let radius = |dot: &Dot| {
+            let side = (1.0 / crowd.density(dot.at).max(1e-6)).sqrt() / unit;
+            unit * (SPLAT * side.sqrt()).clamp(RADII[0], RADII[1])
+        };
+        // the integral of a splat is a third of its disc
+        let crowded = |dot: &Dot| crowd.density(dot.at) * FRAC_PI_3 * radius(dot).powi(2);
+        let bright = brightness(dots.iter().map(crowded).collect());
+        for dot in dots.iter() {
+            let relative = (power(dot) / mean).clamp(POWERS[0], POWERS[1]);
+            let amount = bright * relative * dot.clear;
+            splats.add(dot.at, radius(dot), shines[dot.index].0, amount);
+        }
+    }
+
+    /// Draws the paths that are asked for, and returns them.
+    fn add_paths(&self, splats: &mut Splats, colours: &PhotonColours) -> Result<Paths> {
+        let (paths, seed) = (self.arguments.paths, self.settings.seed);
+        let paths = self.watched("paths", |control| {
+            path_dots(self.scene, &self.viewpoint, paths, &self.band.bands, seed, control)
+        })?;
+        let unit = (self.viewpoint.camera.width as f32 / 800.0).max(1.0);
+        for (dot, strength) in &paths.dots {
+            let leg = &paths.legs[dot.index];
+            let told = Told { light: leg.light, way: leg.way, last: leg.left, power: &leg.power };
+            let amount = LINE_BRIGHT * strength * dot.clear / unit;
+            splats.add(dot.at, LINE * unit, colours.of(&told), amount);
+        }
+        Ok(paths)
+    }
+
     /// Returns the colours of photons, as asked for or chosen.
-    fn colours_of_photons<'t>(
-        &'t self,
-        light: &SurfaceLight,
-        dots: &[Dot],
-        ground: Ground,
-    ) -> PhotonColours<'t> {
+    fn colours_of_photons<'t>(&'t self, light: &SurfaceLight, ground: Ground) -> PhotonColours<'t> {
         let scene = self.scene;
         let bands = BandColours::new(scene.bands(), scene.quantity());
         let by = self.arguments.colour;
@@ -138,11 +174,11 @@ impl Task<'_> {
         let white =
             white.max(Vec3::splat(LEAST_WHITE * white.max_element().max(f32::MIN_POSITIVE)));
         let histories = light.map.histories as f64;
-        let power = |dot: &Dot| {
-            let power = light.map.power(dot.index);
+        let power = |index: usize| {
+            let power = light.map.power(index);
             self.band.bands.iter().map(|&b| f64::from(power[b])).sum::<f64>() / histories
         };
-        let powers: Vec<f64> = dots.iter().map(power).collect();
+        let powers: Vec<f64> = (0..light.map.photons.len()).map(power).collect();
         let most = powers.iter().copied().fold(0.0, f64::max);
         let scale = self.scale(powers, 0.999);
         let unit = scene.quantity().unit_names().flux;
@@ -150,19 +186,24 @@ impl Task<'_> {
         let kinds = scene.materials().iter().map(Kind::of).collect();
         PhotonColours { task: self, by, ground, bands, white, histories, scale, legend, kinds }
     }
+}
 
-    /// Returns the material that each photon came from, where colours need it.
-    fn last_materials(
-        &self,
-        light: &SurfaceLight,
-        dots: &[Dot],
-        by: By,
-    ) -> Result<Vec<Option<usize>>> {
-        if by != By::Surface {
-            return Ok(vec![None; dots.len()]);
+/// Returns light as it is shown: dim enough nearly everywhere that photons stand out from it.
+fn toned(mut light: Vec<Vec3>) -> Vec<Vec3> {
+    let mut values: Vec<f32> =
+        light.iter().map(|light| light.max_element()).filter(|value| *value > 0.0).collect();
+    values.sort_unstable_by(f32::total_cmp);
+    let Some(usual) = values.get((PLACE * values.len() as f64) as usize).copied() else {
+        return light;
+    };
+    for light in &mut light {
+        let value = light.max_element();
+        if value > 0.0 {
+            let colour = (*light / value).powf(VIVID);
+            *light = TOGETHER * (value / usual).powf(TONE) * colour;
         }
-        last_materials(light, dots, self.settings.threads.get())
     }
+    light
 }
 
 /// Keeps a share of the dots, the same of every place, if it is less than 1.
@@ -305,5 +346,26 @@ fn way(way: Way) -> usize {
         Way { bounces: 0, mirrored: true, .. } => 1,
         Way { bounces: 0, .. } => 0,
         Way { bounces, .. } => 1 + usize::from(bounces.min(3)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Light is shown the brighter the more there is, in its hue, and nearly everywhere so dim that
+    /// photons stand out from it, whatever its unit; where there is none, none is shown.
+    #[test]
+    fn light_is_toned_down() {
+        let light = |i: u16| f32::from(i) * Vec3::new(1.0, 0.5, 0.0);
+        for unit in [1.0, 1e-9, 1e6] {
+            let shown = toned((0..=1000).map(|i| unit * light(i)).collect());
+            assert_eq!(shown[0], Vec3::ZERO);
+            assert!(shown.is_sorted_by(|a, b| a.x < b.x));
+            assert!(shown[1..].iter().all(|light| light.x > light.y && light.z == 0.0));
+            let dim = shown.iter().filter(|light| light.x <= 1.001 * TOGETHER).count();
+            assert!((945..=955).contains(&dim), "{dim}");
+        }
+        assert_eq!(toned(vec![Vec3::ZERO; 3]), [Vec3::ZERO; 3]);
     }
 }

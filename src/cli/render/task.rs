@@ -32,6 +32,10 @@ const ROUND: u32 = 4;
 /// Photons to store for a picture of photons.
 const DOTS: usize = 300_000;
 
+/// Photons of each estimate of the light that they make together there, which is sharper than pictures
+/// of light alone: photons on it say where it is rough.
+const DOTS_K: usize = 150;
+
 /// A finished picture, the light in it as numbers, and a line about how it was found.
 pub struct Made {
     pub picture: Picture,
@@ -67,14 +71,14 @@ pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> R
     let viewpoint = arguments.view.viewpoint(loaded)?;
     // checked here, before photons are traced for a picture that is too large
     check_size(&viewpoint, scene.bands().len().max(3))?;
-    let few = match arguments.show {
-        What::Photons => MapLimit::nearest_to(DOTS),
-        _ => settings.map_photons,
+    let (few, k) = match arguments.show {
+        What::Photons => (MapLimit::nearest_to(DOTS), DOTS_K),
+        _ => (settings.map_photons, SurfaceLight::DEFAULT_K),
     };
     let settings = Settings {
         photons: arguments.photons,
         seed: arguments.seed.unwrap_or(settings.seed),
-        k: Some(NearestCount::new(arguments.k as usize)?),
+        k: Some(NearestCount::new(arguments.k.map_or(k, |k| k as usize))?),
         map_photons: arguments.map_photons.unwrap_or(few),
         threads: arguments.threads.unwrap_or(settings.threads),
         ..settings.clone()

@@ -239,8 +239,8 @@ impl<'a> SurfaceLight<'a> {
     }
 
     /// Gathers the `k` nearest photons on this face of the piece, and the area of the piece on
-    /// which they arrived.
-    fn gather(&self, triangle: usize, front: bool, point: Vec3, k: usize) -> Option<Gathered> {
+    /// which they arrived. `None` where no photon has reached the face.
+    pub fn gather(&self, triangle: usize, front: bool, point: Vec3, k: usize) -> Option<Gathered> {
         /// Up to so many triangles are faster looked at one by one than searched for. The ball on a
         /// thin bar, where few photons arrive, may hold whole plants.
         const FEW: usize = 64;

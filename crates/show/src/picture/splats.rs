@@ -46,6 +46,14 @@ impl Ground {
         )
     }
 
+    /// Returns what a splat of a colour adds: light, or the logarithm of what ink lets through.
+    fn shed(self, colour: Vec3) -> Vec3 {
+        match self {
+            Self::Dark => colour,
+            Self::Light => (colour * INK).max(Vec3::splat(DARKEST)).map(|c| -c.ln()),
+        }
+    }
+
     /// Returns the colour in which a mark is seen on this ground, sRGB, from its colour on a dark one,
     /// linear.
     pub fn mark(self, colour: Vec3) -> Vec3 {
@@ -80,10 +88,7 @@ impl Splats {
     /// times `colour` (linear, on a dark ground), and towards its edge, at `radius` pixels, it fades
     /// to nothing, as (1 - (d / radius)^2)^2 at the distance d.
     pub fn add(&mut self, at: [f32; 2], radius: f32, colour: Vec3, amount: f32) {
-        let colour = match self.ground {
-            Ground::Dark => colour,
-            Ground::Light => (colour * INK).max(Vec3::splat(DARKEST)).map(|c| -c.ln()),
-        };
+        let colour = self.ground.shed(colour);
         let range = |at: f32, size: usize| {
             // pixel i has its middle at i + 0.5
             let from = (at - radius - 0.5).ceil().max(0.0) as usize;
@@ -97,6 +102,16 @@ impl Splats {
                 if inside > 0.0 {
                     self.sums[y * self.width + x] += inside * inside * amount * colour;
                 }
+            }
+        }
+    }
+
+    /// Adds light (linear, on a dark ground) to every pixel, row by row.
+    pub fn add_all(&mut self, light: &[Vec3]) {
+        for (sum, light) in self.sums.iter_mut().zip(light) {
+            let amount = light.max_element();
+            if amount > 0.0 {
+                *sum += amount * self.ground.shed(*light / amount);
             }
         }
     }

@@ -27,14 +27,7 @@ impl Plot {
     /// Returns the plot as SVG text. Error: it cannot be drawn.
     pub fn svg(&self, width: Width) -> Result<String> {
         let drawn = match &self.drawn {
-            Drawn::Charts(charts) => {
-                let down = charts.iter().map(|chart| chart.size(width).1).max().unwrap_or(1);
-                let all = (width.units(), down * charts.len().max(1) as i32);
-                paper::drawn(all, |area| {
-                    let parts = area.split_evenly((charts.len().max(1), 1));
-                    charts.iter().zip(&parts).try_for_each(|(chart, part)| chart.draw(part))
-                })
-            }
+            Drawn::Charts(charts) => svg_of(charts, width),
             Drawn::Maps(maps) => maps.svg(width),
             Drawn::Carpets(carpets) => carpets.svg(width),
         };
@@ -45,4 +38,20 @@ impl Plot {
     pub fn picture(&self, width: Width) -> Result<Picture> {
         Picture::of_svg(&self.svg(width)?, Picture::PRINT)
     }
+}
+
+/// Draws charts one below the other, whose axes begin at the same place.
+fn svg_of(charts: &[Chart], width: Width) -> std::result::Result<String, paper::Failure> {
+    let left = charts.iter().map(|chart| chart.room_beside(width)).max().unwrap_or(0);
+    let charts: Vec<Chart> = charts.iter().map(|chart| Chart { left, ..chart.clone() }).collect();
+    let heights: Vec<i32> = charts.iter().map(|chart| chart.size(width).1).collect();
+    paper::drawn((width.units(), heights.iter().sum::<i32>().max(1)), |area| {
+        let mut rest = area.clone();
+        for (chart, height) in charts.iter().zip(heights) {
+            let (own, below) = rest.split_vertically(height);
+            chart.draw(&own)?;
+            rest = below;
+        }
+        Ok(())
+    })
 }

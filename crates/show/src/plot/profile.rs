@@ -6,8 +6,14 @@ use super::{
     chosen::{AXES, Chosen, FLAT, error_bar, nothing},
     drawing::{Drawn, Plot},
 };
-use crate::chart::{Chart, Series, Stroke};
-use phylux_core::error::Result;
+use crate::{
+    chart::{Chart, Series, Stroke},
+    picture::label,
+};
+use phylux_core::{
+    error::Result,
+    math::units::{printed, rounded},
+};
 
 /// Limit on the number of heights at which means are taken.
 const SLICES: usize = 12;
@@ -29,6 +35,16 @@ struct Slice {
     error: f64,
 }
 
+impl Slice {
+    /// Returns the value in words, with its standard error if that is known.
+    fn words(&self) -> String {
+        match self.error > 0.0 {
+            true => rounded(self.value, self.error).join(" ± "),
+            false => label(self.value),
+        }
+    }
+}
+
 /// Captors of one kind, whose means one line joins.
 struct Kind {
     name: String,
@@ -46,6 +62,7 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         [false, false] => (format!("light over height{band}"), "light per area".into()),
     };
     let mut series = Vec::new();
+    let mut has_course = false;
     for (colour, kind) in sensors.into_iter().chain(surfaces).enumerate() {
         let dots = kind.points.iter().map(|point| (point.value, point.height));
         let add = |name, stroke, points| Series { name, colour, stroke, points };
@@ -55,8 +72,14 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         series.push(add(None, Stroke::Bars, bars.collect()));
         let joined: Vec<(f64, f64)> =
             means.iter().map(|slice| (slice.value, slice.height)).collect();
+        has_course |= joined.len() > 1;
+        // a single place has its value in words
+        let name = match &means[..] {
+            [one] => format!("{}: {} {}", kind.name, one.words(), printed(chosen.per_area())),
+            _ => kind.name,
+        };
         let stroke = if kind.is_alike && joined.len() > 1 { Stroke::Line } else { Stroke::Marks };
-        series.push(add(Some(kind.name), stroke, joined));
+        series.push(add(Some(name), stroke, joined));
     }
     if series.is_empty() {
         return Err(nothing("have no captors", "run a scene with sensors or captors"));
@@ -71,7 +94,11 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         series,
         ..Chart::default()
     };
-    Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: Vec::new() })
+    let mut notes = Vec::new();
+    if !has_course {
+        notes.push("captors are at one height alone, so no line shows a course over height".into());
+    }
+    Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes })
 }
 
 /// Returns the sensors, by the way that they face.
@@ -168,6 +195,14 @@ fn slices(mut points: Vec<Point>) -> Vec<Slice> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A value has its error, where it has one.
+    #[test]
+    fn values_have_their_errors() {
+        let slice = |error| Slice { height: 0.1, value: 67.46, error };
+        assert_eq!(slice(0.142).words(), "67.46 ± 0.14");
+        assert_eq!(slice(0.0).words(), "67.46");
+    }
 
     /// Two sensors of 1 and 3 m2 at one height: the mean is weighted by area, errors add in
     /// quadrature.

@@ -1,13 +1,15 @@
 //! The plots of what results depend on: what more of each input brings, and how uncertain results
 //! are because inputs are.
 
+use std::collections::HashSet;
+
 use super::{
     chosen::{Chosen, error_bar, nothing},
     drawing::{Drawn, Plot},
 };
 use crate::chart::{Chart, Series, Stroke};
 use phylux_core::{error::Result, math::pattern::without_copies};
-use phylux_results::result::Dependent;
+use phylux_results::result::{Dependent, RunResult};
 
 /// Limits on the number of groups, and on that of the inputs of each.
 const GROUPS: usize = 2;
@@ -36,7 +38,7 @@ pub(super) fn sensitivity(chosen: &Chosen) -> Result<Plot> {
     if result.sensitivity.is_none() && result.budget.is_none() {
         let remedy = "give the scene `\"sensitivity\": true`, or say in `uncertain` how well its \
                       inputs are known";
-        return Err(nothing("do not say on what they depend", remedy));
+        return Err(nothing("do not say what they depend on", remedy));
     }
     let all = result.dependents().into_iter().filter(|place| chosen.takes(place.name)).collect();
     let places = without_copies(all, |place: &Dependent| place.name);
@@ -66,26 +68,67 @@ fn light_of(chosen: &Chosen, place: &Dependent) -> String {
     format!("{}{face}{}", place.name, chosen.of_band())
 }
 
+/// Returns the names of the lights of the scene, in its order, where results are kept by light and
+/// depend on each of them; else none, and lights are called by their numbers.
+fn lights(result: &RunResult) -> Vec<&str> {
+    let numbers: HashSet<&str> = result
+        .sensitivity
+        .iter()
+        .flatten()
+        .filter_map(|of| of.parameter.strip_prefix("/lights/"))
+        .filter_map(|rest| rest.split('/').next())
+        .collect();
+    let names = result.energy.by_light.iter().flatten().map(|(name, _)| name.as_str());
+    let names: Vec<&str> = names.collect();
+    let is_known = |i: usize| numbers.contains(i.to_string().as_str());
+    match names.len() == numbers.len() && (0..names.len()).all(is_known) {
+        true => names,
+        false => Vec::new(),
+    }
+}
+
 /// Returns an input as it is called at an axis: `/materials/leaf/back/reflectance` is `leaf, back,
-/// reflectance`. Inputs that vary together have a line for all.
-fn named(parameter: &str) -> String {
+/// reflectance`, and a lamp has its name, if `lights` has it. Inputs that vary together are one.
+fn named(parameter: &str, lights: &[&str]) -> String {
+    let light = |rest: &str| {
+        let (number, of) = rest.split_once('/').unwrap_or((rest, ""));
+        match number.parse().ok().and_then(|number: usize| lights.get(number)) {
+            Some(name) => format!("{name}, {of}"),
+            None => format!("light {number}, {of}"),
+        }
+    };
     let plain = |one: &str| {
         let one = one.trim();
-        let of_light = one.strip_prefix("/lights/").map(|rest| format!("light {rest}"));
-        let text = of_light.unwrap_or_else(|| one.trim_start_matches("/materials/").to_string());
-        text.replace(['/', '#'], ", ").replace("~1", "/").replace("~0", "~")
+        let text = match one.strip_prefix("/lights/") {
+            Some(rest) => light(rest),
+            None => one.trim_start_matches("/materials/").to_string(),
+        };
+        let text = text.replace(['/', '#'], ", ").replace("~1", "/").replace("~0", "~");
+        text.trim_end_matches(", ").to_string()
     };
-    parameter.split(", ").map(plain).collect::<Vec<_>>().join(" with ")
+    let all: Vec<String> = parameter.split(", ").map(plain).collect();
+    // inputs of one thing: its name once
+    let split =
+        |one: &String| one.rsplit_once(", ").map(|(of, own)| (of.to_string(), own.to_string()));
+    let parts: Option<Vec<(String, String)>> = all.iter().map(split).collect();
+    match parts {
+        Some(parts) if parts.len() > 1 && parts.iter().all(|(of, _)| *of == parts[0].0) => {
+            let own: Vec<&str> = parts.iter().map(|(_, own)| own.as_str()).collect();
+            format!("{}, {}", parts[0].0, own.join(" and "))
+        }
+        _ => all.join(" with "),
+    }
 }
 
 /// Draws what 10 % more of the inputs that matter most brings.
 fn changes(chosen: &Chosen, place: &Dependent) -> Option<Chart> {
     let all = chosen.result.sensitivity.iter().flatten();
     let own = all.filter(|of| of.of() == place.name && of.face == place.face);
+    let lights = lights(chosen.result);
     let mut rows: Vec<Row> = own
         .filter_map(|of| {
             Some(Row {
-                name: named(&of.parameter),
+                name: named(&of.parameter, &lights),
                 value: CHANGE * of.elasticity[chosen.band]?,
                 error: of.elasticity_se[chosen.band].map(|error| CHANGE * error),
                 colour: INPUT,
@@ -112,8 +155,10 @@ fn budget(chosen: &Chosen, place: &Dependent) -> Option<Chart> {
         error: None,
         colour,
     };
+    let lights = lights(chosen.result);
     let all = row("all inputs".into(), of.model_se, TOGETHER);
-    let inputs = of.largest.iter().map(|input| row(named(&input.parameter), input.se, INPUT));
+    let inputs =
+        of.largest.iter().map(|input| row(named(&input.parameter, &lights), input.se, INPUT));
     let chance = place.errors[chosen.band];
     let chance = chance.map(|se| row("chance (standard error)".into(), se, CHANCE));
     let rows = std::iter::once(all).chain(inputs).chain(chance).collect();
@@ -148,4 +193,31 @@ fn chart(title: String, x: &str, rows: Vec<Row>) -> Option<Chart> {
         series,
         ..Chart::default()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Inputs are called by their materials and lamps, and inputs of one thing by its name once.
+    #[test]
+    fn inputs_have_names() {
+        let lights = ["left bar", "right bar"];
+        for (parameter, name) in [
+            ("/materials/leaf/back/reflectance", "leaf, back, reflectance"),
+            ("/materials/reflector#reflected", "reflector, reflected"),
+            ("/lights/1/power", "right bar, power"),
+            ("/lights/2/power", "light 2, power"),
+            (
+                "/materials/leaf/reflectance, /materials/leaf/transmittance",
+                "leaf, reflectance and transmittance",
+            ),
+            (
+                "/materials/leaf/reflectance, /lights/0/power",
+                "leaf, reflectance with left bar, power",
+            ),
+        ] {
+            assert_eq!(named(parameter, &lights), name);
+        }
+    }
 }

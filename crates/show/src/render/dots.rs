@@ -46,7 +46,7 @@ pub(super) const TRANSLUCENT: f32 = 0.35;
 /// Number of surfaces behind which a dot can still be seen.
 pub(super) const LAYERS: usize = 3;
 /// The share of the light of a dot on glass or water, which would seem to hang in the air.
-const ON_GLASS: f32 = 0.15;
+pub(super) const ON_GLASS: f32 = 0.15;
 /// In a scene that repeats, photons are drawn in the cell of the viewpoint and in as many beyond it on
 /// each side.
 const CELLS: i32 = 40;
@@ -138,16 +138,12 @@ fn cells(viewpoint: &Viewpoint) -> Vec<Images> {
     shifts.into_iter().map(|shift| Images { shift, share: share(shift) }).collect()
 }
 
-/// Returns the index of the material from which the photon of each dot came; `None` straight from
-/// its light. Error: no threads can be started.
-pub fn last_materials(
-    light: &SurfaceLight,
-    dots: &[Dot],
-    threads: usize,
-) -> Result<Vec<Option<usize>>> {
+/// Returns the index of the material from which each stored photon came; `None` straight from its
+/// light. Error: no threads can be started.
+pub fn last_materials(light: &SurfaceLight, threads: usize) -> Result<Vec<Option<usize>>> {
     let positions = light.map.positions();
-    let last = |dot: &Dot| last_material(light, dot.index, positions[dot.index]);
-    Ok(machine::pool(threads)?.install(|| dots.par_iter().map(last).collect()))
+    let last = |(index, point): (usize, &Vec3)| last_material(light, index, *point);
+    Ok(machine::pool(threads)?.install(|| positions.par_iter().enumerate().map(last).collect()))
 }
 
 /// Looks back from where a stored photon arrived.

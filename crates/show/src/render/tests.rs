@@ -2,11 +2,12 @@
 
 use std::{path::Path, sync::atomic::AtomicBool};
 
+use glam::Vec3;
 use serde_json::{Value, json};
 
 use super::{
-    FirstVisible, Fragments, Gather, Ghosts, Paths, Pixels, Sampling, Show, Viewpoint,
-    gloss::Gloss, painted, path_dots, photon_dots, render,
+    ColouredLight, FirstVisible, Fragments, Gather, Ghosts, Paths, Pixels, Sampling, Show,
+    Viewpoint, gloss::Gloss, painted, path_dots, photon_dots, render,
 };
 use crate::picture::Ground;
 use phylux_core::{
@@ -636,5 +637,54 @@ fn photons_shine_through_surfaces() {
         let ray = viewpoint.camera.ray(40.0, 30.0);
         let seen = ghosts.colour(&viewpoint, &ray);
         assert!(seen.to_array().iter().all(|c| range.contains(c)), "{ground:?}: {seen}");
+    }
+}
+
+/// The light that photons make together is the irradiance that they give, in their colours: smooth
+/// where they are crowded, and through a sheet, whose two sides and what is behind it add up.
+#[test]
+fn photons_together_are_irradiance_in_their_colours() {
+    for sheet in [false, true] {
+        let loaded = grey_room(sheet);
+        let (light, viewpoint) = (lit(&loaded, 200_000), viewpoint(&loaded));
+        let straight = |index: usize| light.map.ways()[index].bounces == 0;
+        let shine = |index: usize| {
+            let colour = if straight(index) { Vec3::X } else { Vec3::Z };
+            light.map.power(index)[0] * colour
+        };
+        let shines: Vec<Vec3> = (0..light.map.photons.len()).map(shine).collect();
+        let coloured = |threads| {
+            ColouredLight::new(&light, &shines, threads).unwrap_or_else(|e| panic!("{e}"))
+        };
+        let (one, three) = (coloured(1), coloured(3));
+        let (mut count, mut found, mut exact, mut squares) = (0, 0.0, 0.0, 0.0);
+        let mut red = 0.0;
+        for pixel in (0..80 * 60).step_by(7) {
+            let [x, y] = [pixel % 80, pixel / 80].map(|at| at as f32 + 0.5);
+            let ray = viewpoint.camera.ray(x, y);
+            let along = one.along(&viewpoint, &ray);
+            assert_eq!(along, three.along(&viewpoint, &ray));
+            assert_eq!(along.y, 0.0);
+            let (mut expected, mut through) = (0.0, 1.0);
+            viewpoint.each_surface(&ray, |hit, _| {
+                let front = ray.direction.dot(loaded.scene.surface(hit.triangle).normal) < 0.0;
+                let arrived = |face| light.irradiance(hit.triangle, face, hit.point)[0];
+                expected += through * (arrived(front) + 0.35 * arrived(!front));
+                through *= 0.35;
+                true
+            });
+            let sum = f64::from(along.element_sum());
+            count += 1;
+            (found, exact) = (found + sum, exact + expected);
+            squares += (sum / expected - 1.0).powi(2);
+            red += f64::from(along.x);
+        }
+        assert!((found / exact - 1.0).abs() < 0.01, "{sheet}: {found} {exact}");
+        let rms = (squares / f64::from(count)).sqrt();
+        assert!(rms < 0.07, "{sheet}: {rms}");
+        // half of what arrives in a closed grey room comes straight from its lamp
+        if !sheet {
+            assert!((red / found - 0.5).abs() < 0.1, "{}", red / found);
+        }
     }
 }

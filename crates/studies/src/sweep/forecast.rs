@@ -104,7 +104,8 @@ impl fmt::Display for Forecast {
         if let Some(simulations) = simulations {
             writeln!(f, "{}", from_simulations(runs.len(), *simulations))?;
         }
-        write!(f, "{} runs, {todo} to do", runs.len())?;
+        let s = if runs.len() == 1 { "" } else { "s" };
+        write!(f, "{} run{s}, {todo} to do", runs.len())?;
         if *todo == 0 {
             return Ok(());
         }
@@ -117,7 +118,10 @@ impl fmt::Display for Forecast {
             }
             None => write!(f, ": until they are accurate, which may take any time")?,
         }
-        write!(f, ", {:.1} MB of disk", bytes / 1e6)
+        match *bytes < 1e5 {
+            true => write!(f, ", {:.0} kB of disk", bytes / 1e3),
+            false => write!(f, ", {:.1} MB of disk", bytes / 1e6),
+        }
     }
 }
 

@@ -11,7 +11,8 @@ use super::{
     folder::{Damaged, Manifest, RunFile, State, SweepFolder, Times, run_file},
     linear::Jobs,
     sealed::body,
-    simulations, tables,
+    simulations,
+    tables::{self, Written},
 };
 use phylux_core::{
     error::{Error, NOTHING_WRITTEN, Result},
@@ -75,10 +76,19 @@ pub fn merge(shards: &[PathBuf], path: &Path, control: &SweepControl) -> Result<
     }
     Times::tidy(&folder, &sweep, &times)?;
     let states: Vec<State> = found.into_iter().map(|found| found.file.state).collect();
-    let warned = tables::write(&folder, &sweep, &states, control)?;
+    let Written { warned, plots } = tables::write(&folder, &sweep, &states, control)?;
     let failed = failures(sweep.runs(), &states);
     let simulations = simulations(&jobs, Shard::WHOLE);
-    Ok(Outcome { runs: states.len(), kept: 0, damaged: 0, simulations, failed, missing: 0, warned })
+    Ok(Outcome {
+        runs: states.len(),
+        kept: 0,
+        damaged: 0,
+        simulations,
+        failed,
+        missing: 0,
+        warned,
+        plots,
+    })
 }
 
 fn check_same(a: &Manifest, first: &Path, b: &Manifest, shard: &Path) -> Result<()> {

@@ -77,14 +77,22 @@ const OF_LAMPS: Columns = &[
     ("standard_error", Kind::Number),
 ];
 
-/// Writes the tables and plots of a sweep in which every run is done or has failed. Returns how
-/// many runs have warnings of each kind.
+/// What was written of a whole sweep, besides its tables.
+#[derive(Default)]
+pub struct Written {
+    /// How many runs have warnings of each kind.
+    pub warned: Warned,
+    /// Number of plots.
+    pub plots: usize,
+}
+
+/// Writes the tables and plots of a sweep in which every run is done or has failed.
 pub fn write(
     folder: &SweepFolder,
     sweep: &Sweep,
     states: &[State],
     control: &SweepControl,
-) -> Result<Warned> {
+) -> Result<Written> {
     let mut tables = Tables::create(folder, sweep)?;
     let (mut balance, mut responses) = (Balance::default(), Responses::default());
     let mut warned = Warned::new();
@@ -111,6 +119,7 @@ pub fn write(
     let charts = responses.charts(sweep);
     let ending = control.plots.ending();
     let pictures = file_names(charts.iter().map(|(name, _)| name.as_str()), ending);
+    let plots = charts.len();
     for ((_, chart), name) in charts.into_iter().zip(pictures) {
         let drawn = control.plots.chart(chart)?;
         let mut file = folder.picture(&name)?;
@@ -118,7 +127,7 @@ pub fn write(
         file.finish()?;
     }
     write_runs(folder, sweep, states, &balance)?;
-    Ok(warned)
+    Ok(Written { warned, plots })
 }
 
 /// Returns the columns of a table: the number of the run, those before the parameters, the parameters,
