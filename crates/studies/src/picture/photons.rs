@@ -5,12 +5,13 @@ use std::{collections::HashSet, f32::consts::FRAC_PI_3};
 use glam::Vec3;
 
 use super::{
-    arguments::{By, Shade},
+    job::PhotonColour,
     task::{Made, Task, photons},
 };
 use phylux_core::{
     error::Result,
     transport::{photon_map::Way, surface_light::SurfaceLight},
+    words,
 };
 use phylux_show::{
     kinds::Kind,
@@ -53,9 +54,9 @@ const LINE_BRIGHT: f32 = 0.6;
 impl Task<'_> {
     pub fn photons(&self) -> Result<Made> {
         let light = self.light()?;
-        let ground = match self.arguments.ground {
-            Some(Shade::Light) => Ground::Light,
-            Some(Shade::Dark) | None => Ground::Dark,
+        let ground = match self.job.light_ground {
+            Some(true) => Ground::Light,
+            Some(false) | None => Ground::Dark,
         };
         let (width, height) = (self.viewpoint.camera.width, self.viewpoint.camera.height);
         let ghosts = Ghosts::new(&self.viewpoint, ground);
@@ -98,7 +99,7 @@ impl Task<'_> {
             let relative = (power(dot) / mean).clamp(POWERS[0], POWERS[1]);
             splats.add(dot.at, radius(dot), colours.of(&told), bright * relative * dot.clear);
         }
-        let (paths, seed) = (self.arguments.paths, self.settings.seed);
+        let (paths, seed) = (self.job.paths, self.settings.seed);
         let paths = self.watched("paths", |control| {
             path_dots(self.scene, &self.viewpoint, paths, &self.band.bands, seed, control)
         })?;
@@ -112,8 +113,8 @@ impl Task<'_> {
             drawn if drawn < found => format!(", {drawn} drawn"),
             _ => String::new(),
         };
-        let words =
-            format!("{}, {found} of them seen{drawn}, {}\n", photons(&light), colours.words());
+        let (arrivals, colour) = (photons(&light), colours.words());
+        let words = words![format!("{arrivals}, {found} of them seen{drawn}, {colour}\n")];
         let ways = dots.iter().map(|dot| light.map.ways()[dot.index]);
         let ways: HashSet<usize> = ways
             .chain(paths.dots.iter().map(|(dot, _)| paths.legs[dot.index].way))
@@ -132,7 +133,7 @@ impl Task<'_> {
     ) -> PhotonColours<'t> {
         let scene = self.scene;
         let bands = BandColours::new(scene.bands(), scene.quantity());
-        let by = self.arguments.colour;
+        let by = self.job.colour;
         // the light of the lamps themselves is white
         let white = bands.linear(&self.straight(light));
         let white =
@@ -156,9 +157,9 @@ impl Task<'_> {
         &self,
         light: &SurfaceLight,
         dots: &[Dot],
-        by: By,
+        by: PhotonColour,
     ) -> Result<Vec<Option<usize>>> {
-        if by != By::Surface {
+        if by != PhotonColour::Surface {
             return Ok(vec![None; dots.len()]);
         }
         last_materials(light, dots, self.settings.threads.get())
@@ -191,7 +192,7 @@ const CLEARER: f32 = 1.5;
 /// How photons are coloured.
 struct PhotonColours<'t> {
     task: &'t Task<'t>,
-    by: By,
+    by: PhotonColour,
     ground: Ground,
     bands: BandColours,
     /// The light of the lamps.
@@ -235,16 +236,18 @@ impl PhotonColours<'_> {
     /// Returns the colour of a photon, linear.
     fn of(&self, photon: &Told) -> Vec3 {
         match self.by {
-            By::Band => {
+            PhotonColour::Band => {
                 let seen = self.bands.linear(photon.power) / self.white;
                 let most = seen.max_element();
                 // what no eye sees is grey
                 if most > 0.0 { (seen / most).powf(CLEARER) } else { Vec3::splat(0.3) }
             }
-            By::Bounce => rgb(WAYS[way(photon.way)].1),
-            By::Lamp => rgb(LAMPS[photon.light.min(LAMPS.len() - 1)]),
-            By::Surface => photon.last.map_or(rgb(STRAIGHT), |last| self.kinds[last].mark()),
-            By::Power => {
+            PhotonColour::Bounce => rgb(WAYS[way(photon.way)].1),
+            PhotonColour::Lamp => rgb(LAMPS[photon.light.min(LAMPS.len() - 1)]),
+            PhotonColour::Surface => {
+                photon.last.map_or(rgb(STRAIGHT), |last| self.kinds[last].mark())
+            }
+            PhotonColour::Power => {
                 let power = photon.power;
                 let sum = self.task.band.bands.iter().map(|&b| f64::from(power[b])).sum::<f64>();
                 linear(self.scale.colour(sum / self.histories))
@@ -255,11 +258,11 @@ impl PhotonColours<'_> {
     /// Says what the colours mean.
     fn words(&self) -> &'static str {
         match self.by {
-            By::Band => "coloured by their bands: white as from the lamps",
-            By::Bounce => "coloured by their bounces",
-            By::Lamp => "coloured by their lamps",
-            By::Surface => "coloured by the surface that they come from",
-            By::Power => "coloured by their power",
+            PhotonColour::Band => "coloured by their bands: white as from the lamps",
+            PhotonColour::Bounce => "coloured by their bounces",
+            PhotonColour::Lamp => "coloured by their lamps",
+            PhotonColour::Surface => "coloured by the surface that they come from",
+            PhotonColour::Power => "coloured by their power",
         }
     }
 
@@ -268,13 +271,13 @@ impl PhotonColours<'_> {
         let scene = self.task.scene;
         let of = |(name, bytes): (&str, [u8; 3])| (name.to_string(), rgb(bytes));
         let (title, entries): (&str, Vec<(String, Vec3)>) = match self.by {
-            By::Band => return Ok(picture),
-            By::Power => return picture.with_bar(&self.legend),
-            By::Bounce => {
+            PhotonColour::Band => return Ok(picture),
+            PhotonColour::Power => return picture.with_bar(&self.legend),
+            PhotonColour::Bounce => {
                 let there = |i: &usize| ways.contains(i);
                 ("light", (0..WAYS.len()).filter(there).map(|i| of(WAYS[i])).collect())
             }
-            By::Lamp => {
+            PhotonColour::Lamp => {
                 let lights = scene.lights();
                 let named = lights
                     .iter()
@@ -286,7 +289,7 @@ impl PhotonColours<'_> {
                 }
                 ("lamp", entries)
             }
-            By::Surface => {
+            PhotonColour::Surface => {
                 let there = |kind: &Kind| self.kinds.contains(kind);
                 let kinds = Kind::ALL.into_iter().filter(there);
                 let kinds = kinds.map(|kind| (kind.name().into(), kind.mark()));
