@@ -153,7 +153,22 @@ pub mod studies {
         check, check_meshes,
         convergence::job::{ChartRuns, chart},
         desk::{Desk, DeskState, Listener},
-        even, join, load_base, merge, study, sweep,
+        even,
+        histories::{self, HistoriesJob},
+        join, load_base, merge,
+        mix::Mix,
+        picture::{
+            Made, PictureCamera,
+            job::{PhotonColour, PictureJob, PictureOf},
+        },
+        run::{ReadyRun, RunJob},
+        study, sweep,
+        text::{
+            Page,
+            comparison::{WORST, text as comparison},
+            scene::{as_json, describe},
+            summary::{Summary, summary},
+        },
         year::job::{MadeYear, YearJob},
     };
 }
@@ -163,6 +178,13 @@ pub mod cli;
 
 pub use formats::{LoadedScene, load};
 pub use phylux_core::error::{Error, ErrorKind, Problem, Result};
+
+/// Errors as texts, and sentences whose names of settings each interface spells in its own way.
+pub mod words {
+    pub use phylux_core::error::{
+        Call, CommandLine, Said, Setting, SettingValue, Spelling, ToWords, Words, call, setting,
+    };
+}
 pub use results::{FlatResult, RunResult};
 pub use scene::Scene;
 pub use transport::{Control, Estimator, Guiding, Settings, Simulation, Target, simulate};

@@ -354,8 +354,9 @@ fn the_sun_in_two_panes() {
     let mut check = Comparisons::new("two panes", 0.002).rounding(1e-4);
     check.irradiance("down", front(&run, "down"), 0, 400.0 * once);
     check.finish(1);
-    let told =
-        |warning: &phylux::results::Warning| warning.text.contains("which paths cannot find");
+    let told = |warning: &phylux::results::Warning| {
+        warning.text.spelled(&phylux::words::CommandLine).contains("which paths cannot find")
+    };
     assert!(run.warnings().iter().any(told), "{:?}", run.warnings());
     // the captor is virtual: it also counts light between and below the panes, nearly all of which
     // comes straight

@@ -1,12 +1,18 @@
-"""How notebooks show objects of the package."""
+"""How notebooks and terminals show objects of the package."""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterable, Sequence
 from html import escape
 
 #: the most rows of a table that a notebook shows
 MOST = 10
+
+
+def width() -> int:
+    """Returns how many characters a line of a text has room for."""
+    return shutil.get_terminal_size((80, 24)).columns
 
 
 def text(words: str, warnings: Sequence[str] = ()) -> str:

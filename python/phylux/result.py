@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from . import _native, html, plots, shown
 from .errors import pandas as _pandas
-from .errors import in_python, missing, wrong
+from .errors import missing, wrong
 from .histories import Histories
 from .studies import Calibration, Comparison
 from .values import finite, plain
@@ -185,8 +185,8 @@ class Result:
 
     @cached_property
     def _summary(self) -> tuple[str, list[str]]:
-        text, warnings = self._found.summary()
-        return in_python(text), [in_python(sentence) for sentence in warnings]
+        text, warnings = self._found.summary(html.width())
+        return text, warnings
 
     @property
     def warnings(self) -> list[str]:
@@ -720,7 +720,7 @@ class Result:
 
         Errors: they have nothing in common; their units differ.
         """
-        return Comparison(self._found.compare(other._found))
+        return Comparison(self._found.compare(other._found, html.width()))
 
     def export(self, path: str | os.PathLike[str], **options: Any) -> None:
         """Writes the scene with these results for other programs; `Scene.export` has the options.

@@ -17,14 +17,13 @@ from typing import Any
 import numpy as np
 
 from . import _native, geometry, html, shown
-from .errors import InputError, in_python, missing, say, wrong
+from .errors import InputError, missing, say, wrong
 from .histories import Histories
 from .result import Result, same_file
 from .studies import Calibration, Chart
 from .values import arguments as _arguments
 from .values import cells, columns, csv_table, finite, is_missing, numbers, plain
 from .values import name as checked
-from .values import options as _options
 from .years import Year, find, find_by_shards
 
 #: keys of a scene file whose texts are not names of files
@@ -234,7 +233,7 @@ class Scene:
     def check(self) -> Check:
         """Returns the text of ``phylux check``, which describes the scene; ``.warnings`` says what looks wrong in it, and
         ``.data`` has all of it as data."""
-        return Check(*self._load(quiet=True).check())
+        return Check(*self._load(quiet=True).check(html.width()))
 
     def run(
         self,
@@ -297,7 +296,7 @@ class Scene:
             "seed": seed,
             "estimator": estimator,
             "tolerance": tolerance,
-            "of": of,
+            "of": [of] if isinstance(of, str) else of,
             "max_time": max_time,
             "k": k,
             "map_photons": map_photons,
@@ -315,8 +314,9 @@ class Scene:
             scene.keys["sensitivity"] = names if isinstance(names, bool) else list(names)
         loaded = scene._load()
         with shown.Progress(progress) as tell:
-            found = loaded.run(_options(given), tell)
+            found, warned = loaded.run(_arguments(given), tell)
         result = Result(found, loaded)
+        say(*warned)
         # those about files were said when the scene was read
         say(*(warning for warning in result.warnings if warning not in loaded.warnings))
         return result
@@ -463,7 +463,7 @@ class Scene:
         calibrated = self.copy()
         calibrated._keys = json.loads(scene)
         say(*warned)
-        return Calibration(json.loads(report), calibrated, [in_python(sentence) for sentence in warned])
+        return Calibration(json.loads(report), calibrated, warned)
 
     def chart(
         self,
@@ -563,9 +563,10 @@ class Scene:
                 return self.render(numbers=numbers, results=path, **options)
         given = {**options, "results": results}
         for name, separator in (("position", ","), ("look_at", ","), ("up", ","), ("range", ":")):
-            if given.get(name) is not None and not isinstance(given[name], str):
-                given[name] = separator.join(repr(finite(number, name)) for number in _several(given[name], name))
-        width, pixels, found = self._load().render(_options(given))
+            if given.get(name) is not None:
+                numbers_of = given[name].split(separator) if isinstance(given[name], str) else _several(given[name], name)
+                given[name] = [finite(number, name) for number in numbers_of]
+        width, pixels, found = self._load().render(_arguments(given))
         if not numbers:
             return pixels.reshape(-1, width, 3)
         if found is None:
@@ -739,7 +740,6 @@ class Check(str):
     _text: str
 
     def __new__(cls, text: str, warnings: list[str], data: str) -> Check:
-        warnings = [in_python(warning) for warning in warnings]
         check = super().__new__(cls, text + "".join(f"warning: {warning}\n" for warning in warnings))
         check._text, check.warnings, check.data = text, warnings, json.loads(data)
         return check

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from . import _native
-from .errors import in_python, missing, say, wrong
+from .errors import missing, say, wrong
 from .histories import Histories
-from .values import options
+from .values import arguments
 
 
 def export(
@@ -38,10 +38,9 @@ def histories(
 ) -> Histories:
     """Finds on which ways light reaches a captor."""
     with Progress(progress) as tell:
-        report, warned = loaded.histories(options(given), tell)
-    sentences = [in_python(sentence) for sentence in warned]
+        report, warned = loaded.histories(arguments(given), tell)
     say(*warned)
-    return Histories(report, sentences)
+    return Histories(report, warned)
 
 
 def to_pyvista(loaded: _native.Loaded, found: _native.Found | None, *, trace: bool = True, threads: int | None = None) -> Any:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from . import _native, html
 from .errors import pandas
-from .errors import in_python
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -78,7 +77,7 @@ class Comparison:
 
     def __init__(self, found: tuple[str, str, list[str], int, float, bool, bool]) -> None:
         text, values, self.unmatched, self.few_paths, self.limit, self.agrees, self.dependent = found
-        self._text = in_python(text)
+        self._text = text
         self._values: list[dict[str, Any]] = json.loads(values)
 
     def __str__(self) -> str:

@@ -251,22 +251,6 @@ def name(value: Any, place: str, what: str) -> str:
     return str(found)
 
 
-def options(given: Mapping[str, Any]) -> list[str]:
-    """Returns options as the command line has them; an option with a list of values is repeated for each value."""
-    found: list[str] = []
-    for name, values in given.items():
-        option = "--" + name.replace("_", "-")
-        values = plain(values, name)
-        for value in values if isinstance(values, list) else [values]:
-            if value is True:
-                found.append(option)
-            elif value is not None and value is not False:
-                if isinstance(value, float):
-                    value = int(value) if value.is_integer() else repr(value)
-                found.append(f"{option}={value}")
-    return found
-
-
 def arguments(given: Mapping[str, Any]) -> str:
     """Returns the arguments of a call that are given, as JSON. Error: one of them has no form there."""
     return json.dumps({name: plain(value, name) for name, value in given.items() if value is not None}, allow_nan=False)

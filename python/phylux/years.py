@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import _native, html
-from .errors import in_python, missing, say, wrong
+from .errors import missing, say, wrong
 from .errors import pandas as _pandas
 from .result import Result
 from .values import finite
@@ -159,7 +159,7 @@ class Year:
         except (OSError, ValueError):
             return html.text(repr(self))
         rows = [(name, str(facts[name])) for name in ("scene", "from", "hours", "photons", "seed") if name in facts]
-        return html.table(repr(self), ("", ""), rows, len(rows), [in_python(sentence) for sentence in facts.get("warnings", ())])
+        return html.table(repr(self), ("", ""), rows, len(rows), list(facts.get("warnings", ())))
 
     def _table(self, name: str) -> Any:
         if not (self.folder / "year.json").is_file():

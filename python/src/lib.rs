@@ -6,6 +6,7 @@
 
 mod errors;
 mod result;
+mod runs;
 mod scene;
 mod studies;
 mod watched;

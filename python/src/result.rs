@@ -10,20 +10,19 @@ use std::{
 use numpy::PyArray1;
 use phylux::{
     RunResult,
-    cli::embedded::{self, Words},
     formats::{FilesRead, OutputFile, OutputFolder},
     results::{
         Absorbed, AbsorbedByFace, ByLight, CaptorResult, Comparison, FaceResult, Factor,
         GroupResult, Ratios, ResultsFile,
     },
-    studies::EvenPlan,
+    studies::{EvenPlan, Mix, Page, Summary, WORST, summary},
 };
 use pyo3::{
     prelude::*,
     types::{PyBytes, PyDict},
 };
 
-use crate::errors::raised;
+use crate::errors::{InPython, raised, spelled};
 
 /// The results of a run.
 #[pyclass(frozen, module = "phylux._native")]
@@ -57,6 +56,11 @@ impl Found {
         let bytes = self.json_bytes()?;
         Python::attach(|py| raised(py, parse_results(&bytes)))
     }
+}
+
+/// Returns a page of Python with lines of this width.
+pub fn page(width: usize) -> Page {
+    Page { width: width.max(Page::WIDTH), full: false, spelling: &InPython }
 }
 
 /// Text, values as JSON, unmatched values, number of values left out, limit of |z|, whether both
@@ -228,10 +232,12 @@ impl Found {
         &self.head
     }
 
-    /// Returns the summary that `phylux run` ends with, and its warnings.
-    fn summary(&self) -> (String, Vec<String>) {
-        let Words { text, warnings } = embedded::summarise(&self.result);
-        (text, warnings)
+    /// Returns the summary that `phylux run` ends with, for lines of this width, and its warnings.
+    fn summary(&self, width: usize) -> (String, Vec<String>) {
+        let Summary { text, warnings } = summary(&page(width), &self.result, "");
+        let mut all = self.result.warnings_of_scene();
+        all.extend(spelled(&warnings));
+        (text, all)
     }
 
     /// Returns the results that the run would have with the powers of its lights multiplied by
@@ -244,7 +250,8 @@ impl Found {
         calibration: Option<PathBuf>,
     ) -> PyResult<Self> {
         let factors = factors.into_iter().map(|(name, factors)| (name, factors.into())).collect();
-        let mixed = py.detach(|| embedded::mixed(&self.result, factors, calibration.as_deref()));
+        let mixed =
+            py.detach(|| Mix::new(&self.result, factors, calibration.as_deref())?.of(&self.result));
         Ok(Self::new(raised(py, mixed)?, self.files.clone()))
     }
 
@@ -267,12 +274,14 @@ impl Found {
         Ok(serde_json::to_string(&found).unwrap_or_default())
     }
 
-    /// Compares these results with others. Returns the text of `phylux compare`; all values as JSON;
+    /// Compares these results with others. Returns the text of `phylux compare`, for lines of this
+    /// width; all values as JSON;
     /// those that only one of them has; the number that is left out because their errors say little;
     /// the limit of |z|; and whether both agree, and share random numbers.
-    fn compare(&self, py: Python<'_>, other: &Self) -> PyResult<Compared> {
+    fn compare(&self, py: Python<'_>, other: &Self, width: usize) -> PyResult<Compared> {
         let (a, b) = (self.results_file()?, other.results_file()?);
-        let (comparison, text) = raised(py, py.detach(|| embedded::compared(&a, &b)))?;
+        let comparison = raised(py, py.detach(|| Comparison::new(&a, &b)))?;
+        let text = phylux::studies::comparison(&page(width), &a, &b, &comparison, WORST);
         let agree = comparison.agrees();
         let Comparison { differences, few_paths, unmatched, limit, dependent } = comparison;
         let values = serde_json::to_string(&differences).unwrap_or_default();

@@ -11,14 +11,20 @@ use glam::DVec3;
 use numpy::{PyArray1, PyReadonlyArray2};
 use phylux::{
     Control, Error, LoadedScene, Scene, Settings,
-    cli::embedded::{self, Rendering, Words},
     formats::{FilesRead, InMemory, Mesh, MeshGroup, OutputFile, Run, SceneSource, Sweep},
     show::{Colours, ExportFormat, Following, RenderPlan, RenderedScene},
+    studies::{Desk, Made, histories::following},
     transport::ThreadCount,
 };
 use pyo3::prelude::*;
 
-use crate::{errors::raised, result::Found, watched::watched};
+use crate::{
+    errors::raised,
+    result::{Found, page},
+    runs,
+    studies::studied,
+    watched::watched,
+};
 
 /// A mesh: its name, its vertices (n, 3), the corners of its triangles (m, 3), and its groups. A
 /// group has a name, a material, and the range of its triangles (start and end).
@@ -143,61 +149,59 @@ impl Loaded {
         self.loaded.files.clone()
     }
 
-    /// Returns the text of `phylux check`, its warnings, and all of it as JSON.
-    fn check(&self, py: Python<'_>) -> PyResult<(String, Vec<String>, String)> {
+    /// Returns the text of `phylux check` for lines of this width, its warnings, and all of it as
+    /// JSON.
+    fn check(&self, py: Python<'_>, width: usize) -> PyResult<(String, Vec<String>, String)> {
         let loaded = self.loaded.clone();
-        let (words, json) = watched(py, None, move |_| embedded::describe(&loaded))?;
-        let Words { text, warnings } = words;
-        Ok((text, warnings, json))
+        watched(py, None, move |_| {
+            let summary = phylux::studies::check(&loaded)?;
+            let json = phylux::studies::as_json(&loaded, &summary)?;
+            let text = phylux::studies::describe(&page(width), &loaded, &summary);
+            Ok((text, summary.warnings, json))
+        })
     }
 
-    /// Runs the scene with options of the command line.
-    #[pyo3(signature = (options, progress=None))]
+    /// Runs the scene with these arguments (JSON). Returns what was found, and the warnings of the
+    /// run itself.
+    #[pyo3(signature = (arguments, progress=None))]
     fn run(
         &self,
         py: Python<'_>,
-        options: Vec<String>,
+        arguments: String,
         progress: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Found> {
+    ) -> PyResult<(Found, Vec<String>)> {
         let loaded = self.loaded.clone();
-        let result = watched(py, progress, move |watch| {
-            let control = Control { stop: &watch.stop, progress: &|p| watch.note(p) };
-            embedded::found(&loaded, &options, &control)
-        })?;
-        Ok(Found::new(result, self.loaded.files.clone()))
+        let (result, warnings) =
+            studied(py, progress, move |desk| runs::run(&arguments)?.found(&loaded, desk))?;
+        Ok((Found::new(result, self.loaded.files.clone()), warnings))
     }
 
-    /// Renders a picture with options of the command line. Returns its width, its pixels (height x
-    /// width x 3, 8 bits), and, where it shows light on surfaces, the numbers behind them.
+    /// Makes a picture with these arguments (JSON). Returns its width, its pixels (height x width x
+    /// 3, 8 bits), and, where it shows light on surfaces, the numbers behind them.
     fn render<'py>(
         &self,
         py: Python<'py>,
-        options: Vec<String>,
+        arguments: String,
     ) -> PyResult<(usize, Bound<'py, PyArray1<u8>>, Option<PixelNumbers<'py>>)> {
         let loaded = self.loaded.clone();
-        let rendering =
-            watched(py, None, move |watch| embedded::picture(&loaded, &options, &watch.stop))?;
-        let Rendering { picture, pixels } = rendering;
+        let work = move |desk: &Desk| runs::picture(&loaded, &arguments, desk);
+        let (Made { picture, pixels, .. }, _) = studied(py, None, work)?;
         let numbers = pixels.map(|p| (p.width, p.bands, PyArray1::from_vec(py, p.values)));
         Ok((picture.width, PyArray1::from_slice(py, picture.rgb()), numbers))
     }
 
-    /// Returns how light reaches a captor, found with options of `phylux trace`, as the JSON that the
-    /// command writes, and the warnings that it prints.
-    #[pyo3(signature = (options, progress=None))]
+    /// Returns how light reaches a captor, found with these arguments (JSON), as the JSON that
+    /// `phylux trace` writes, and the warnings that it prints.
+    #[pyo3(signature = (arguments, progress=None))]
     fn histories(
         &self,
         py: Python<'_>,
-        options: Vec<String>,
+        arguments: String,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(String, Vec<String>)> {
         let loaded = self.loaded.clone();
-        watched(py, progress, move |watch| {
-            let control = Control { stop: &watch.stop, progress: &|p| watch.note(p) };
-            let (result, warnings) = embedded::histories(&loaded, &options, &control)?;
-            let json = serde_json::to_string(&result);
-            Ok((json.map_err(|e| Error::run("histories", e))?, warnings))
-        })
+        let work = move |desk: &Desk| runs::histories(&loaded, &arguments, desk);
+        Ok(studied(py, progress, work)?.0)
     }
 
     /// Writes the page for a browser, with the light of a result or of a run of its own, and with the
@@ -215,7 +219,7 @@ impl Loaded {
         let plan = plan(results, trace)?;
         let check = move |scene: &Scene| {
             let following = match trace {
-                true => embedded::following(scene, to.as_deref())?,
+                true => following(scene, to.as_deref())?,
                 false => Following::default(),
             };
             Ok((phylux::show::check_view(scene)?, following))

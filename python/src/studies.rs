@@ -23,6 +23,7 @@ use pyo3::prelude::*;
 use serde::{Deserialize, de::DeserializeOwned};
 
 use crate::{
+    errors::spelled,
     result::Found,
     scene::Loaded,
     watched::{Watch, watched},
@@ -59,7 +60,7 @@ impl Listener for Heard {
 }
 
 /// Does a study. Returns what it found, and its warnings.
-fn studied<T: Send + 'static>(
+pub fn studied<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Desk) -> Result<T> + Send + 'static,
@@ -73,13 +74,13 @@ fn studied<T: Send + 'static>(
 }
 
 /// Reads arguments that were given as JSON.
-fn read<T: DeserializeOwned>(json: &str) -> Result<T> {
+pub fn read<T: DeserializeOwned>(json: &str) -> Result<T> {
     let value = serde_json::from_str(json).map_err(|e| Error::input("arguments", e))?;
     read_arguments(value)
 }
 
 /// Returns what is made of an argument, if it is given. The place of an error is its name.
-fn given<N, T>(
+pub fn given<N, T>(
     name: &str,
     argument: Option<N>,
     make: impl FnOnce(N) -> std::result::Result<T, String>,
@@ -87,7 +88,7 @@ fn given<N, T>(
     argument.map(make).transpose().map_err(|problem| Error::input(name, problem))
 }
 
-fn count<T>(number: Option<Count>, make: impl FnOnce(usize) -> Result<T>) -> Result<Option<T>> {
+pub fn count<T>(number: Option<Count>, make: impl FnOnce(usize) -> Result<T>) -> Result<Option<T>> {
     number.map(|n| make(usize::try_from(n.0).unwrap_or(usize::MAX))).transpose()
 }
 
@@ -216,8 +217,8 @@ pub fn year(
             }
         };
         work().map_err(|error| {
-            let place = within(&of_errors, error.place());
-            error.at(place)
+            let own = within(&of_errors, &error.place());
+            if own == error.place() { error } else { error.at(own) }
         })
     })?;
     Ok(warnings.iter().map(|warning| within(&folder, warning)).collect())
@@ -423,13 +424,13 @@ pub fn plot(
         let (plot, files) = job.plot()?;
         let drawn = style.plot(&plot)?;
         file.write(&FilesRead::new(&files), |writer| writer.write_all(&drawn))?;
-        Ok(plot.notes)
+        Ok(spelled(&plot.notes))
     })?;
     Ok(notes)
 }
 
 /// Returns one of the choices of the library by its name.
-fn named<T: Copy>(place: &str, name: Option<String>, all: &[(&str, T)]) -> Result<Option<T>> {
+pub fn named<T: Copy>(place: &str, name: Option<String>, all: &[(&str, T)]) -> Result<Option<T>> {
     let Some(name) = name else { return Ok(None) };
     let found = all.iter().find(|(known, _)| *known == name);
     let names = || all.iter().map(|(known, _)| *known).collect::<Vec<_>>().join(", ");

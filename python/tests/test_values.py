@@ -305,23 +305,45 @@ def test_words_are_those_of_python():
     assert caught.value.place == "of" and str(caught.value) == "of: no tolerance is asked for; add `tolerance=0.02`"
     with pytest.raises(px.InputError) as caught:
         scene.run(fotons=1)
-    assert str(caught.value).endswith("did you mean `photons`?")
+    assert "did you mean `photons`?" in str(caught.value)
     with pytest.raises(px.InputError) as caught:
         scene.render(show="captors", gather=3)
     assert "--" not in str(caught.value)
     with pytest.raises(px.InputError) as caught:
         scene.calibrate(even="none", photons=1000)
     assert caught.value.place == "even" and "--" not in str(caught.value)
-    from phylux.errors import in_python
+    with pytest.raises(px.InputError) as caught:
+        scene.calibrate(even="grid", groups=["none"], photons=1000)
+    assert caught.value.place == "groups"
 
-    for said, words in {
-        "--estimator photons finds it": '`estimator="photons"` finds it',
-        "run the scene again with --by-light": "run the scene again with `by_light=True`",
-        "mix them (`phylux mix --calibration`), or so": "mix them (`Result.mix(calibration=...)`), or so",
-        "ask for fewer hours (`--hours groups`)": 'ask for fewer hours (`hours="groups"`)',
-        "no such file /a/--x/b--c.json": "no such file /a/--x/b--c.json",
-    }.items():
-        assert in_python(said) == words and in_python(words) == words
+
+def test_errors_have_their_parts(tmp_path):
+    scene = chamber()
+    with pytest.raises(px.InputError) as caught:
+        scene.calibrate(even="grid", result=scene.run(photons=2000, k=0, threads=1))
+    error = caught.value
+    assert error.problem == "these results are not split by light" and error.remedy == "run the scene again with `by_light=True`"
+    assert str(error) == f"{error.place}: {error.problem}; {error.remedy}"
+    for copied in (pickle.loads(pickle.dumps(error)), copy.copy(error)):
+        assert (str(copied), copied.place, copied.problem, copied.remedy) == (str(error), error.place, error.problem, error.remedy)
+    # a call with an argument, an argument with a value, and text of the user as it is
+    with pytest.raises(px.InputError) as caught:
+        px.Year(tmp_path).plot(tmp_path / "plot.svg", show="map")
+    assert caught.value.remedy == "write it with `Scene.year(results=True)`"
+    with pytest.raises(px.InputError) as caught:
+        scene.run(of="plant")
+    assert caught.value.remedy == "add `tolerance=0.02`"
+    with pytest.raises(px.InputError) as caught:
+        scene.render(band="--by-light", width=40, height=30)
+    assert (caught.value.place, caught.value.problem) == ("band", "the scene has no band or sum `--by-light`")
+    # errors of the package's own part, and without a remedy
+    with pytest.raises(px.InputError) as caught:
+        scene.run(csv="a.csv")
+    assert (caught.value.place, caught.value.problem) == ("csv", "names a file to write") and caught.value.remedy
+    with pytest.raises(px.InputError) as caught:
+        scene.render(width=0)
+    assert (caught.value.place, caught.value.remedy) == ("width", None)
+    assert px.RunError("full").remedy is None
 
 
 def test_objects_show_themselves_in_notebooks(tmp_path):

@@ -9,14 +9,7 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::{
-    interrupt,
-    outputs::check_places,
-    run,
-    summary::{SHOWN_BANDS, short, with_error},
-    table::Table,
-    terminal,
-};
+use super::{interrupt, outputs::check_places, run, terminal};
 use phylux_core::{
     error::{Error, Result},
     transport::settings::{Checked, Guiding, PhotonCount, ThreadCount, Tolerance},
@@ -39,6 +32,7 @@ use phylux_studies::{
         job::{CalibrationGoal, CalibrationLight, CalibrationReport, calibrated},
     },
     desk::STANDARD_OUTPUT,
+    text::{short, summary::SHOWN_BANDS, table::Table, with_error},
 };
 
 /// The most lamps that are listed.
@@ -241,8 +235,7 @@ fn describe_even(found: &EvenPowers, result: &RunResult) -> String {
         found.scene, found.count, found.captors, found.band
     );
     let write = |text: &mut String, table: &Table| {
-        text.push('\n');
-        table.write(text, terminal::width(), terminal::is_full());
+        table.below(text, &terminal::page());
     };
     let mut table = Table::new("factors on the power of lights", [""], "");
     for (name, factors) in found.factors.iter().take(terminal::shown(LISTED)) {
@@ -303,8 +296,7 @@ fn describe(found: &Calibration) -> String {
     }
     let most = terminal::shown(SHOWN_BANDS);
     let write = |text: &mut String, table: &Table| {
-        text.push('\n');
-        table.write(text, terminal::width(), terminal::is_full());
+        table.below(text, &terminal::page());
     };
     let names = || found.bands.iter().take(most).cloned();
     let mut table = Table::new("factors on the power of lights", names(), "");

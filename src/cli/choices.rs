@@ -46,7 +46,7 @@ pub fn guiding() -> impl TypedValueParser<Value = Guiding> {
 }
 
 /// Reads one of the `choices` of the library by its name; `help` has a sentence for each.
-pub fn named<T: Copy + Send + Sync + 'static, const N: usize>(
+pub fn explained<T: Copy + Send + Sync + 'static, const N: usize>(
     choices: [(&'static str, T); N],
     help: [&'static str; N],
 ) -> impl TypedValueParser<Value = T> {
@@ -54,11 +54,21 @@ pub fn named<T: Copy + Send + Sync + 'static, const N: usize>(
     one_of(choices.map(|(name, value)| (name, value, help.next().unwrap_or_default())))
 }
 
-/// Reads one of `choices`: a name, its value, and what it means.
+/// Reads one of the `choices` of the library, whose names say all.
+pub fn named<T: Copy + Send + Sync + 'static, const N: usize>(
+    choices: [(&'static str, T); N],
+) -> impl TypedValueParser<Value = T> {
+    one_of(choices.map(|(name, value)| (name, value, "")))
+}
+
+/// Reads one of `choices`: a name, its value, and what it means, if this is said.
 fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
     choices: [(&'static str, T, &'static str); N],
 ) -> impl TypedValueParser<Value = T> {
-    let named = choices.map(|(name, _, help)| PossibleValue::new(name).help(help));
+    let named = choices.map(|(name, _, help)| match help {
+        "" => PossibleValue::new(name),
+        help => PossibleValue::new(name).help(help),
+    });
     PossibleValuesParser::new(named).map(move |given| {
         let chosen = choices.iter().find(|(name, ..)| *name == given);
         chosen.expect("the parser lets known names through alone").1

@@ -1,14 +1,12 @@
 //! The command line: the list of commands, how one is chosen and run, and its exit code. Each
 //! command has a file of its own with its arguments and their help. What several commands share is
-//! in `outputs`, `progress`, `interrupt`, `terminal`, `table`, `tracing`, `rendered` and `summary`.
+//! in `outputs`, `progress`, `interrupt`, `terminal`, `tracing` and `rendered`.
 
 mod calibrate;
 mod chart;
 mod check;
 mod choices;
 mod compare;
-mod dependence;
-pub mod embedded;
 mod export;
 mod help;
 mod interrupt;
@@ -22,9 +20,7 @@ mod run;
 mod schema;
 mod shell;
 mod style;
-mod summary;
 mod sweep;
-mod table;
 mod terminal;
 mod trace;
 mod tracing;

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::{Args, builder::TypedValueParser};
 
 use super::{
-    choices::named,
+    choices::explained,
     interrupt,
     outputs::{check_places, place_of},
     render,
     style::Style,
+    terminal,
 };
 use phylux_core::error::Result;
 use phylux_files::output::FilesRead;
@@ -76,7 +77,7 @@ impl Arguments {
 
 /// Reads the kind of plot by its name.
 fn what() -> impl TypedValueParser<Value = PlotWhat> {
-    named(
+    explained(
         PlotWhat::ALL,
         [
             "Sensors on the planes that they lie in: irradiance as colours with contours",
@@ -95,7 +96,7 @@ fn what() -> impl TypedValueParser<Value = PlotWhat> {
 
 /// Reads by its name the light that a plot shows.
 fn light() -> impl TypedValueParser<Value = PlotLight> {
-    named(
+    explained(
         PlotLight::ALL,
         [
             "Light on fronts",
@@ -118,6 +119,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     check_places(place.as_slice(), &read)?;
     let drawn = arguments.style.plots(png).plot(&plot)?;
     file.write(&read, |writer| writer.write_all(&drawn))?;
-    let notes: String = plot.notes.iter().map(|note| format!("{note}\n")).collect();
-    super::terminal::print(&format!("{notes}wrote {}\n", place_of(output)))
+    let notes: String =
+        terminal::spelled(&plot.notes).iter().map(|note| format!("{note}\n")).collect();
+    terminal::print(&format!("{notes}wrote {}\n", place_of(output)))
 }

@@ -1,13 +1,6 @@
 //! `phylux render`: makes a picture of a scene, as a camera sees it or in false colour.
 
 mod arguments;
-mod captors;
-#[cfg(feature = "exr")]
-mod channels;
-mod light;
-mod photons;
-mod task;
-mod view;
 
 use std::path::{Path, PathBuf};
 
@@ -15,21 +8,22 @@ use super::{
     interrupt,
     outputs::{check_places, place_of},
 };
-use arguments::What;
 pub(super) use arguments::{Arguments, range};
-use phylux_core::error::{Error, Result};
+use phylux_core::error::{CommandLine, Error, Result};
 use phylux_files::{
     output::{FilesRead, OutputFile},
     scene_file,
 };
-use phylux_studies::desk::STANDARD_OUTPUT;
-pub(super) use task::{Made, make};
 #[cfg(feature = "exr")]
-use {channels::channels, phylux_show::picture::write_exr};
+use phylux_show::picture::write_exr;
+#[cfg(feature = "exr")]
+use phylux_studies::picture::channels;
+use phylux_studies::{desk::STANDARD_OUTPUT, picture::job::PictureJob};
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let desk = interrupt::desk()?;
-    check(arguments)?;
+    let job = arguments.job();
+    check(&job, &arguments.output)?;
     let mut outputs = Vec::new();
     for path in &arguments.output {
         outputs.push((Kind::of(path)?, desk.file(path)?));
@@ -46,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     check_places(&places, &read)?;
     super::terminal::warn(&loaded.warnings);
 
-    let made = make(arguments, &loaded, desk.stop())?;
+    let made = job.picture(&loaded, &desk)?;
     desk.writing();
     for (kind, output) in outputs {
         match kind {
@@ -60,7 +54,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             }
         }
     }
-    super::terminal::print(&format!("{}wrote {}\n", made.words, list(&arguments.output)))
+    let words = made.words.spelled(&CommandLine);
+    super::terminal::print(&format!("{words}wrote {}\n", list(&arguments.output)))
 }
 
 fn list(paths: &[PathBuf]) -> String {
@@ -68,49 +63,11 @@ fn list(paths: &[PathBuf]) -> String {
     names.join(", ")
 }
 
-/// Refuses options that do not go together.
-pub(super) fn check(arguments: &Arguments) -> Result<()> {
-    let show = arguments.show;
-    let misplaced = |option: &str, with: &str| {
-        Err(Error::input(option, format!("has no meaning here: it goes with --show {with}"))
-            .remedy("leave it out, or change --show"))
-    };
-    let of_light = [
-        ("--gather", arguments.gather.is_some()),
-        ("--max-time", arguments.max_time.is_some()),
-        ("--denoise", arguments.denoise.is_some()),
-    ];
-    let misplaced_option = of_light.into_iter().find(|(_, given)| *given);
-    if let (What::Captors | What::Photons, Some((option, _))) = (show, misplaced_option) {
-        return misplaced(option, "radiance, irradiance, absorbed or error");
-    }
-    if show != What::Radiance && arguments.exposure.is_some() {
-        return misplaced("--exposure", "radiance");
-    }
-    if show != What::Radiance && arguments.white_balance.is_some() {
-        return misplaced("--white-balance", "radiance");
-    }
-    if show == What::Radiance && arguments.range.is_some() {
-        return misplaced(
-            "--range",
-            "irradiance, absorbed, error, captors or photons (here: --exposure)",
-        );
-    }
-    if show == What::Radiance && arguments.log {
-        return misplaced("--log", "irradiance, absorbed, error, captors or photons");
-    }
-    if show != What::Captors && arguments.results.is_some() {
-        return misplaced("--results", "captors");
-    }
-    let of_photons = [("--paths", arguments.paths > 0), ("--ground", arguments.ground.is_some())];
-    if let (true, Some((option, _))) =
-        (show != What::Photons, of_photons.into_iter().find(|(_, given)| *given))
-    {
-        return misplaced(option, "photons");
-    }
-    let numbers = !matches!(show, What::Captors | What::Photons);
-    for path in &arguments.output {
-        if !numbers && Kind::of(path)? != Kind::Png {
+/// Refuses a picture without numbers where a file is to hold them.
+fn check(job: &PictureJob, outputs: &[PathBuf]) -> Result<()> {
+    job.check()?;
+    for path in outputs {
+        if !job.show.is_of_light() && Kind::of(path)? != Kind::Png {
             return Err(Error::input(
                 path.display(),
                 "EXR holds the light on surfaces, no captors or photons",

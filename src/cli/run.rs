@@ -3,8 +3,8 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::atomic::{AtomicBool, Ordering},
-    time::{Duration, Instant},
+    sync::atomic::Ordering,
+    time::Instant,
 };
 
 use clap::Args;
@@ -16,11 +16,10 @@ use super::{
     interrupt,
     outputs::{FILES, OutputArguments, Outputs, check_places, place_of},
     progress::{show, terminal_bar},
-    summary::{far_off, summary},
-    terminal,
+    terminal::{self, spelled},
 };
 use phylux_core::{
-    error::{Error, ErrorKind, NOTHING_WRITTEN, Result, percent},
+    error::{Error, NOTHING_WRITTEN, Result, percent, setting},
     scene::world::Scene,
     transport::{
         settings::{
@@ -28,21 +27,21 @@ use phylux_core::{
             ThreadCount, TimeLimit, Tolerance,
         },
         shard::Shard,
-        simulate::{
-            Control, End, Keeper, KeptArrivals, Plan, Progress, RunState, ShardSums, Simulation,
-            check_shardable, simulate, simulate_kept, simulate_shard,
-        },
+        simulate::{Control, End, Plan, Progress, ShardSums, check_shardable, simulate_shard},
     },
 };
 use phylux_files::{
     output::{FilesRead, OutputFile},
-    run_work::{Checkpoint, KeptSettings, write_shard},
+    run_work::{KeptSettings, write_shard},
     scene_file::{self, LoadedScene},
     work_file::{Work, WorkHead},
 };
 use phylux_results::result::{RunResult, ToleranceResult, WorstResult};
-use phylux_studies::check::check_meshes;
-use phylux_studies::desk::Desk;
+use phylux_studies::{
+    desk::Desk,
+    run::{RunJob, warnings_of},
+    text::summary::{far_off, summary},
+};
 
 /// Headings of groups of options in the help.
 const ENDS: &str = "When the run ends";
@@ -127,92 +126,26 @@ impl Arguments {
         let asked = if all { json!(true) } else { json!(names) };
         let loaded = scene_file::load_with_sensitivity(&self.scene, asked);
         loaded.map_err(|error| match error.place().contains("/sensitivity/") {
-            true => error.at("--sensitivity"),
+            true => error.at(setting("sensitivity")),
             false => error,
         })
     }
 
-    /// Returns whether sensitivities are asked for.
-    pub(super) fn asks_for_sensitivity(&self) -> bool {
-        self.sensitivity.is_some()
-    }
-
-    /// Returns the settings of a scene, replaced by those that are given as options. Error: `--of`
-    /// is given without a tolerance.
-    pub(super) fn settings(&self, of_scene: Settings) -> Result<Settings> {
-        let settings = Settings {
-            estimator: self.estimator.unwrap_or(of_scene.estimator),
-            photons: self.photons.or(of_scene.photons),
-            seed: self.seed.unwrap_or(of_scene.seed),
-            k: self.k.or(of_scene.k),
-            map_photons: self.map_photons.unwrap_or(of_scene.map_photons),
-            guiding: self.guiding.unwrap_or(of_scene.guiding),
-            tolerance: self.tolerance.or(of_scene.tolerance),
-            tolerance_limit: self.photons,
+    fn job(&self) -> RunJob {
+        RunJob {
+            estimator: self.estimator,
+            photons: self.photons,
+            seed: self.seed,
+            tolerance: self.tolerance,
             of: self.of.clone(),
-            max_time: self.max_time.or(of_scene.max_time),
+            max_time: self.max_time,
+            k: self.k,
+            map_photons: self.map_photons,
+            guiding: self.guiding,
             by_light: self.by_light,
-            threads: self.threads.unwrap_or(of_scene.threads),
-        };
-        match settings.of.is_empty() || settings.tolerance.is_some() {
-            true => Ok(settings),
-            false => {
-                Err(Error::input("--of", "no tolerance is asked for")
-                    .remedy("add --tolerance 0.02"))
-            }
-        }
-    }
-
-    /// Returns whether an option gives this setting, by the name that it has in files.
-    pub(super) fn gives(&self, setting: &str) -> bool {
-        match setting {
-            "estimator" => self.estimator.is_some(),
-            "photons" => self.photons.is_some(),
-            "tolerance" => self.tolerance.is_some(),
-            "of" => !self.of.is_empty(),
-            "max_time" => self.max_time.is_some(),
-            "k" => self.k.is_some(),
-            "map_photons" => self.map_photons.is_some(),
-            "guiding" => self.guiding.is_some(),
-            "by_light" => self.by_light,
-            "shard" => self.shard.is_some(),
-            "checkpoint" => self.checkpoint.is_some(),
-            "threads" => self.threads.is_some(),
-            _ => false,
-        }
-    }
-
-    /// Returns the error of a run. Where a setting is the reason, its place is that which the value
-    /// came from: an option, or the scene file.
-    fn placed(&self, error: Error, loaded: &LoadedScene) -> Error {
-        match self.gives(error.place()) {
-            true => {
-                let option = format!("--{}", error.place().replace('_', "-"));
-                error.at(option)
-            }
-            false => loaded.placed(error),
-        }
-    }
-
-    /// Returns the checkpoint of a run of this scene with these settings; `None` without
-    /// `--checkpoint`.
-    pub(super) fn checkpoint(&self, scene: &Scene, settings: &Settings) -> Option<Checkpoint> {
-        Some(Checkpoint::new(self.checkpoint.as_deref()?, scene, settings))
-    }
-
-    /// Runs the scene, and goes on from the checkpoint if its file exists.
-    pub(super) fn simulate<'s>(
-        &self,
-        scene: &'s Scene,
-        settings: &Settings,
-        control: &Control,
-        checkpoint: Option<&Checkpoint>,
-    ) -> Result<Simulation<'s>> {
-        match checkpoint {
-            None => simulate(scene, settings, control),
-            Some(checkpoint) => {
-                kept(scene, settings, control, checkpoint, self.checkpoint_every.get())
-            }
+            checkpoint: self.checkpoint.clone(),
+            checkpoint_every: Some(self.checkpoint_every),
+            threads: self.threads,
         }
     }
 }
@@ -239,20 +172,20 @@ fn number(text: &str) -> Checked<f64> {
 }
 
 /// Makes a number of the settings for an option, which is the place of its errors.
-fn setting<T>(made: Result<T>) -> Checked<T> {
+fn checked<T>(made: Result<T>) -> Checked<T> {
     made.map_err(|error| error.message())
 }
 
 pub(super) fn photons(text: &str) -> Checked<PhotonCount> {
-    setting(PhotonCount::new(count(text)?))
+    checked(PhotonCount::new(count(text)?))
 }
 
 pub(super) fn k(text: &str) -> Checked<NearestCount> {
-    setting(NearestCount::new(size(text)?))
+    checked(NearestCount::new(size(text)?))
 }
 
 pub(super) fn map_photons(text: &str) -> Checked<MapLimit> {
-    setting(MapLimit::new(size(text)?))
+    checked(MapLimit::new(size(text)?))
 }
 
 /// Refuses an option that no longer exists.
@@ -262,15 +195,15 @@ pub(super) fn splitting(_: &str) -> Checked<u64> {
 }
 
 pub(super) fn threads(text: &str) -> Checked<ThreadCount> {
-    setting(ThreadCount::new(size(text)?))
+    checked(ThreadCount::new(size(text)?))
 }
 
 pub(super) fn tolerance(text: &str) -> Checked<Tolerance> {
-    setting(Tolerance::new(number(text)?))
+    checked(Tolerance::new(number(text)?))
 }
 
 pub(super) fn max_time(text: &str) -> Checked<TimeLimit> {
-    setting(TimeLimit::new(number(text)?))
+    checked(TimeLimit::new(number(text)?))
 }
 
 /// Times and speeds of a run. They are not in the results, which are the same each time.
@@ -312,15 +245,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     check_places(&places, &read)?;
     let warnings = warnings_of(&loaded)?;
     super::terminal::warn(&warnings);
-    let settings = arguments.settings(loaded.settings.clone())?;
-    let placed = |error| arguments.placed(error, &loaded);
+    let job = arguments.job();
+    let ready = job.ready(&loaded)?;
     let scene_read = Instant::now();
 
     if let Some(shard) = arguments.shard {
         // the trial is made here, since the file of the shard must say what it has chosen
         let quiet = Control { stop: desk.stop(), progress: &|_| {} };
-        check_shardable(&settings).map_err(placed)?;
-        let plan = Plan::make(scene, &settings, &quiet).map_err(placed)?;
+        let placed = |error: Error| match &*error.place() {
+            "shard" => error.at(setting("shard")),
+            _ => ready.placed(error),
+        };
+        check_shardable(&ready.settings).map_err(placed)?;
+        let plan = Plan::make(scene, &ready.settings, &quiet).map_err(placed)?;
         let kept = KeptSettings::new(&plan.settings, plan.choice.as_ref());
         let head = WorkHead::new(Work::Run, arguments.scene.display().to_string(), digest, &kept);
         let head = head.of_shard(shard);
@@ -331,7 +268,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         run_shard(scene, &plan, shard, &desk, write).map_err(placed)?;
         return Ok(0);
     }
-    let bar = progress_bar(&settings);
+    let bar = progress_bar(&ready.settings);
     let progress = |progress: Progress| {
         if let Some(worst) = progress.worst {
             let said = far_off(&WorstResult::new(scene, &worst));
@@ -340,17 +277,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         show(&bar, progress);
     };
     let control = Control { stop: desk.stop(), progress: &progress };
-    let checkpoint = arguments.checkpoint(scene, &settings);
-    places.extend(checkpoint.as_ref().and_then(Checkpoint::place));
+    places.extend(ready.place());
     check_places(&places, &read)?;
-    let simulate = || arguments.simulate(scene, &settings, &control, checkpoint.as_ref());
-    let simulation = match checkpoint {
-        None => simulate(),
-        // what was traced is kept
-        Some(_) => desk.listening(None, simulate),
-    };
+    let simulation = ready.simulate(&control, &desk);
     bar.finish_and_clear();
-    let simulation = simulation.map_err(placed)?;
+    let simulation = simulation?;
     let traced = Instant::now();
     let result = desk.during("estimating", |_| RunResult::new(&simulation));
     let result = result.with_warnings_of_scene(warnings);
@@ -379,11 +310,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
             writer.write_all(b"\n")
         })?;
     }
-    if let Some(checkpoint) = checkpoint {
-        checkpoint.remove();
-    }
-    let summary = summary(&result, reason(simulation.end(), &result));
-    super::terminal::warn(&summary.warnings);
+    ready.finish();
+    let summary = summary(&terminal::page(), &result, reason(simulation.end(), &result));
+    terminal::warn(&spelled(&summary.warnings));
     let speed = format!(
         "\n{:.1} s on {} thread{}, {:.2e} {}/s; wrote {}\n",
         trace_seconds,
@@ -397,42 +326,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     Ok(match result.tolerance {
         Some(ToleranceResult { met: false, .. }) => TOLERANCE_NOT_MET,
         _ => 0,
-    })
-}
-
-/// Returns the warnings about a scene and the files that it comes from. Error: threads cannot be
-/// started.
-pub(super) fn warnings_of(loaded: &LoadedScene) -> Result<Vec<String>> {
-    let mut warnings = loaded.warnings.clone();
-    warnings.extend(check_meshes(&loaded.scene)?);
-    Ok(warnings)
-}
-
-/// Runs the scene, or goes on with a run that `checkpoint` holds, and keeps what is done there; it
-/// is written at most once in `every`.
-fn kept<'s>(
-    scene: &'s Scene,
-    settings: &Settings,
-    control: &Control,
-    checkpoint: &Checkpoint,
-    every: Duration,
-) -> Result<Simulation<'s>> {
-    let resumed = checkpoint.open()?;
-    let path = checkpoint.path().display();
-    let written = AtomicBool::new(resumed.is_some());
-    let save = |state: RunState, arrivals: KeptArrivals| match checkpoint.write(state, arrivals) {
-        Ok(()) => written.store(true, Ordering::Relaxed),
-        Err(e) => {
-            terminal::warn(&[format!("{path}: cannot be written, so the run goes on alone: {e}")])
-        }
-    };
-    let keeper = Keeper::new(every, resumed, &save);
-    simulate_kept(scene, settings, control, Some(&keeper)).map_err(|error| {
-        match error.kind() == ErrorKind::Interrupted && written.load(Ordering::Relaxed) {
-            true => Error::interrupted("run", format!("what was traced is in {path}"))
-                .remedy("the same command goes on from there"),
-            false => error,
-        }
     })
 }
 

@@ -14,7 +14,7 @@ use super::{
     outputs::{check_places, place_of},
     progress::terminal_bar,
     style::Plots,
-    summary::summary,
+    terminal::{self, spelled},
     tracing::TracingArguments,
     year,
 };
@@ -41,6 +41,7 @@ use phylux_studies::{
         Forecast, Outcome, State, SweepControl, SweepPlan, SweepProgress, from_simulations,
         load_base, merge, sweep,
     },
+    text::summary::summary,
 };
 
 /// The most failed runs that are listed; all of them are in the table of runs.
@@ -100,8 +101,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let base = desk.during("reading the scene", |_| load_base(&file))?;
     let threads = threads.unwrap_or(base.settings.threads).get();
     let plan = SweepPlan { shard: arguments.shard, threads, jobs: arguments.jobs };
-    super::terminal::warn(&base.warnings);
-    super::terminal::warn(&check_meshes(&base.scene)?);
+    terminal::warn(&base.warnings);
+    terminal::warn(&check_meshes(&base.scene)?);
     drop(base);
     let style = arguments.plots.style();
     match &arguments.output {
@@ -158,12 +159,10 @@ fn run_join(arguments: &MergeArguments) -> Result<()> {
     let result = joined?;
     desk.writing();
     output.write(&read, |writer| write_json(&result, writer))?;
-    let summary = summary(&result, "");
-    super::terminal::warn(&summary.warnings);
+    let summary = summary(&terminal::page(), &result, "");
+    terminal::warn(&spelled(&summary.warnings));
     let from = format!("\nfrom {} shards; ", arguments.shards.len());
-    super::terminal::print(
-        &(summary.text + &from + &format!("wrote {}\n", place_of(&arguments.output))),
-    )
+    terminal::print(&(summary.text + &from + &format!("wrote {}\n", place_of(&arguments.output))))
 }
 
 /// Does `work` with a progress bar, and ends it in an orderly way at a signal.
@@ -196,17 +195,17 @@ fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
     let Outcome { runs, kept, damaged, simulations, failed, missing, warned, plots } = outcome;
     if *damaged > 0 {
         let s = if *damaged == 1 { " was" } else { "s were" };
-        super::terminal::warn(&[format!("{damaged} run{s} done again, whose files were damaged")]);
+        terminal::warn(&[format!("{damaged} run{s} done again, whose files were damaged")]);
     }
     for (run, error) in failed.iter().take(LISTED) {
-        super::terminal::warn(&[format!("{run}: {error}")]);
+        terminal::warn(&[format!("{run}: {error}")]);
     }
     if failed.len() > LISTED {
-        super::terminal::warn(&[format!("and {} more", failed.len() - LISTED)]);
+        terminal::warn(&[format!("and {} more", failed.len() - LISTED)]);
     }
     for (kind, runs) in warned {
         let s = if *runs == 1 { "" } else { "s" };
-        super::terminal::warn(&[format!("{runs} run{s}: {kind}")]);
+        terminal::warn(&[format!("{runs} run{s}: {kind}")]);
     }
     let mut text = String::new();
     if let Some(simulations) = simulations {
@@ -226,7 +225,7 @@ fn finish(outcome: &Outcome, folder: &Path) -> Result<()> {
         text +=
             "no plots: they need a parameter with two numbers or more, and a group of captors\n";
     }
-    super::terminal::print(&text)?;
+    terminal::print(&text)?;
     match failed.len() {
         0 => Ok(()),
         n => Err(Error::run("sweep", format!("{n} of {runs} runs failed")).remedy(format!(
@@ -249,5 +248,5 @@ fn dry_run(file: &Sweep, folder: Option<&Path>, plan: &SweepPlan, desk: &Desk) -
         let _ = writeln!(text, "{run}: {state}");
     }
     let _ = writeln!(text, "{forecast}");
-    super::terminal::print(&text)
+    terminal::print(&text)
 }

@@ -10,7 +10,8 @@ use std::{
     },
 };
 
-use phylux_core::error::{Error, ErrorKind, Result, lock};
+use phylux_core::error::{CommandLine, Error, ErrorKind, Result, Words, lock};
+use phylux_studies::text::Page;
 use terminal_size::{Height, Width, terminal_size_of};
 
 /// Whether only results, warnings and errors are printed (`--quiet`).
@@ -21,8 +22,6 @@ static TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// Whether tables have all their rows and bands (`--full`).
 static FULL: AtomicBool = AtomicBool::new(false);
-/// The least width of tables, which is theirs where no terminal says how wide it is.
-const WIDTH: usize = 80;
 
 /// The name of the command, which what is said of its interruption begins with.
 static COMMAND: Mutex<String> = Mutex::new(String::new());
@@ -50,23 +49,21 @@ pub fn is_full() -> bool {
     FULL.load(Ordering::Relaxed)
 }
 
+/// Returns the page that texts are written for.
+pub fn page() -> Page {
+    let size = terminal_size_of(io::stdout());
+    let width = size.map_or(Page::WIDTH, |(width, _)| usize::from(width.0).max(Page::WIDTH));
+    Page { width, full: is_full(), spelling: &CommandLine }
+}
+
 /// Returns how many of the rows of a table are shown: so many, or all if these are asked for.
 pub fn shown(most: usize) -> usize {
-    if is_full() { usize::MAX } else { most }
+    page().shown(most)
 }
 
 /// Returns the line that stands below a table if it has more rows than are shown; nothing otherwise.
 pub fn more(count: usize, most: usize) -> String {
-    match count.saturating_sub(shown(most)) {
-        0 => String::new(),
-        more => format!("  and {more} more (--full has all)\n"),
-    }
-}
-
-/// Returns the width of the terminal in characters, at least 80.
-pub fn width() -> usize {
-    let size = terminal_size_of(io::stdout());
-    size.map_or(WIDTH, |(width, _)| usize::from(width.0).max(WIDTH))
+    page().more(count, most)
 }
 
 /// Takes the standard output for a result. Error: another result has taken it.
@@ -94,7 +91,9 @@ pub fn print(text: &str) -> Result<()> {
 /// Returns the text as a terminal of this size shows it best; where there is none, as it is.
 fn on(size: Option<(Width, Height)>, text: &str) -> Cow<'_, str> {
     match size {
-        Some((columns, _)) if !is_full() => wrapped(text, usize::from(columns.0).max(WIDTH)).into(),
+        Some((columns, _)) if !is_full() => {
+            wrapped(text, usize::from(columns.0).max(Page::WIDTH)).into()
+        }
         _ => text.into(),
     }
 }
@@ -137,6 +136,11 @@ pub fn print_result(text: &str) -> Result<()> {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::run("terminal", e)),
         _ => Ok(()),
     }
+}
+
+/// Returns sentences as the command line spells them.
+pub fn spelled(sentences: &[Words]) -> Vec<String> {
+    sentences.iter().map(|words| words.spelled(&CommandLine)).collect()
 }
 
 /// Prints a line for each warning.

@@ -12,17 +12,15 @@ use super::{
     interrupt,
     outputs::{check_places, place_of},
     progress::{show, terminal_bar},
-    summary::with_error,
-    table::Table,
-    terminal,
+    terminal::{self, spelled},
     tracing::TracingArguments,
 };
 use phylux_core::{
-    error::{Error, NOTHING_WRITTEN, Result, nearest},
+    error::{Error, NOTHING_WRITTEN, Result},
     math::units::printed,
-    scene::{captor::Channel, world::Scene},
+    scene::captor::Channel,
     transport::{
-        histories::{Goal, trace_histories},
+        settings::Checked,
         simulate::{Control, Progress},
     },
 };
@@ -30,16 +28,18 @@ use phylux_files::{
     histories_csv::write_histories_csv,
     output::{FilesRead, OutputFile},
     result_file::write_lines,
-    scene_file::{self, LoadedScene},
+    scene_file,
 };
 use phylux_results::histories::{HistoriesPart, HistoriesResult};
-use phylux_show::{following::Following, glb::write_glb_lines, vtk::write_vtk_lines};
-use phylux_studies::desk::STANDARD_OUTPUT;
+use phylux_show::{glb::write_glb_lines, vtk::write_vtk_lines};
+use phylux_studies::{
+    desk::STANDARD_OUTPUT,
+    histories::{HistoriesJob, warnings},
+    text::{table::Table, with_error},
+};
 
 /// The most rows of a table, unless all are asked for.
 const ROWS: usize = 20;
-/// Fewer histories than this find shares too roughly to rely on their errors.
-const FEW: u64 = 100;
 
 #[derive(Args)]
 pub(super) struct Arguments {
@@ -68,25 +68,15 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    /// Follows the light that is asked for. Errors: there is no such captor, face or band; those of
-    /// [`trace_histories`].
-    pub(super) fn found(&self, loaded: &LoadedScene, control: &Control) -> Result<HistoriesResult> {
-        let LoadedScene { scene, settings, .. } = loaded;
+    fn job(&self) -> HistoriesJob {
+        let TracingArguments { photons, seed, threads } = self.tracing;
         let face = match self.face {
             Face::Front => Some(Channel::Front),
             Face::Back => Some(Channel::Back),
             Face::Both => None,
         };
-        let goal = goal(scene, &self.to, face)?;
-        let column = column(scene, self.band.as_deref())?;
-        let settings = self.tracing.settings(settings);
-        let goals = std::slice::from_ref(&goal);
-        let found = trace_histories(scene, goals, (column, self.lines), &settings, control);
-        let found = found.map_err(|error| match (error.place(), self.tracing.photons) {
-            ("photons", Some(_)) => error.at("--photons"),
-            _ => loaded.placed(error),
-        })?;
-        Ok(HistoriesResult::new(scene, &self.to, &goal, column, settings.seed, &found[0]))
+        let (to, band, lines) = (self.to.clone(), self.band.clone(), self.lines);
+        HistoriesJob { to, face, band, lines, photons, seed, threads }
     }
 }
 
@@ -100,14 +90,8 @@ enum Face {
     Both,
 }
 
-/// The most lines.
-const MOST_LINES: u64 = 100_000;
-
-fn lines(text: &str) -> std::result::Result<usize, String> {
-    match super::run::count(text)? {
-        lines if lines <= MOST_LINES => Ok(lines as usize),
-        _ => Err(format!("must be at most {MOST_LINES}")),
-    }
+fn lines(text: &str) -> Checked<usize> {
+    HistoriesJob::lines(super::run::count(text)?)
 }
 
 /// The forms of a file.
@@ -145,54 +129,6 @@ impl Form {
     }
 }
 
-/// Returns the captor, or the captors of the group, of this name. Errors: there is none; it counts no
-/// light at its back, where that is asked for.
-fn goal(scene: &Scene, name: &str, face: Option<Channel>) -> Result<Goal> {
-    let captors = scene.captors();
-    let own = captors.iter().position(|captor| captor.id == name);
-    let group = scene.groups().iter().position(|group| group == name);
-    let chosen: Vec<usize> = match (own, group) {
-        (Some(captor), _) => vec![captor],
-        (None, Some(group)) => {
-            (0..captors.len()).filter(|c| captors[*c].groups.contains(&group)).collect()
-        }
-        (None, None) => {
-            let problem = format!("the scene has no captor or group `{name}`");
-            let ids = captors.iter().map(|captor| captor.id.as_str());
-            let near = nearest(name, scene.groups().iter().map(String::as_str).chain(ids));
-            let otherwise = match captors.is_empty() {
-                true => "it has no captors: add one",
-                false => "`phylux run` and `phylux check` name them",
-            };
-            return Err(Error::input("--to", problem).did_you_mean(near, otherwise));
-        }
-    };
-    if face == Some(Channel::Back) && !chosen.iter().any(|c| captors[*c].kind.has_back()) {
-        let problem = format!("`{name}` counts no light at its back");
-        return Err(Error::input("--face", problem).remedy("leave --face out"));
-    }
-    Ok(Goal { captors: chosen, face })
-}
-
-/// Returns the captors whose light a page follows: those of this name or, without a name, all of a
-/// scene that has few. Errors: those of [`goal`]; there are too many of them.
-pub(super) fn following(scene: &Scene, name: Option<&str>) -> Result<Following> {
-    let named = name.map(|name| goal(scene, name, None)).transpose()?;
-    Following::of(scene, named.as_ref().map(|goal| &*goal.captors))
-}
-
-/// Returns the index of the band or sum of this name; without a name that of the first sum, or of the
-/// first band. Error: there is none.
-fn column(scene: &Scene, name: Option<&str>) -> Result<usize> {
-    let Some(name) = name else {
-        return Ok(if scene.sums().is_empty() { 0 } else { scene.bands().len() });
-    };
-    scene.band_names().position(|band| band == name).ok_or_else(|| {
-        Error::input("--band", format!("the scene has no band `{name}`"))
-            .did_you_mean(nearest(name, scene.band_names()), "name one of /bands or /sums")
-    })
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let desk = interrupt::desk()?;
     let forms: Vec<Form> =
@@ -210,14 +146,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let bar = terminal_bar("{bar:30} {percent}% {human_pos} photons{left}");
     let progress = |progress: Progress| show(&bar, progress);
     let control = Control { stop: desk.stop(), progress: &progress };
-    let result = arguments.found(&loaded, &control);
+    let result = arguments.job().found(&loaded, &control);
     bar.finish_and_clear();
     let result = result?;
     if desk.stop().load(Ordering::Relaxed) {
         return Err(Error::interrupted("trace", NOTHING_WRITTEN));
     }
     desk.writing();
-    terminal::warn(&warnings(&result));
+    terminal::warn(&spelled(&warnings(&result)));
     let mut text = tables(&result);
     // all are completed before the first has its place
     let complete = desk.during("writing", |_| {
@@ -231,23 +167,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         text += &format!("wrote {}\n", place_of(path));
     }
     terminal::print(&text)
-}
-
-/// Returns what is to be said where little light has come.
-pub(super) fn warnings(result: &HistoriesResult) -> Vec<String> {
-    let HistoriesResult { to, photons, whole, .. } = result;
-    let text = match whole.histories {
-        0 => format!(
-            "no light has come to {to} in {photons} photons: trace more, or see by `phylux check` and \
-            `phylux view` whether a light can reach it"
-        ),
-        few @ ..FEW => format!(
-            "only {few} histories have come to {to}, so that shares and their errors are rough: trace more \
-            photons (--photons)"
-        ),
-        _ => return Vec::new(),
-    };
-    vec![text]
 }
 
 /// Returns the tables: by light, by last surface, and by both where there are several of both.
@@ -277,8 +196,7 @@ fn tables(result: &HistoriesResult) -> String {
                 let flux = with_error(part.flux[column], error(&part.flux_se));
                 table.row(name(part), [share, flux, part.histories.to_string()], "");
             }
-            text.push('\n');
-            table.write(&mut text, terminal::width(), terminal::is_full());
+            table.below(&mut text, &terminal::page());
             text += &terminal::more(parts.len(), ROWS);
         };
     let light = |part: &HistoriesPart| format!("  {}", part.light.as_deref().unwrap_or_default());

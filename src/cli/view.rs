@@ -4,15 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{
-    rendered::{self, Source},
-    trace::following,
-};
+use super::rendered::{self, Source};
 use phylux_core::{error::Result, scene::world::Scene};
 use phylux_show::{
     following::Following,
     view::{YearLight, check_view, write_view},
 };
+use phylux_studies::histories::following;
 
 #[derive(Args)]
 pub(super) struct Arguments {

@@ -13,8 +13,6 @@ use super::{
     outputs::place_of,
     run::{LONG_RUNS, photons, threads},
     style::Plots,
-    summary::{short, with_error},
-    table::Table,
     terminal,
 };
 use phylux_core::{
@@ -27,9 +25,12 @@ use phylux_core::{
 };
 use phylux_files::{scene_file::SkyDivision, work_file::TableSettings};
 use phylux_show::plot::PlotStyle;
-use phylux_studies::year::{
-    HoursOf,
-    job::{MadeYear, YearJob},
+use phylux_studies::{
+    text::{short, table::Table, with_error},
+    year::{
+        HoursOf,
+        job::{MadeYear, YearJob},
+    },
 };
 
 /// The most months, and the most captors or groups, that are shown.
@@ -192,8 +193,7 @@ fn describe(MadeYear { year, scene, lights, .. }: &MadeYear) -> Result<String> {
             });
             table.row(format!("  {id}"), cells, "");
         }
-        text.push('\n');
-        table.write(&mut text, terminal::width(), terminal::is_full());
+        table.below(&mut text, &terminal::page());
         text.push_str(&terminal::more(ids.len() - first, SHOWN));
     }
     if !year.lamps.is_empty() {

@@ -1,9 +1,16 @@
 //! The one error type of the crate, [`Error`]: where the problem is, what it is, and what to do
 //! about it. The checks and texts that many error messages share are here too.
 
+mod words;
+
 use std::{
+    borrow::Cow,
     fmt,
     sync::{Mutex, MutexGuard, PoisonError},
+};
+
+pub use words::{
+    Call, CommandLine, Setting, SettingValue, Spelling, ToWords, Words, call, setting,
 };
 
 /// Whose fault an error is. It decides the exit code of the command.
@@ -23,14 +30,33 @@ pub const NOTHING_WRITTEN: &str = "nothing was written";
 /// What to do where the system starts no threads; the remedy of an error.
 pub const NO_THREADS: &str = "end other programs, or raise the limit on threads (`ulimit -u`)";
 
+/// Makes [`Words`] of texts and of names of settings and commands, one after the other.
+#[macro_export]
+macro_rules! words {
+    ($($part:expr),* $(,)?) => {
+        $crate::error::Words::joined([$($crate::error::ToWords::to_words($part)),*])
+    };
+}
+
 /// An error as a sentence for a person: where the problem is, what is wrong there, and what would
 /// mend it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     kind: ErrorKind,
-    place: String,
-    problem: String,
-    remedy: Option<String>,
+    place: Words,
+    problem: Words,
+    remedy: Option<Words>,
+}
+
+/// The parts of an error as texts, in the spelling of an interface.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Said {
+    /// Where the problem is.
+    pub place: String,
+    /// What is wrong there.
+    pub problem: String,
+    /// What would mend it.
+    pub remedy: Option<String>,
 }
 
 /// How many items a sentence usually lists before it says how many more there are.
@@ -56,50 +82,49 @@ pub type Checked<T = ()> = std::result::Result<T, Problem>;
 impl Error {
     /// Makes an error for wrong input at `place`: a file, with the JSON pointer or line if there is
     /// one.
-    pub fn input(place: impl fmt::Display, problem: impl fmt::Display) -> Self {
+    pub fn input(place: impl ToWords, problem: impl ToWords) -> Self {
         Self::new(ErrorKind::Input, place, problem)
     }
 
     /// Makes an error for a run that failed at `place`, through no fault of the input.
-    pub fn run(place: impl fmt::Display, problem: impl fmt::Display) -> Self {
+    pub fn run(place: impl ToWords, problem: impl ToWords) -> Self {
         Self::new(ErrorKind::Run, place, problem)
     }
 
     /// Makes an error for work at `place` (a run, a merge) that the user interrupted; `left` says
     /// in which state that leaves it.
-    pub fn interrupted(place: impl fmt::Display, left: impl fmt::Display) -> Self {
+    pub fn interrupted(place: impl ToWords, left: impl fmt::Display) -> Self {
         Self::new(ErrorKind::Interrupted, place, format!("interrupted, {left}"))
     }
 
     /// Makes an error for a file at `place` that cannot be written.
-    pub fn unwritable(place: impl fmt::Display, why: impl fmt::Display) -> Self {
+    pub fn unwritable(place: impl ToWords, why: impl fmt::Display) -> Self {
         Self::run(place, format!("cannot be written: {why}"))
             .remedy("make room there, see that you may write there, or write elsewhere")
     }
 
     /// Makes an error for a file at `place` that cannot be read.
-    pub fn unreadable(place: impl fmt::Display, why: impl fmt::Display) -> Self {
+    pub fn unreadable(place: impl ToWords, why: impl ToWords) -> Self {
         Self::input(place, why).remedy("name a file that you may read")
     }
 
     /// Makes an error for a file at `place` that the memory does not hold.
-    pub fn too_large(place: impl fmt::Display, why: impl fmt::Display) -> Self {
+    pub fn too_large(place: impl ToWords, why: impl ToWords) -> Self {
         Self::input(place, why).remedy("end other programs, or take a machine with more memory")
     }
 
-    fn new(kind: ErrorKind, place: impl fmt::Display, problem: impl fmt::Display) -> Self {
-        let (place, problem) = (place.to_string(), problem.to_string());
-        Self { kind, place, problem, remedy: None }
+    fn new(kind: ErrorKind, place: impl ToWords, problem: impl ToWords) -> Self {
+        Self { kind, place: place.to_words(), problem: problem.to_words(), remedy: None }
     }
 
     /// Adds what the user can do about the error.
-    pub fn remedy(mut self, remedy: impl fmt::Display) -> Self {
-        self.remedy = Some(remedy.to_string());
+    pub fn remedy(mut self, remedy: impl ToWords) -> Self {
+        self.remedy = Some(remedy.to_words());
         self
     }
 
     /// Adds the known name that was probably meant, or where `near` is none, another remedy.
-    pub fn did_you_mean(self, near: Option<&str>, otherwise: impl fmt::Display) -> Self {
+    pub fn did_you_mean(self, near: Option<&str>, otherwise: impl ToWords) -> Self {
         match near {
             Some(near) => self.remedy(format!("did you mean `{near}`?")),
             None => self.remedy(otherwise),
@@ -115,21 +140,28 @@ impl Error {
     }
 
     /// Returns the same error at another place.
-    pub fn at(self, place: impl fmt::Display) -> Self {
-        Self { place: place.to_string(), ..self }
+    pub fn at(self, place: impl ToWords) -> Self {
+        Self { place: place.to_words(), ..self }
     }
 
     /// Where the error is.
-    pub fn place(&self) -> &str {
-        &self.place
+    pub fn place(&self) -> Cow<'_, str> {
+        self.place.place(&CommandLine)
+    }
+
+    /// Returns the parts of the error in the spelling of an interface, each on one line.
+    pub fn said(&self, spelling: &dyn Spelling) -> Said {
+        let line = |words: &Words| OneLine(&words.spelled(spelling)).to_string();
+        Said {
+            place: OneLine(&self.place.place(spelling)).to_string(),
+            problem: line(&self.problem),
+            remedy: self.remedy.as_ref().map(line),
+        }
     }
 
     /// Returns the problem and what to do about it, without the place.
     pub fn message(&self) -> String {
-        match &self.remedy {
-            Some(remedy) => format!("{}; {}", OneLine(&self.problem), OneLine(remedy)),
-            None => OneLine(&self.problem).to_string(),
-        }
+        self.said(&CommandLine).message()
     }
 
     /// Whose fault the error is.
@@ -138,38 +170,57 @@ impl Error {
     }
 }
 
+impl Said {
+    /// Returns the problem and what to do about it, without the place.
+    pub fn message(&self) -> String {
+        match &self.remedy {
+            Some(remedy) => format!("{}; {remedy}", self.problem),
+            None => self.problem.clone(),
+        }
+    }
+}
+
+impl fmt::Display for Said {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.message())
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", OneLine(&self.place), self.message())
+        self.said(&CommandLine).fmt(f)
     }
 }
 
 /// What is wrong with a value and what to do about it, before the place of the value is known.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    problem: String,
-    remedy: Option<String>,
+    problem: Words,
+    remedy: Option<Words>,
 }
 
 impl Problem {
     /// Makes a problem from what is wrong and what to do about it.
-    pub fn new(problem: impl fmt::Display, remedy: impl fmt::Display) -> Self {
-        Self { problem: problem.to_string(), remedy: Some(remedy.to_string()) }
+    pub fn new(problem: impl ToWords, remedy: impl ToWords) -> Self {
+        Self { problem: problem.to_words(), remedy: Some(remedy.to_words()) }
     }
 
     /// Says that the problem lies in `part` of the value that was checked.
     pub fn of(self, part: impl fmt::Display) -> Self {
-        Self { problem: format!("{part}: {}", self.problem), ..self }
+        Self { problem: words![part, ": ", self.problem], ..self }
     }
 
     /// Adds `other` as an alternative remedy.
-    pub fn or(self, other: impl fmt::Display) -> Self {
-        let first = self.remedy.map_or(String::new(), |remedy| remedy + ", or ");
-        Self { remedy: Some(format!("{first}{other}")), ..self }
+    pub fn or(self, other: impl ToWords) -> Self {
+        let remedy = match self.remedy {
+            Some(first) => words![first, ", or ", other],
+            None => other.to_words(),
+        };
+        Self { remedy: Some(remedy), ..self }
     }
 
     /// Makes the problem an error of the input at `place`.
-    pub fn at(self, place: impl fmt::Display) -> Error {
+    pub fn at(self, place: impl ToWords) -> Error {
         Error { remedy: self.remedy, ..Error::input(place, self.problem) }
     }
 }
@@ -184,8 +235,9 @@ pub fn check_range(value: f64, low: f64, high: f64) -> std::result::Result<(), P
         f64::MAX => format!("at least {}", number(low)),
         _ => format!("from {} to {}", number(low), number(high)),
     };
-    let remedy = (high == 1.0 && value > 1.0).then(|| "75 % is 0.75".into());
-    Err(Problem { problem: format!("{}, must be {range}", number(value)), remedy })
+    let problem = format!("{}, must be {range}", number(value)).to_words();
+    let remedy = (high == 1.0 && value > 1.0).then(|| "75 % is 0.75".to_words());
+    Err(Problem { problem, remedy })
 }
 
 /// Says which number a text like `3%` means; the text is empty for any other.

@@ -6,8 +6,9 @@ use serde::Deserialize;
 
 use super::{input::read_bytes, json};
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, call},
     math::stats::is_possible,
+    words,
 };
 use phylux_results::result::ByLight;
 
@@ -38,8 +39,11 @@ pub fn read(path: &Path) -> Result<Factors> {
 
 fn parse(bytes: &[u8], path: &Path) -> Result<Factors> {
     let none = |why: String| {
-        Error::input(path.display(), format!("is no calibration: {why}"))
-            .remedy("name a file such as `calibration.json` that `phylux calibrate` has written")
+        Error::input(path.display(), format!("is no calibration: {why}")).remedy(words![
+            "name a file such as `calibration.json` that ",
+            call("calibrate"),
+            " has written"
+        ])
     };
     json::check_memory(bytes).map_err(|why| Error::too_large(path.display(), why))?;
     let calibration: Factors = serde_json::from_slice(bytes).map_err(|e| none(e.to_string()))?;

@@ -120,7 +120,7 @@ impl LoadedScene {
     /// Returns the error of a run. Where a setting of the file is the reason, the place of the error
     /// is that of the setting in the file.
     pub fn placed(&self, error: Error) -> Error {
-        match self.given_settings.iter().any(|name| name == error.place()) {
+        match self.given_settings.iter().any(|name| *name == error.place()) {
             true => {
                 let pointer = format!("/settings/{}", error.place());
                 error.at(json::place(&self.place(), &pointer))

@@ -19,8 +19,9 @@ use sha2::{Digest, Sha256};
 
 use super::{input::hex, json};
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, ToWords, call, setting},
     transport::shard::Shard,
+    words,
 };
 
 /// The version of the files, of random numbers and of sums, and of their order. It is raised by one
@@ -53,12 +54,18 @@ pub enum Work {
     Year,
 }
 
-impl fmt::Display for Work {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl Work {
+    fn name(self) -> &'static str {
+        match self {
             Self::Run => "run",
             Self::Year => "year",
-        })
+        }
+    }
+}
+
+impl fmt::Display for Work {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 
@@ -132,7 +139,7 @@ impl WorkHead {
     }
 
     /// Refuses the file at `path`, whose head is `there`, if it belongs to other work than this.
-    pub fn check(&self, path: &Path, there: &Self, remedy: impl fmt::Display) -> Result<()> {
+    pub fn check(&self, path: &Path, there: &Self, remedy: impl ToWords) -> Result<()> {
         let work = self.phylux_work;
         let problem = match () {
             () if there.phylux != self.phylux => {
@@ -242,15 +249,19 @@ impl WorkReader {
         Self::open(path, (SHARD, work), File::open(path))
     }
 
-    fn open(path: &Path, wanted: (&str, Work), file: io::Result<File>) -> Result<Self> {
+    fn open(path: &Path, wanted: (&'static str, Work), file: io::Result<File>) -> Result<Self> {
         let (share, work) = wanted;
         let refuse = |problem: String| {
             let remedy = match share {
                 CHECKPOINT => "name a file that is not there, or that",
                 _ => "name files that",
             };
-            Error::input(path.display(), problem)
-                .remedy(format!("{remedy} `phylux {work} --{share}` has written"))
+            Error::input(path.display(), problem).remedy(words![
+                remedy,
+                " ",
+                call(work.name()).with(setting(share)),
+                " has written"
+            ])
         };
         let none = |why: &dyn fmt::Display| refuse(format!("is no {share} of a {work}: {why}"));
         let unreadable = |e: io::Error| refuse(format!("cannot be read: {}", e.kind()));

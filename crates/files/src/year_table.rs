@@ -15,7 +15,10 @@ use std::{
 };
 
 use crate::{csv_table::records, csv_text, input, json};
-use phylux_core::error::{Error, Result};
+use phylux_core::{
+    error::{Error, Result, call},
+    words,
+};
 use phylux_results::year_facts::YearFacts;
 use rows::{Columns, broken};
 pub use rows::{Face, YearTable};
@@ -42,13 +45,20 @@ impl YearTable {
             (_, true) => Self::read_csv(&csv, face)?,
             (false, false) => {
                 let problem = format!("holds no {name}.parquet and no {name}.csv");
-                return Err(Error::input(folder.display(), problem)
-                    .remedy("name the folder that `phylux year` has written"));
+                return Err(Error::input(folder.display(), problem).remedy(words![
+                    "name the folder that ",
+                    call("year"),
+                    " has written"
+                ]));
             }
             #[cfg(not(feature = "parquet"))]
             (true, false) => {
-                return Err(Error::input(parquet.display(), "this build reads no Parquet")
-                    .remedy("write the tables with `phylux year --csv`"));
+                return Err(Error::input(parquet.display(), "this build reads no Parquet").remedy(
+                    words![
+                        "write the tables with ",
+                        call("year").with(phylux_core::error::setting("csv").on())
+                    ],
+                ));
             }
         };
         let all = table.times.len() * table.ids.len() * table.bands.len();
@@ -128,8 +138,11 @@ impl YearFolder {
     pub fn open(folder: &Path) -> Result<Self> {
         let path = folder.join(Self::FACTS);
         let none = |why: String| {
-            Error::input(path.display(), why)
-                .remedy("name the folder that `phylux year` has written")
+            Error::input(path.display(), why).remedy(words![
+                "name the folder that ",
+                call("year"),
+                " has written"
+            ])
         };
         let bytes = input::read_bytes(&path).map_err(none)?;
         json::check_memory(&bytes).map_err(none)?;

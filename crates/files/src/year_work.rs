@@ -18,8 +18,9 @@ use super::{
     work_file::{Work, WorkHead, WorkReader, WorkWriter},
 };
 use phylux_core::{
-    error::{Error, Result, lock},
+    error::{Error, Result, lock, setting},
     transport::{settings::Guiding, shard::Shard},
+    words,
 };
 
 /// What is found of a unit of the work.
@@ -165,8 +166,11 @@ impl YearWork {
         }
         unit.record(content).and_then(|record| writer.put(&record)).map_err(|e| {
             let problem = format!("cannot be written: {e}");
-            Error::run(self.path.display(), problem)
-                .remedy("make room there; with --checkpoint the same command goes on")
+            Error::run(self.path.display(), problem).remedy(words![
+                "make room there; with ",
+                setting("checkpoint"),
+                " the same command goes on"
+            ])
         })?;
         known.insert(unit, writer.length - content.len() as u64..writer.length);
         held.iter_mut().for_each(|held| held.kept = true);

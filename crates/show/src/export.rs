@@ -13,11 +13,12 @@ use crate::{
     vtk::{VtkKind, write_vtk},
 };
 use phylux_core::{
-    error::{Error, Result, nearest},
+    error::{Error, Result, nearest, setting},
     scene::{
         tiles::Tiles,
         world::{MAX_TRIANGLES, Scene},
     },
+    words,
 };
 
 /// The most parts of copies that a file names one by one: other programs take long to open more.
@@ -68,7 +69,17 @@ impl Colours {
         let asked =
             self.absorbed.is_some() || self.band.is_some() || self.range.is_some() || self.log;
         if asked && format != ExportFormat::Glb {
-            let problem = "--quantity, --band, --range and --log are for the colours of a .glb";
+            let [quantity, band, range, log] = ["quantity", "band", "range", "log"].map(setting);
+            let problem = words![
+                quantity,
+                ", ",
+                band,
+                ", ",
+                range,
+                " and ",
+                log,
+                " are for the colours of a .glb",
+            ];
             return Err(Error::input("export", problem)
                 .remedy("leave them out: other files hold every value"));
         }
@@ -79,7 +90,8 @@ impl Colours {
     pub fn shown(&self, scene: &Scene) -> Result<Shown> {
         let band = match &self.band {
             Some(name) => scene.band_names().position(|band| band == name).ok_or_else(|| {
-                let error = Error::input("--band", format!("the scene has no band `{name}`"));
+                let error =
+                    Error::input(setting("band"), format!("the scene has no band `{name}`"));
                 match nearest(name, scene.band_names()) {
                     Some(near) => error.remedy(format!("did you mean `{near}`?")),
                     None => error.remedy("name one of /bands or /sums"),

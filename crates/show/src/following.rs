@@ -1,7 +1,7 @@
 //! The captors whose light a page follows: which, with how many photons, and what was found.
 
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, setting},
     scene::world::Scene,
     transport::{
         histories::{Goal, Histories, trace_histories},
@@ -54,7 +54,8 @@ impl Following {
                 let problem = format!(
                     "names {named} captors, and a page follows the light of at most {MOST_CAPTORS}"
                 );
-                Err(Error::input("--to", problem).remedy("name a captor, or a smaller group"))
+                Err(Error::input(setting("to"), problem)
+                    .remedy("name a captor, or a smaller group"))
             }
         }
     }

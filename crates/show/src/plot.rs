@@ -28,7 +28,10 @@ use chosen::Chosen;
 pub use chosen::{PlotKind, PlotRequest};
 pub use drawing::Plot;
 pub use months::{DailyLight, OfId};
-use phylux_core::error::Result;
+use phylux_core::{
+    error::{Result, setting},
+    words,
+};
 use phylux_results::result::RunResult;
 pub use style::PlotStyle;
 pub use year::{YearPlotKind, YearPlotRequest};
@@ -62,7 +65,10 @@ impl Plot {
         ];
         let found = others.into_iter().find_map(|(name, plot)| Some((name, plot.ok()?)));
         let (name, mut plot) = found.ok_or(no_map)?;
-        plot.notes.push(format!("no sensors that a map could show: drawn as with --show {name}"));
+        plot.notes.push(words![
+            "no sensors that a map could show: drawn as with ",
+            setting("show").is(name)
+        ]);
         Ok(plot)
     }
 }

@@ -34,9 +34,10 @@ pub use powers::calibrated_scene;
 pub use vary::{Found, Runs, search};
 
 use phylux_core::{
-    error::{Error, Problem, Result, nearest},
+    error::{Error, Problem, Result, nearest, setting},
     math::pattern,
     scene::world::Scene,
+    words,
 };
 use phylux_files::{
     input::quoted,
@@ -81,7 +82,7 @@ pub fn calibrate(
 ) -> Result<Calibration> {
     let Some(lights) = &result.energy.by_light else {
         return Err(Error::input(&result.scene, "these results are not split by light")
-            .remedy("run the scene again with --by-light"));
+            .remedy(words!["run the scene again with ", setting("by_light").on()]));
     };
     let names: Vec<&str> = lights.keys().map(String::as_str).collect();
     let lamps = Lamps::new(&names, &plan.groups)?;
@@ -106,7 +107,7 @@ pub fn calibrate(
         let problem = format!("{} factors from {} readings", fit.numbers(), fitted.len());
         return Err(wrong(Problem::new(
             problem,
-            "measure more, keep the prior, or take a simpler --model",
+            words!["measure more, keep the prior, or take a simpler ", setting("model")],
         )));
     }
     let common = Fit::new(Model::Common, &fitted, size, prior).map_err(wrong)?.factor(0, 0);
@@ -160,7 +161,9 @@ fn check(
     if models != [Model::Common] && models != [Model::Bands] && lamps * count > MOST_FACTORS {
         let problem =
             format!("{lamps} lamps in {count} bands are more than {MOST_FACTORS} factors");
-        return Err(Problem::new(problem, "join lamps by --group, or take --model bands"));
+        let model = setting("model").is("bands");
+        let remedy = words!["join lamps by ", setting("group"), ", or take ", model];
+        return Err(Problem::new(problem, remedy));
     }
     for (band, name) in bands.names.iter().enumerate() {
         if !fitted.iter().any(|point| point.band == band) {
@@ -227,7 +230,9 @@ impl Lamps {
             if let (Some(first), Some(second)) = (group, fitting.next()) {
                 let (first, second) = (quoted(&groups[first]), quoted(&groups[second]));
                 let problem = format!("light {} fits {first} and {second}", quoted(light));
-                return Err(Error::input("--group", problem).remedy("a light has one factor"));
+                return Err(
+                    Error::input(setting("group"), problem).remedy("a light has one factor")
+                );
             }
             group.iter().for_each(|&g| found[g] = true);
             of_light.push(group.unwrap_or_else(|| {
@@ -238,9 +243,8 @@ impl Lamps {
         if let Some(group) = found.iter().position(|found| !found) {
             let problem = format!("no light fits {}", quoted(&groups[group]));
             let some: Vec<&str> = lights.iter().take(20).copied().collect();
-            return Err(
-                Error::input("--group", problem).remedy(format!("there are {}", some.join(", ")))
-            );
+            return Err(Error::input(setting("group"), problem)
+                .remedy(format!("there are {}", some.join(", "))));
         }
         Ok(Self { names, of_light })
     }

@@ -7,13 +7,14 @@ use std::{
 };
 
 use phylux_core::{
-    error::{Error, NOTHING_WRITTEN, Result, some},
+    error::{Error, NOTHING_WRITTEN, Result, setting, some},
     scene::world::Scene,
     transport::{
         settings::Settings,
         shard::Shard,
         simulate::{Choice, Control, Joined, Progress},
     },
+    words,
 };
 use phylux_files::{
     run_work::{KeptSettings, RunRecord},
@@ -162,7 +163,8 @@ fn scene_of(head: &WorkHead, path: Option<&Path>) -> Result<LoadedScene> {
     let path = path.unwrap_or(Path::new(&head.scene));
     if !path.is_file() {
         let problem = "the scene of the shards is not there";
-        return Err(Error::input(path.display(), problem).remedy("say where it is with --scene"));
+        return Err(Error::input(path.display(), problem)
+            .remedy(words!["say where it is with ", setting("scene")]));
     }
     let (loaded, digest) = load_with_digest(path)?;
     if digest != head.inputs {

@@ -6,8 +6,9 @@ use serde::de::DeserializeOwned;
 
 use crate::{input::read_bytes, json};
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, call},
     math::stats::LARGEST,
+    words,
 };
 use phylux_results::{result::RunResult, saved::ResultsFile};
 
@@ -48,8 +49,11 @@ fn parse<T: DeserializeOwned>(
     is_valid: impl Fn(&T) -> bool,
 ) -> Result<T> {
     let none = |why: &dyn Display| {
-        Error::input(&place, format!("is no results file: {why}"))
-            .remedy("name a file that `phylux run -o` has written")
+        Error::input(&place, format!("is no results file: {why}")).remedy(words![
+            "name a file that ",
+            call("run"),
+            " has written"
+        ])
     };
     json::check_memory(bytes).map_err(|why| Error::too_large(&place, why))?;
     let result = serde_json::from_slice(bytes).map_err(|e| none(&e))?;

@@ -133,8 +133,8 @@ impl Loader<'_> {
             && self.sources.by_hour.is_none()
             && file.lights.iter().any(|light| steady(&light))
         {
-            let problem = "lamps and environment maps shine the whole period, nights included; `phylux \
-                           year --control` switches lamps by the hour";
+            let problem = "lamps and environment maps shine the whole period, nights included; a \
+                           year with a control file switches lamps by the hour";
             self.warn("/time", problem);
         }
         sky.hours = match (&file.weather, weather) {

@@ -3,7 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::input::quoted;
-use phylux_core::error::Error;
+use phylux_core::{
+    error::{Error, call},
+    words,
+};
 
 /// Light on captors and groups in every hour, day or month of a period.
 #[derive(Debug, Default)]
@@ -139,5 +142,5 @@ impl YearTable {
 /// Returns an error that concerns the whole file.
 pub fn broken(path: &Path, problem: impl std::fmt::Display) -> Error {
     Error::input(path.display(), format!("is no such table of a year: {problem}"))
-        .remedy("write it again with `phylux year`")
+        .remedy(words!["write it again with ", call("year")])
 }

@@ -12,7 +12,10 @@ use super::{
     spread::Spread,
     warnings::{FEW_HISTORIES, rests_on_few},
 };
-use phylux_core::error::{Error, LISTED, Result, nearest, number, some};
+use phylux_core::{
+    error::{Error, LISTED, Result, nearest, number, setting, some},
+    words,
+};
 
 impl RunResult {
     /// Returns the result that the run would have had if the power of each light had been
@@ -32,12 +35,17 @@ impl RunResult {
     pub fn mix_bands(&self, factors: &ByLight<Factor>) -> Result<Self> {
         let Some(lights) = &self.energy.by_light else {
             return Err(Error::input(&self.scene, "these results are not split by light")
-                .remedy("run the scene again with --by-light"));
+                .remedy(words!["run the scene again with ", setting("by_light").on()]));
         };
         if self.calibrated {
             let problem = "these results were mixed with a calibration, and their errors are its";
-            return Err(Error::input(&self.scene, problem)
-                .remedy("mix those of the run, with --calibration and --power together"));
+            return Err(Error::input(&self.scene, problem).remedy(words![
+                "mix those of the run, with ",
+                setting("calibration"),
+                " and ",
+                setting("power"),
+                " together"
+            ]));
         }
         for (name, factor) in factors {
             if !lights.contains_key(name) {

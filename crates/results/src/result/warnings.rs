@@ -2,8 +2,9 @@
 
 use super::{CaptorResult, FaceResult, RunResult};
 use phylux_core::{
-    error::{LISTED, some},
+    error::{CommandLine, LISTED, ToWords, Words, setting, some},
     transport::settings::Estimator,
+    words,
 };
 
 /// A warning is given if more than this fraction of the emitted power was lost.
@@ -26,7 +27,7 @@ pub struct Warning {
     /// Kind of the warning: the same words in all runs, so that sweeps can count them.
     pub kind: &'static str,
     /// The warning in full, with the figures of this run.
-    pub text: String,
+    pub text: Words,
 }
 
 impl RunResult {
@@ -40,14 +41,16 @@ impl RunResult {
     /// comes from.
     pub fn with_warnings_of_scene(mut self, of_scene: impl IntoIterator<Item = String>) -> Self {
         self.warnings = of_scene.into_iter().collect();
-        self.warnings.extend(warnings(&self).into_iter().map(|warning| warning.text));
+        self.warnings
+            .extend(warnings(&self).into_iter().map(|warning| warning.text.spelled(&CommandLine)));
         self
     }
 
     /// Returns the warnings about the scene of the result and the files that it comes from.
     pub fn warnings_of_scene(&self) -> Vec<String> {
-        let own = warnings(self);
-        let of_scene = self.warnings.iter().filter(|text| own.iter().all(|w| w.text != **text));
+        let own = warnings(self).into_iter().map(|warning| warning.text.spelled(&CommandLine));
+        let own: Vec<String> = own.collect();
+        let of_scene = self.warnings.iter().filter(|text| !own.contains(text));
         of_scene.cloned().collect()
     }
 }
@@ -68,7 +71,8 @@ fn lost(result: &RunResult) -> Option<Warning> {
             "{:.2} % of the power was on paths cut off at the length limits (lost); do all surfaces absorb? \
              (docs/method.md#following-a-photon)",
             100.0 * lost
-        ),
+        )
+        .to_words(),
     })
 }
 
@@ -80,7 +84,8 @@ fn cut_off(result: &RunResult) -> Option<Warning> {
             "{:.2} % of the paths were cut off at the length limits, and miss light; do all surfaces absorb? \
              (docs/method.md#following-a-photon)",
             100.0 * cut_off
-        ),
+        )
+        .to_words(),
     })
 }
 
@@ -88,14 +93,15 @@ fn few_batches(result: &RunResult) -> Option<Warning> {
     match result.batches {
         1 => Some(Warning {
             kind: "one batch: no standard error is known",
-            text: "one batch: no standard error is known; trace more (docs/results.md#standard-errors)".into(),
+            text: "one batch: no standard error is known; trace more (docs/results.md#standard-errors)".to_words(),
         }),
         batches if batches < FEW_BATCHES => Some(Warning {
             kind: "standard errors come from few batches",
             text: format!(
                 "the standard errors come from {batches} batches only and are rough themselves; trace more \
                  (docs/results.md#standard-errors)"
-            ),
+            )
+            .to_words(),
         }),
         _ => None,
     }
@@ -106,7 +112,7 @@ fn starved(result: &RunResult) -> Option<Warning> {
         kind: "lamps are not guided",
         text: "too little light was found to guide lamps by: captors that little reaches may miss some; trace \
                more (docs/method.md#importance)"
-            .into(),
+            .to_words(),
     })
 }
 
@@ -114,11 +120,14 @@ fn unseen(result: &RunResult) -> Option<Warning> {
     let unseen = result.unseen.iter().flatten().copied().fold(0.0, f64::max);
     (unseen > 0.0).then(|| Warning {
         kind: "paths cannot find some of the light",
-        text: format!(
-            "about {:.2} % of the flux on the captors is missing, which paths cannot find; \
-             --estimator photons finds it (docs/method.md#paths-from-the-captors)",
-            100.0 * unseen
-        ),
+        text: words![
+            format!(
+                "about {:.2} % of the flux on the captors is missing, which paths cannot find; ",
+                100.0 * unseen
+            ),
+            setting("estimator").is("photons"),
+            " finds it (docs/method.md#paths-from-the-captors)",
+        ],
     })
 }
 
@@ -140,13 +149,15 @@ fn dark(result: &RunResult) -> Option<Warning> {
         _ => "no photon reached",
     };
     let remedy = match result.estimator {
-        Estimator::Photons if !is_split(result) => {
-            "; --estimator complete starts from the captors (docs/accuracy.md#which-estimator)"
-        }
-        _ => "",
+        Estimator::Photons if !is_split(result) => words![
+            "; ",
+            setting("estimator").is("complete"),
+            " starts from the captors (docs/accuracy.md#which-estimator)"
+        ],
+        _ => words![],
     };
     let which = some(&dark, LISTED);
-    let text = format!("{nothing} {which}{remedy}");
+    let text = words![nothing, " ", which, remedy];
     Some(Warning { kind: "a captor that no light reached", text })
 }
 
@@ -160,16 +171,20 @@ fn few_histories(result: &RunResult) -> Option<Warning> {
     let by_light = is_split(result);
     if let Estimator::Paths | Estimator::Complete = result.estimator {
         let or = match result.estimator {
-            Estimator::Paths if by_light => ", or --estimator photons",
-            Estimator::Paths => ", or --estimator complete",
-            _ => "",
+            Estimator::Paths if by_light => words![", or ", setting("estimator").is("photons")],
+            Estimator::Paths => words![", or ", setting("estimator").is("complete")],
+            _ => words![],
         };
-        let text = format!(
-            "the errors at {} of {} faces of captors rest on few paths, and may be far too small, as may \
-             the values; trace more{or} (docs/results.md#standard-errors)",
-            faces().filter(|face| face.few_paths).count(),
-            faces().count()
-        );
+        let text = words![
+            format!(
+                "the errors at {} of {} faces of captors rest on few paths, and may be far too small, as may \
+                 the values; trace more",
+                faces().filter(|face| face.few_paths).count(),
+                faces().count()
+            ),
+            or,
+            " (docs/results.md#standard-errors)",
+        ];
         return Some(Warning { kind: "errors that rest on few paths", text });
     }
     // a face may be marked although many photons came to it
@@ -180,15 +195,21 @@ fn few_histories(result: &RunResult) -> Option<Warning> {
         false => "",
     };
     let remedy = match (by_light, &result.chosen) {
-        (true, _) => ", or try --estimator paths",
-        (false, None) => ", or leave the estimator to a trial (--estimator auto)",
+        (true, _) => words![", or try ", setting("estimator").is("paths")],
+        (false, None) => {
+            let auto = setting("estimator").is("auto");
+            words![", or leave the estimator to a trial (", auto, ")"]
+        }
         // a trial has found that paths take more work
-        (false, Some(_)) => "",
+        (false, Some(_)) => words![],
     };
-    let text = format!(
-        "fewer than {FEW_HISTORIES} photons on a face of {}{or}: values and errors are not reliable; trace \
-         more{remedy} (docs/results.md#standard-errors)",
-        some(&rough, LISTED)
-    );
+    let text = words![
+        format!(
+            "fewer than {FEW_HISTORIES} photons on a face of {}{or}: values and errors are not reliable; trace more",
+            some(&rough, LISTED)
+        ),
+        remedy,
+        " (docs/results.md#standard-errors)",
+    ];
     Some(Warning { kind: "few photons on a face of a captor", text })
 }

@@ -2,7 +2,10 @@
 
 use glam::Vec3;
 
-use phylux_core::error::{Error, Result, number};
+use phylux_core::{
+    error::{Error, Result, ToWords, Words, number, setting},
+    words,
+};
 
 /// The scale of a colour bar: the numbers at its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,14 +26,17 @@ impl Scale {
     /// Makes a scale from the user's range. Error: the range is not valid.
     pub fn new(low: f64, high: f64, log: bool) -> Result<Self> {
         let wrong =
-            |problem: String, remedy: &str| Err(Error::input("range", problem).remedy(remedy));
+            |problem: String, remedy: Words| Err(Error::input("range", problem).remedy(remedy));
         if !(low.is_finite() && high.is_finite() && low < high) {
             let problem = format!("{} to {} is no range", number(low), number(high));
-            return wrong(problem, "write the lower number first, as 0:100");
+            return wrong(problem, "write the lower number first, as 0:100".to_words());
         }
         if log && low <= 0.0 {
             let problem = format!("{} has no logarithm", number(low));
-            return wrong(problem, "with --log both numbers must be above 0");
+            return wrong(
+                problem,
+                words!["with ", setting("log").on(), " both numbers must be above 0"],
+            );
         }
         Ok(Self { low, high, log })
     }

@@ -1,8 +1,9 @@
 //! The request for a plot, and the results that it selects.
 
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, ToWords, Words, setting},
     math::pattern::fits,
+    words,
 };
 use phylux_results::result::{CaptorResult, FaceResult, RunResult, light_name};
 
@@ -67,7 +68,8 @@ impl<'a> Chosen<'a> {
             Some(name) => names().position(|other| other == name).ok_or_else(|| {
                 let problem = format!("the results have no band or sum `{name}`");
                 let all: Vec<&str> = names().collect();
-                Error::input("--band", problem).remedy(format!("there are {}", all.join(", ")))
+                Error::input(setting("band"), problem)
+                    .remedy(format!("there are {}", all.join(", ")))
             })?,
             None => result.bands.iter().position(|band| band.sum_of.is_some()).unwrap_or(0),
         };
@@ -81,7 +83,7 @@ impl<'a> Chosen<'a> {
         if let Some(pattern) = unknown {
             let problem = format!("the results have no captor or group `{pattern}`");
             let example = ids().next().unwrap_or_default();
-            return Err(Error::input("--captors", problem).remedy(format!(
+            return Err(Error::input(setting("captors"), problem).remedy(format!(
                 "write an id as it stands in the results, say `{example}`, or a pattern with `*`"
             )));
         }
@@ -173,7 +175,7 @@ pub(super) fn set_of(id: &str) -> &str {
 }
 
 /// Says how many sensors are in none of the parts drawn, and the names of the first of their sets.
-pub(super) fn left_out<'a>(ids: impl Iterator<Item = &'a str>, parts: &str) -> Option<String> {
+pub(super) fn left_out<'a>(ids: impl Iterator<Item = &'a str>, parts: &str) -> Option<Words> {
     let ids: Vec<&str> = ids.collect();
     let mut names: Vec<&str> = ids
         .iter()
@@ -187,13 +189,13 @@ pub(super) fn left_out<'a>(ids: impl Iterator<Item = &'a str>, parts: &str) -> O
     let named = names.iter().take(3).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     match ids.len() {
         0 => None,
-        1 => Some(format!("one sensor is in none of the {parts} drawn: {named}")),
-        count => Some(format!("{count} sensors are in none of the {parts} drawn: {named}{more}")),
+        1 => Some(words![format!("one sensor is in none of the {parts} drawn: {named}")]),
+        n => Some(words![format!("{n} sensors are in none of the {parts} drawn: {named}{more}")]),
     }
 }
 
 /// Makes the error that the results do not have what a plot needs.
-pub(super) fn nothing(problem: &str, remedy: &str) -> Error {
+pub(super) fn nothing(problem: &str, remedy: impl ToWords) -> Error {
     Error::input("results", problem).remedy(remedy)
 }
 

@@ -5,14 +5,14 @@ use crate::{
     chart::{Chart, Width, paper},
     picture::Picture,
 };
-use phylux_core::error::{Error, Result};
+use phylux_core::error::{Error, Result, Words};
 
 /// A plot of results.
 #[derive(Clone, Debug)]
 pub struct Plot {
     pub(super) drawn: Drawn,
     /// Sentences about what was left out.
-    pub notes: Vec<String>,
+    pub notes: Vec<Words>,
 }
 
 #[derive(Clone, Debug)]

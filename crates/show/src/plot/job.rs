@@ -4,7 +4,10 @@
 use std::path::PathBuf;
 
 use super::{Plot, PlotKind, PlotRequest, YearPlotKind, YearPlotRequest};
-use phylux_core::error::{Error, Result};
+use phylux_core::{
+    error::{Error, Result, call, setting},
+    words,
+};
 use phylux_files::{
     result_file::read_json,
     year_table::{Face, YearTable},
@@ -99,9 +102,12 @@ impl PlotJob {
             PlotWhat::Year(kind) => {
                 if !is_year {
                     return Err(Error::input(self.results.display(), "is no folder of a year")
-                        .remedy(
-                            "name the folder that `phylux year` has written, or change --show",
-                        ));
+                        .remedy(words![
+                            "name the folder that ",
+                            call("year"),
+                            " has written, or change ",
+                            setting("show")
+                        ]));
                 }
                 self.check(PlotWhat::Year(kind), is_year)?;
                 let plot = Plot::of_year(&self.results, &self.of_year())?;
@@ -120,22 +126,27 @@ impl PlotJob {
         let is_map = show == PlotWhat::Results(PlotKind::Map);
         let is = |kind| show == PlotWhat::Year(kind);
         let goes = [
-            ("--range", self.range.is_some(), is_map || is(YearPlotKind::Carpet), "map or carpet"),
-            ("--day", self.day.is_some(), is(YearPlotKind::Day), "day"),
             (
-                "--month",
+                setting("range"),
+                self.range.is_some(),
+                is_map || is(YearPlotKind::Carpet),
+                "map or carpet",
+            ),
+            (setting("day"), self.day.is_some(), is(YearPlotKind::Day), "day"),
+            (
+                setting("month"),
                 self.month.is_some(),
                 is_year && !of_tables,
                 "map, profile or plants of a year",
             ),
             (
-                "--quantity dli, mean",
+                setting("quantity").is("dli, mean"),
                 self.quantity.is_some_and(PlotLight::is_of_maps),
                 is_map,
                 "map",
             ),
             (
-                "--quantity",
+                setting("quantity"),
                 self.quantity.is_some_and(|quantity| !quantity.is_of_maps()),
                 of_tables,
                 "months, carpet or day",
@@ -144,8 +155,10 @@ impl PlotJob {
         match goes.into_iter().find(|(_, given, goes, _)| *given && !goes) {
             None => Ok(()),
             Some((option, .., with)) => {
-                let problem = format!("has no meaning here: it goes with --show {with}");
-                Err(Error::input(option, problem).remedy("leave it out, or change --show"))
+                let problem =
+                    words!["has no meaning here: it goes with ", setting("show"), " ", with];
+                Err(Error::input(option, problem)
+                    .remedy(words!["leave it out, or change ", setting("show")]))
             }
         }
     }
@@ -189,7 +202,7 @@ impl PlotJob {
             },
             of: self.month.as_deref(),
         };
-        let plot = Plot::new(&result, request).map_err(|error| match error.place() {
+        let plot = Plot::new(&result, request).map_err(|error| match &*error.place() {
             "results" => error.at(file.display()),
             _ => error,
         })?;
@@ -204,7 +217,7 @@ impl PlotJob {
             true => Ok(file),
             false => {
                 Err(Error::input(self.results.display(), format!("holds no results-{month}.json"))
-                    .remedy("write it with `phylux year --results`"))
+                    .remedy(words!["write it with ", call("year").with(setting("results").on())]))
             }
         }
     }

@@ -5,13 +5,20 @@ use super::{
     drawing::{Drawn, Plot},
 };
 use crate::chart::{Chart, Series, Stroke};
-use phylux_core::error::Result;
+use phylux_core::{
+    error::{Result, setting},
+    words,
+};
 
 /// Draws power per area of leaf over height, as steps with errors, and the share of the light that
 /// the plants take, where it is known, as the title.
 pub(super) fn layers(chosen: &Chosen) -> Result<Plot> {
     let Some(all) = &chosen.result.layers else {
-        let remedy = "give the scene `\"layers\": {\"dz\": 0.1}`, or plot something else (--show)";
+        let remedy = words![
+            "give the scene `\"layers\": {\"dz\": 0.1}`, or plot something else (",
+            setting("show"),
+            ")"
+        ];
         return Err(nothing("have no layers", remedy));
     };
     let (mut steps, mut bars) = (Vec::new(), Vec::new());

@@ -10,6 +10,7 @@ use crate::{
     chart::{Chart, Series, Stroke},
     picture::label,
 };
+use phylux_core::{error::setting, words};
 use phylux_results::result::CaptorResult;
 
 /// Limit on the number of lines, each with a colour of its own.
@@ -120,10 +121,11 @@ pub(super) fn lines(chosen: &Chosen) -> Option<Plot> {
     };
     let mut notes = Vec::new();
     if lines.len() > MOST {
-        notes.push(format!(
-            "{} lines of sensors, of which the first {MOST} are drawn: choose with --captors",
-            lines.len()
-        ));
+        let count = lines.len();
+        notes.push(words![
+            format!("{count} lines of sensors, of which the first {MOST} are drawn: choose with "),
+            setting("captors")
+        ]);
     }
     if lines.len() <= MOST {
         let drawn: Vec<&str> =

@@ -10,7 +10,10 @@ use super::{
     line::lines,
 };
 use crate::picture::label;
-use phylux_core::error::Result;
+use phylux_core::{
+    error::{Result, setting},
+    words,
+};
 use phylux_results::result::CaptorResult;
 
 /// Limit on the number of maps in one picture.
@@ -47,7 +50,11 @@ pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
         return Err(nothing(
             "have no three sensors in a plane, or of a list in a lying line, that are no more than three \
              times their usual distance apart, so there is no map to draw",
-            "add a grid of sensors to the scene, or plot something else (--show)",
+            words![
+                "add a grid of sensors to the scene, or plot something else (",
+                setting("show"),
+                ")"
+            ],
         ));
     }
     let mut notes = Vec::new();
@@ -55,10 +62,13 @@ pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
         // the planes with the most sensors are kept, in the order of the file
         let mut counts: Vec<usize> = maps.iter().map(|(_, sensors)| sensors.len()).collect();
         counts.sort_unstable_by(|a, b| b.cmp(a));
-        notes.push(format!(
-            "{} planes of sensors, of which {MOST} with the most are drawn: choose with --captors",
-            maps.len()
-        ));
+        let planes = maps.len();
+        notes.push(words![
+            format!(
+                "{planes} planes of sensors, of which {MOST} with the most are drawn: choose with "
+            ),
+            setting("captors")
+        ]);
         let least = counts[MOST - 1];
         maps.retain(|(_, sensors)| sensors.len() >= least);
         maps.truncate(MOST);

@@ -7,7 +7,10 @@ use super::{
     drawing::{Drawn, Plot},
 };
 use crate::chart::{Chart, Series, Stroke};
-use phylux_core::error::Result;
+use phylux_core::{
+    error::{Result, setting},
+    words,
+};
 use phylux_results::result::{CaptorResult, FaceResult};
 
 /// Limit on the number of objects with a colour of their own.
@@ -97,7 +100,11 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
     if objects.is_empty() {
         return Err(nothing(
             "have no surface that is a captor, so nothing says what was absorbed",
-            "give objects `\"captor\": true` in the scene, or plot something else (--show)",
+            words![
+                "give objects `\"captor\": true` in the scene, or plot something else (",
+                setting("show"),
+                ")"
+            ],
         ));
     }
     // surfaces that are neither instances nor ranks have names in place of numbers
@@ -161,7 +168,9 @@ pub(super) fn plants_of_many(chosen: &Chosen) -> Result<Plot> {
     };
     match chosen.captors().any(is_part) {
         true => plants(chosen),
-        false => Err(nothing("have no plants", "plot something else (--show)")),
+        false => {
+            Err(nothing("have no plants", words!["plot something else (", setting("show"), ")"]))
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use crate::{
 use phylux_core::{
     error::Result,
     math::units::{printed, rounded},
+    words,
 };
 
 /// Limit on the number of heights at which means are taken.
@@ -96,7 +97,8 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
     };
     let mut notes = Vec::new();
     if !has_course {
-        notes.push("captors are at one height alone, so no line shows a course over height".into());
+        notes
+            .push(words!["captors are at one height alone, so no line shows a course over height"]);
     }
     Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes })
 }

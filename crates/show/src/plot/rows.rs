@@ -1,6 +1,9 @@
 //! The rows of a table of hours: when they begin, on the clock of the place, and how long they last.
 
-use phylux_core::error::{Error, Result};
+use phylux_core::{
+    error::{Error, Result, call},
+    words,
+};
 use phylux_files::year_table::YearTable;
 
 /// A row whose next is farther away than so many times the usual length has this length.
@@ -37,7 +40,7 @@ pub(super) fn rows_of(table: &YearTable) -> Result<Vec<Row<'_>>> {
         .map(|time| {
             parted(time).ok_or_else(|| {
                 Error::input(table.path.display(), format!("`{time}` is no time"))
-                    .remedy("write the table again with `phylux year`")
+                    .remedy(words!["write the table again with ", call("year")])
             })
         })
         .collect::<Result<_>>()?;

@@ -8,7 +8,11 @@ use super::{
     drawing::{Drawn, Plot},
 };
 use crate::chart::{Chart, Series, Stroke};
-use phylux_core::{error::Result, math::pattern::without_copies};
+use phylux_core::{
+    error::{Result, setting},
+    math::pattern::without_copies,
+    words,
+};
 use phylux_results::result::{Dependent, RunResult};
 
 /// Limits on the number of groups, and on that of the inputs of each.
@@ -48,15 +52,16 @@ pub(super) fn sensitivity(chosen: &Chosen) -> Result<Plot> {
         .filter(|(changes, budget)| changes.is_some() || budget.is_some())
         .collect();
     if drawn.is_empty() {
-        let remedy = "take another --band or other --captors";
+        let [band, captors] = ["band", "captors"].map(setting);
+        let remedy = words!["take another ", band, " or other ", captors];
         return Err(nothing("have no light there that depends on any input", remedy));
     }
     let mut notes = Vec::new();
     if drawn.len() > GROUPS {
-        notes.push(format!(
-            "the first {GROUPS} of {} groups are drawn: name others with --captors",
-            drawn.len()
-        ));
+        notes.push(words![
+            format!("the first {GROUPS} of {} groups are drawn: name others with ", drawn.len()),
+            setting("captors")
+        ]);
     }
     let charts = drawn.into_iter().take(GROUPS).flat_map(|(changes, budget)| [changes, budget]);
     Ok(Plot { drawn: Drawn::Charts(charts.flatten().collect()), notes })

@@ -7,7 +7,11 @@ use super::{
     drawing::{Drawn, Plot},
 };
 use crate::chart::{Chart, Series, Stroke};
-use phylux_core::{error::Result, math::pattern::apart};
+use phylux_core::{
+    error::{Result, setting},
+    math::pattern::apart,
+    words,
+};
 use phylux_results::result::{BandResult, FaceResult, GroupResult};
 
 /// Limit on the number of captors or groups in one picture, each with a colour of its own.
@@ -62,10 +66,10 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
     }
     let mut notes = Vec::new();
     if all.len() > MOST {
-        notes.push(format!(
-            "{} {what}, of which the first {MOST} are drawn: choose with --captors",
-            all.len()
-        ));
+        notes.push(words![
+            format!("{} {what}, of which the first {MOST} are drawn: choose with ", all.len()),
+            setting("captors")
+        ]);
     }
     let mut series = Vec::new();
     for (colour, (id, face)) in all.into_iter().take(MOST).enumerate() {

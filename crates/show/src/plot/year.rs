@@ -14,8 +14,9 @@ use crate::{
     picture::Scale,
 };
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, Words, call, setting},
     math::pattern::{self, apart},
+    words,
 };
 use phylux_files::year_table::{Face, YearFolder, YearTable};
 use phylux_results::{result::light_name, year_facts::YearFacts};
@@ -96,7 +97,7 @@ struct Chosen<'t> {
     /// Places of the captors and groups in the table.
     ids: Vec<usize>,
     /// What was left out.
-    notes: Vec<String>,
+    notes: Vec<Words>,
     /// Words for the light, where it is not that on the front.
     face: &'static str,
     /// The name of the light, with the face.
@@ -113,7 +114,7 @@ impl<'t> Chosen<'t> {
         let band = match request.band {
             Some(name) => table.bands.iter().position(|band| band == name).ok_or_else(|| {
                 let problem = format!("{} has no band or sum `{name}`", table.path.display());
-                Error::input("--band", problem)
+                Error::input(setting("band"), problem)
                     .remedy(format!("there are {}", table.bands.join(", ")))
             })?,
             None => table.bands.len() - 1,
@@ -143,17 +144,20 @@ impl<'t> Chosen<'t> {
                 None => format!("no captor or group with light of `{word}`"),
             };
             let example = table.ids.first().map_or("", String::as_str);
-            return Err(Error::input("--captors", problem).remedy(format!(
+            return Err(Error::input(setting("captors"), problem).remedy(format!(
                 "write an id as it stands in {}, say `{example}`, or a pattern with `*`",
                 table.path.display()
             )));
         }
         let mut notes = Vec::new();
         if ids.len() > most {
-            notes.push(format!(
-                "{} captors and groups, of which the first {most} are drawn: choose with --captors",
-                ids.len()
-            ));
+            let count = ids.len();
+            notes.push(words![
+                format!(
+                    "{count} captors and groups, of which the first {most} are drawn: choose with "
+                ),
+                setting("captors")
+            ]);
             ids.truncate(most);
         }
         let face = match request.face {
@@ -184,7 +188,7 @@ fn months_plot(
     let same = months.ids == days.ids && months.bands == days.bands;
     if !same {
         return Err(Error::input(days.path.display(), "has other captors than the months")
-            .remedy("write both again with `phylux year`"));
+            .remedy(words!["write both again with ", call("year")]));
     }
     let values = |table: &YearTable, id: usize| -> Vec<f64> {
         (0..table.times.len()).map(|t| f64::from(table.value(t, id, chosen.band)[0])).collect()
@@ -275,7 +279,7 @@ fn day(
     if own.is_empty() {
         let (first, last) =
             (rows.first().map_or("", |row| row.day), rows.last().map_or("", |row| row.day));
-        return Err(Error::input("--day", format!("the year has no day `{day}`"))
+        return Err(Error::input(setting("day"), format!("the year has no day `{day}`"))
             .remedy(format!("name one from {first} to {last}")));
     }
     let mut chart = Chart {

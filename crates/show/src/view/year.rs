@@ -11,9 +11,10 @@ use serde_json::{Value, json};
 
 use super::levels::Levels;
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, call},
     math::units::{Quantity, printed},
     scene::world::Scene,
+    words,
 };
 use phylux_files::year_table::{Face, YearTable};
 
@@ -70,7 +71,11 @@ impl YearLight {
         for (name, table) in self.tables() {
             let refuse = |problem: String| {
                 Err(Error::input(table.path.display(), format!("is of another scene: {problem}"))
-                    .remedy("name the folder of `phylux year` of this scene, or leave it out"))
+                    .remedy(words![
+                        "name the folder of ",
+                        call("year"),
+                        " of this scene, or leave it out"
+                    ]))
             };
             // a daily light integral stands for some of the bands
             let bands: Vec<&str> = scene.band_names().collect();

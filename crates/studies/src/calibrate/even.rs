@@ -9,8 +9,9 @@ use std::collections::BTreeMap;
 
 use super::{Lamps, by_lamp, some};
 use phylux_core::{
-    error::{Error, Result, nearest},
+    error::{Error, Result, nearest, setting},
     math::{least_squares::nonnegative, linear_program::least_cost, pattern},
+    words,
 };
 use phylux_files::input::quoted;
 use phylux_results::{
@@ -50,7 +51,7 @@ pub fn even(
 ) -> Result<EvenPowers> {
     let Some(lights) = &result.energy.by_light else {
         return Err(Error::input(&result.scene, "these results are not split by light")
-            .remedy("run the scene again with --by-light"));
+            .remedy(words!["run the scene again with ", setting("by_light").on()]));
     };
     let names: Vec<&str> = lights.keys().map(String::as_str).collect();
     let lamps = Lamps::new(&names, &plan.groups)?;
@@ -136,13 +137,13 @@ fn band_of(result: &RunResult, plan: &EvenPlan) -> Result<usize> {
     let listed = || names().take(20).collect::<Vec<_>>().join(", ");
     match &plan.band {
         Some(name) => names().position(|band| band == name).ok_or_else(|| {
-            let error = Error::input("--band", format!("no band or sum {}", quoted(name)));
+            let error = Error::input(setting("band"), format!("no band or sum {}", quoted(name)));
             error.did_you_mean(nearest(name, names()), format!("there are {}", listed()))
         }),
         None if result.bands.len() == 1 => Ok(0),
         None => result.bands.iter().position(|band| band.sum_of.is_some()).ok_or_else(|| {
-            Error::input("--even", "there are several bands, and no sum of them")
-                .remedy(format!("name one of {} with --band", listed()))
+            Error::input(setting("even"), "there are several bands, and no sum of them")
+                .remedy(words![format!("name one of {} with ", listed()), setting("band")])
         }),
     }
 }
@@ -158,7 +159,7 @@ fn captors_of<'a>(result: &'a RunResult, pattern: &str) -> Result<Vec<&'a Captor
     }
     if captors.is_empty() {
         let problem = format!("no group and no captor is like {}", quoted(pattern));
-        let error = Error::input("--even", problem);
+        let error = Error::input(setting("even"), problem);
         let groups: Vec<&str> =
             result.groups.iter().take(20).map(|group| group.id.as_str()).collect();
         return Err(error.remedy(format!(
@@ -180,7 +181,7 @@ fn evenest(found: &[Vec<f64>], areas: &[f64], plan: &EvenPlan) -> Result<Vec<f64
     };
     let present = mean_of(&vec![1.0; lamps]);
     if present <= 0.0 {
-        return Err(Error::input("--even", "no light comes to these captors")
+        return Err(Error::input(setting("even"), "no light comes to these captors")
             .remedy("check where they are and which way they face, and trace more photons"));
     }
     // in units of the present mean, so that the numbers are near 1
@@ -211,7 +212,7 @@ fn least_power(
     let dark = captors.iter().zip(found).find(|(_, row)| row.iter().all(|x| *x <= 0.0));
     if let Some((captor, _)) = dark {
         let problem = format!("no light comes to captor {}", quoted(&captor.id));
-        return Err(Error::input("--minimum", problem)
+        return Err(Error::input(setting("minimum"), problem)
             .remedy("leave it out, add a lamp that reaches it, or trace more photons"));
     }
     let largest = costs.iter().copied().fold(0.0, f64::max);
@@ -221,8 +222,12 @@ fn least_power(
     let costs: Vec<f64> = costs.iter().map(cost).collect();
     let rows = found.iter().map(|row| row.iter().map(|x| (x / least).max(0.0)).collect());
     least_cost(&rows.collect::<Vec<Vec<f64>>>(), &costs).ok_or_else(|| {
-        Error::run("--minimum", "the least powers were not found")
-            .remedy("join lamps by --group, or ask for a --mean")
+        Error::run(setting("minimum"), "the least powers were not found").remedy(words![
+            "join lamps by ",
+            setting("group"),
+            ", or ask for a ",
+            setting("mean")
+        ])
     })
 }
 

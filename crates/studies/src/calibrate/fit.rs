@@ -17,11 +17,12 @@
 use std::{borrow::Borrow, collections::HashMap};
 
 use phylux_core::{
-    error::Problem,
+    error::{Problem, setting},
     math::{
         least_squares::{Matrix, inverse, nonnegative},
         stats::student_half_width,
     },
+    words,
 };
 use phylux_results::calibration::Model;
 
@@ -333,7 +334,11 @@ impl Solution {
         let Some(found) = inverse(&among) else {
             return Err(Problem::new(
                 "the measured points cannot tell the lamps apart",
-                "join lamps by --group, keep the prior, or measure at more places",
+                words![
+                    "join lamps by ",
+                    setting("group"),
+                    ", keep the prior, or measure at more places"
+                ],
             ));
         };
         self.covariance = vec![vec![0.0; n]; n];

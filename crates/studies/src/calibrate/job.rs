@@ -13,7 +13,7 @@ use super::{
 };
 use crate::desk::Desk;
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, setting},
     transport::{
         settings::{
             Checked, Estimator, Guiding, NearestCount, PhotonCount, Settings, ThreadCount,
@@ -21,6 +21,7 @@ use phylux_core::{
         },
         simulate::{Control, simulate},
     },
+    words,
 };
 use phylux_files::{
     measured_csv::MeasuredRow,
@@ -213,6 +214,6 @@ fn of_this(result: &RunResult, name: &str, loaded: &LoadedScene) -> Result<RunRe
     match same && bands.eq(loaded.scene.band_names()) {
         true => Ok(result.clone()),
         false => Err(Error::input(name, "has other lights or bands than the scene")
-            .remedy("run the scene again with --by-light")),
+            .remedy(words!["run the scene again with ", setting("by_light").on()])),
     }
 }

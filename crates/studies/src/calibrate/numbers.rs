@@ -3,7 +3,7 @@
 
 use serde_json::{Value, json};
 
-use phylux_core::error::{Error, Result};
+use phylux_core::error::{Error, Result, setting};
 use phylux_files::{input::quoted, json};
 use phylux_results::calibration::Varied;
 
@@ -60,7 +60,7 @@ impl<'a> Numbers<'a> {
     /// Finds the numbers in the scene file `name`, whose JSON is `document`. Errors: too many
     /// numbers, one number twice, no number at a place.
     pub fn new(name: &str, document: &'a Value, varies: &'a [Vary], prior: bool) -> Result<Self> {
-        let wrong = |problem: String| Error::input("--vary", problem);
+        let wrong = |problem: String| Error::input(setting("vary"), problem);
         if varies.len() > MOST {
             return Err(wrong(format!("{} numbers", varies.len()))
                 .remedy(format!("vary at most {MOST} of them")));
@@ -158,7 +158,7 @@ pub(super) fn warnings(found: &[Varied]) -> Vec<String> {
         let border = 1e-9 * (to - from);
         match value - from < border || to - value < border {
             true => format!(
-                "{place} is best at a border of its range, {value}: give a wider one to --vary"
+                "{place} is best at a border of its range, {value}: let it vary in a wider one"
             ),
             false => format!("the readings do not tell {place}: measure more, or keep the prior"),
         }

@@ -5,8 +5,9 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, call, setting},
     scene::light::Light,
+    words,
 };
 use phylux_files::{input::quoted, output::folder_of, scene_file::LoadedScene};
 use phylux_results::{calibration::Calibration, result::ByLight};
@@ -29,10 +30,11 @@ pub fn calibrated_scene(
         let entry = entry.filter(|e| e.contains_key("power") || e.contains_key("radiance"));
         let Some(entry) = entry else {
             let problem = format!("light {} has no `power` that could be set", quoted(&light.name));
-            return Err(Error::input(path.display(), problem).remedy(
-                "mix its results by the factors instead (`phylux mix --calibration`), or give the light an entry \
-                in `lights`",
-            ));
+            return Err(Error::input(path.display(), problem).remedy(words![
+                "mix its results by the factors instead (",
+                call("mix").with(setting("calibration")),
+                "), or give the light an entry in `lights`",
+            ]));
         };
         set(entry, light.power.iter().zip(factors).map(|(p, f)| p * f));
         let watts = entry.get("watts").and_then(Value::as_f64).filter(|_| dimmed);

@@ -18,7 +18,7 @@ use super::{
     numbers::{Numbers, Vary},
 };
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, setting},
     math::least_squares::inverse,
 };
 use phylux_files::{json, measured_csv::MeasuredRow, scene_file::LoadedScene};
@@ -185,7 +185,7 @@ impl<'a> Depends<'a> {
         if found.is_empty() {
             let problem = "no captor has light that has met any of the materials, or there are too \
                            many captors to tell";
-            return Err(Error::input("--vary", problem)
+            return Err(Error::input(setting("vary"), problem)
                 .remedy("trace more photons, or leave captors out that were not measured"));
         }
         let of_captor = |captor: &'a phylux_results::result::CaptorResult| {

@@ -19,7 +19,7 @@ use super::{
     powers::{Scale, with_powers},
     tangent::{self, Tangent},
 };
-use phylux_core::error::{Error, Result};
+use phylux_core::error::{Error, Result, setting};
 use phylux_files::{measured_csv::MeasuredRow, scene_file::LoadedScene};
 use phylux_results::{calibration::Calibration, result::RunResult};
 
@@ -75,7 +75,7 @@ pub fn search(
             "vary at most {MOST_BY_GRID}, or only reflectances, transmittances and tints that are \
              numbers"
         );
-        return Err(Error::input("--vary", problem).remedy(remedy));
+        return Err(Error::input(setting("vary"), problem).remedy(remedy));
     }
     by_grid(numbers, (rows, path), plan, runs)
 }

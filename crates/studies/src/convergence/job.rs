@@ -12,11 +12,12 @@ use std::{
 use super::{ConvergencePlan, ConvergenceStudy, Row, study, truth::Reference};
 use crate::desk::{Desk, check_folder};
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, call},
     transport::{
         settings::{PhotonCount, Settings, ThreadCount},
         simulate::Control,
     },
+    words,
 };
 use phylux_files::{
     input, json,
@@ -75,8 +76,11 @@ impl ChartRuns {
             return Ok(None);
         }
         let study = serde_json::from_slice(&bytes).map_err(|e| {
-            Error::input(place, format!("is no study of charts: {e}"))
-                .remedy("run `phylux chart` on the scene again")
+            Error::input(place, format!("is no study of charts: {e}")).remedy(words![
+                "run ",
+                call("chart"),
+                " on the scene again"
+            ])
         })?;
         Ok(Some(Self::Study(study)))
     }

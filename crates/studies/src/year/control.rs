@@ -117,7 +117,7 @@ impl Controlled<'_> {
             let more =
                 if off.len() > 5 { format!(" and {} more", off.len() - 5) } else { String::new() };
             warnings.push(format!(
-                "lights that no control file names are off: {some}{more}; name them in a file for --control \
+                "lights that no control file names are off: {some}{more}; name them in one \
                  (docs/year.md#the-control-file)"
             ));
         }

@@ -2,7 +2,7 @@
 
 use super::places::Places;
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, setting},
     math::pattern,
 };
 
@@ -63,7 +63,7 @@ impl HoursOf {
                     places.ids.iter().map(|id| pattern::fits(pattern, id)).collect();
                 if !chosen.contains(&true) {
                     let problem = format!("no captor and no group like `{pattern}`");
-                    return Err(Error::input("--hours", problem)
+                    return Err(Error::input(setting("hours"), problem)
                         .remedy("`*` stands for any characters; or say groups, all or none"));
                 }
                 chosen

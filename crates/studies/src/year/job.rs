@@ -17,13 +17,14 @@ use crate::{
     desk::{Desk, check_folder},
 };
 use phylux_core::{
-    error::{Error, ErrorKind, Result},
+    error::{Error, ErrorKind, Result, setting},
     transport::{
         direct_sun::SunRays,
         settings::{Checked, Guiding, PhotonCount, Settings, ThreadCount},
         shard::Shard,
         simulate::{Control, Progress},
     },
+    words,
 };
 use phylux_files::{
     control_file::ControlFile,
@@ -239,7 +240,11 @@ impl YearJob {
             job.head_of_light(&ready)?.check(
                 &path,
                 &light[0].head,
-                "leave out --from, and the light is traced; only the control of lamps may differ",
+                words![
+                    "leave out ",
+                    setting("from"),
+                    ", and the light is traced; only the control of lamps may differ"
+                ],
             )?;
             job.find(ready, tables, places, (&light, None, u64::MAX), desk)
         })
@@ -260,8 +265,10 @@ impl YearJob {
         for path in [Some(&job.scene), job.control.as_ref()].into_iter().flatten() {
             if !path.is_file() {
                 let problem = "a file that the shards were traced with is not there";
-                return Err(Error::input(path.display(), problem)
-                    .remedy("merge where they were traced, or name the scene with --scene"));
+                return Err(Error::input(path.display(), problem).remedy(words![
+                    "merge where they were traced, or name the scene with ",
+                    setting("scene")
+                ]));
             }
         }
         job.in_folder(folder, desk, |tables, places| {

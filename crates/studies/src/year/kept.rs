@@ -7,8 +7,9 @@ use std::{
 };
 
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, call, setting},
     transport::shard::Shard,
+    words,
 };
 use phylux_files::{
     work_file::WorkHead,
@@ -51,12 +52,16 @@ impl<'a> KeptLight<'a> {
         match (path.is_file(), folder.join("year.json").is_file()) {
             (true, _) => Ok(path),
             (false, true) => Err(Error::input(folder.display(), format!("holds no {LIGHT}"))
-                .remedy(
-                    "trace that year once more with --keep-light: it was too large to be kept, or a \
-                     phylux from before wrote it",
-                )),
-            (false, false) => Err(Error::input(folder.display(), "holds no year")
-                .remedy("name the folder that `phylux year` has written")),
+                .remedy(words![
+                    "trace that year once more with ",
+                    setting("keep_light").on(),
+                    ": it was too large to be kept, or a phylux from before wrote it",
+                ])),
+            (false, false) => Err(Error::input(folder.display(), "holds no year").remedy(words![
+                "name the folder that ",
+                call("year"),
+                " has written"
+            ])),
         }
     }
 }

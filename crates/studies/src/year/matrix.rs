@@ -7,7 +7,10 @@ use std::{
     sync::Mutex,
 };
 
-use phylux_core::error::{Error, Result, lock};
+use phylux_core::{
+    error::{Error, Result, lock, setting},
+    words,
+};
 
 /// The most bytes of a matrix that is kept in memory.
 const IN_MEMORY: u64 = 96 << 20;
@@ -91,8 +94,11 @@ fn seek(file: &mut File, pair: usize) -> io::Result<()> {
 }
 
 fn failed(e: io::Error) -> Error {
-    Error::run("the light of all hours", format!("does not fit on the disk: {e}"))
-        .remedy("make room there, or ask for fewer hours (`--hours groups`)")
+    Error::run("the light of all hours", format!("does not fit on the disk: {e}")).remedy(words![
+        "make room there, or ask for fewer hours (",
+        setting("hours").is("groups"),
+        ")"
+    ])
 }
 
 #[cfg(test)]

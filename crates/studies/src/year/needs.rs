@@ -10,9 +10,10 @@ use super::{
     trace::energies,
 };
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, setting},
     math::machine,
     scene::light::Strata,
+    words,
 };
 
 /// Bytes of a value with its error in sums, and in tables.
@@ -90,10 +91,11 @@ impl Needs {
                 let fit = (captors as f64 * left as f64 / needed as f64) as usize;
                 let [needed, left] = [needed, left].map(gigabytes);
                 let problem = format!("takes {needed} GB {what}, of which {left} are left");
-                return Err(Error::input("year", problem).remedy(format!(
-                    "about {fit} captors would fit; or ask for the hours of fewer (--hours groups), or for fewer \
-                     bands or states"
-                )));
+                return Err(Error::input("year", problem).remedy(words![
+                    format!("about {fit} captors would fit; or ask for the hours of fewer ("),
+                    setting("hours").is("groups"),
+                    "), or for fewer bands or states"
+                ]));
             }
         }
         Ok(())

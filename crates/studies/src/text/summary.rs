@@ -3,13 +3,17 @@
 use std::{collections::HashSet, fmt::Write};
 
 use super::{
+    Page,
     dependence::{Dependence, dependences},
+    short,
     table::Table,
-    terminal,
+    with_error,
 };
 use phylux_core::{
-    math::{pattern::copied, units::rounded},
+    error::{Words, setting},
+    math::pattern::copied,
     transport::settings::{Estimator, Guiding},
+    words,
 };
 use phylux_results::result::{
     AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult, PerKwh,
@@ -17,7 +21,7 @@ use phylux_results::result::{
 };
 
 /// The most bands that are shown.
-pub(super) const SHOWN_BANDS: usize = 8;
+pub const SHOWN_BANDS: usize = 8;
 /// The most groups that are shown.
 const SHOWN_GROUPS: usize = 20;
 /// The most rows of uniformities that are shown of all bands; if there are more, they are those of the
@@ -32,13 +36,16 @@ const ERRORS: &str = "error: median (range)";
 /// Share of a captor's area above which the disc of a k-nearest estimate is no longer local.
 const WIDE_DISC: f64 = 0.5;
 
-pub(super) struct Summary {
-    pub(super) text: String,
-    pub(super) warnings: Vec<String>,
+/// A summary and what is to be known before it is trusted.
+pub struct Summary {
+    /// The text.
+    pub text: String,
+    /// The warnings, sentences.
+    pub warnings: Vec<Words>,
 }
 
 /// Makes the summary of a result; `reason` says why the run ended, after a comma.
-pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
+pub fn summary(page: &Page, result: &RunResult, reason: &str) -> Summary {
     let mut text = String::new();
     let _ = writeln!(
         text,
@@ -62,42 +69,44 @@ pub(super) fn summary(result: &RunResult, reason: &str) -> Summary {
         }
     }
     let guided = match result.guiding {
-        Some(Guiding::Aim) => "with flights aimed at the sensors beside them (--guiding aim)",
-        Some(Guiding::Full) => "guided by their importance for the captors (--guiding full)",
-        _ => "",
+        Some(Guiding::Aim) => Some(("with flights aimed at the sensors beside them", "aim")),
+        Some(Guiding::Full) => Some(("guided by their importance for the captors", "full")),
+        _ => None,
     };
-    if !guided.is_empty() {
-        let _ = writeln!(text, "{guided}");
+    if let Some((how, name)) = guided {
+        let words = words![how, " (", setting("guiding").is(name), ")\n"];
+        text.push_str(&words.spelled(page.spelling));
     }
     if let Some(why) = &result.chosen {
         let asked = result.settings.as_ref().and_then(|settings| settings.work_of_photons);
-        let _ = match (result.estimator, asked) {
-            (Estimator::Complete, Some(photons)) => writeln!(
-                text,
-                "{} were chosen, for the work of {photons} photons: {why} (--estimator photons traces \
-                 photons alone)",
-                result.estimator
-            ),
-            _ => writeln!(text, "{} were chosen: {why}", result.estimator),
+        let estimator = result.estimator;
+        let words = match (estimator, asked) {
+            (Estimator::Complete, Some(photons)) => words![
+                format!("{estimator} were chosen, for the work of {photons} photons: {why} ("),
+                setting("estimator").is("photons"),
+                " traces photons alone)\n",
+            ],
+            _ => words![format!("{estimator} were chosen: {why}\n")],
         };
+        text.push_str(&words.spelled(page.spelling));
     }
     if let Some(found) = &result.tolerance {
         tolerance(&mut text, result, found);
     }
-    energy(&mut text, result);
+    energy(page, &mut text, result);
     let mut kinds = vec![("sensor", "virtual"), ("surface", "surface")];
     kinds.retain(|(_, kind)| result.captors.iter().any(|captor| captor.kind == *kind));
     for (title, kind) in kinds {
-        captors(&mut text, result, title, kind);
+        captors(page, &mut text, result, title, kind);
     }
-    groups(&mut text, result);
-    ratios(&mut text, result);
-    electricity(&mut text, result);
-    uniformity(&mut text, result);
-    canopy(&mut text, result);
-    layers(&mut text, result);
-    for Dependence { table, below } in dependences(result, &shown_bands(result)) {
-        write(&mut text, &table);
+    groups(page, &mut text, result);
+    ratios(page, &mut text, result);
+    electricity(page, &mut text, result);
+    uniformity(page, &mut text, result);
+    canopy(page, &mut text, result);
+    layers(page, &mut text, result);
+    for Dependence { table, below } in dependences(page, result, &shown_bands(page, result)) {
+        table.below(&mut text, page);
         text.push_str(&below);
     }
     let warnings = result.warnings().into_iter().map(|warning| warning.text).collect();
@@ -128,7 +137,7 @@ fn tolerance(text: &mut String, result: &RunResult, found: &ToleranceResult) {
 }
 
 /// Says what is farthest from a tolerance, and how far off it is.
-pub(super) fn far_off(worst: &WorstResult) -> String {
+pub fn far_off(worst: &WorstResult) -> String {
     let WorstResult { captor, group, face, band, relative_error, batches_with_light } = worst;
     let error = match relative_error {
         Some(error) => format!("{:.2} %", 100.0 * error),
@@ -144,21 +153,15 @@ pub(super) fn far_off(worst: &WorstResult) -> String {
 }
 
 /// Returns the bands and sums that are shown, by index: all, or the first bands and the sums.
-fn shown_bands(result: &RunResult) -> Vec<usize> {
-    let most = terminal::shown(SHOWN_BANDS);
+fn shown_bands(page: &Page, result: &RunResult) -> Vec<usize> {
+    let most = page.shown(SHOWN_BANDS);
     let (bands, sums): (Vec<usize>, Vec<usize>) =
         (0..result.bands.len()).partition(|&band| result.bands[band].sum_of.is_none());
     let sums = &sums[..sums.len().min(most)];
     bands.into_iter().take(most - sums.len()).chain(sums.iter().copied()).collect()
 }
 
-/// Writes a table below an empty line.
-fn write(text: &mut String, table: &Table) {
-    text.push('\n');
-    table.write(text, terminal::width(), terminal::is_full());
-}
-
-fn energy(text: &mut String, result: &RunResult) {
+fn energy(page: &Page, text: &mut String, result: &RunResult) {
     let energy = &result.energy;
     if energy.emitted.is_empty() {
         return;
@@ -176,20 +179,25 @@ fn energy(text: &mut String, result: &RunResult) {
     }
     let heads = columns.iter().map(|(head, _)| *head);
     let mut table = Table::new(format!("energy, {unit}"), heads, "");
-    let shown = shown_bands(result);
+    let shown = shown_bands(page, result);
     for &b in &shown {
         let name = named(&result.bands[b], |own| &own.flux, unit);
         let cells = columns.iter().map(|(_, values)| short(values[b]));
         table.row(format!("  {name}"), cells, "");
     }
-    write(text, &table);
+    table.below(text, page);
     if shown.len() < result.bands.len() {
         let more = result.bands.len() - shown.len();
-        let _ = writeln!(text, "  and {more} more bands, here and below (--full has all)");
+        let words = words![
+            format!("  and {more} more bands, here and below ("),
+            setting("full"),
+            " has all)\n"
+        ];
+        text.push_str(&words.spelled(page.spelling));
     }
 }
 
-fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
+fn captors(page: &Page, text: &mut String, result: &RunResult, noun: &str, kind: &str) {
     let count = result.captors.iter().filter(|captor| captor.kind == kind).count();
     let s = if count == 1 { "" } else { "s" };
     let title = format!("{count} {noun}{s}, {}", result.unit.irradiance);
@@ -203,7 +211,7 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
         if faces.is_empty() {
             continue;
         }
-        for b in shown_bands(result) {
+        for b in shown_bands(page, result) {
             let irradiance = Spread::of(faces.iter().map(|face| face.irradiance[b]).collect());
             let relative = |face: &&FaceResult| Some(face.flux_se[b]? / face.flux[b]);
             let errors = percent_of(faces.iter().filter_map(relative).collect());
@@ -218,8 +226,8 @@ fn captors(text: &mut String, result: &RunResult, noun: &str, kind: &str) {
     }
     let faces = result.captors.iter().filter(|c| c.kind == kind).flat_map(CaptorResult::faces);
     let below =
-        nearest(&mut table, faces.filter_map(|face| face.knn.as_ref()?.as_deref()).collect());
-    write(text, &table);
+        nearest(page, &mut table, faces.filter_map(|face| face.knn.as_ref()?.as_deref()).collect());
+    table.below(text, page);
     text.push_str(&below);
 }
 
@@ -239,9 +247,9 @@ fn named_per_area(result: &RunResult, band: usize) -> String {
 }
 
 /// Writes the ratios of the light on captors, and those of groups of several with their errors.
-fn ratios(text: &mut String, result: &RunResult) {
+fn ratios(page: &Page, text: &mut String, result: &RunResult) {
     let mut table = Table::new("ratios", ["min", "median", "max"], "standard error");
-    for (r, ratio) in result.ratios.iter().enumerate().take(terminal::shown(SHOWN_BANDS)) {
+    for (r, ratio) in result.ratios.iter().enumerate().take(page.shown(SHOWN_BANDS)) {
         for (noun, kind) in [("sensors", "virtual"), ("surfaces", "surface")] {
             type Face = fn(&CaptorResult) -> Option<&FaceResult>;
             let faces: [(&str, Face); 2] =
@@ -264,7 +272,7 @@ fn ratios(text: &mut String, result: &RunResult) {
             }
         }
         let several = result.groups.iter().filter(|group| group.captors > 1);
-        for group in several.take(terminal::shown(SHOWN_GROUPS)) {
+        for group in several.take(page.shown(SHOWN_GROUPS)) {
             let found = [("mean", &group.front.ratios), ("absorbed", &group.absorbed_ratios)];
             for (what, found) in found {
                 let Some((value, error)) = found.as_ref().and_then(|found| found.get(r)) else {
@@ -277,7 +285,7 @@ fn ratios(text: &mut String, result: &RunResult) {
         }
     }
     if !table.is_empty() {
-        write(text, &table);
+        table.below(text, page);
     }
 }
 
@@ -289,7 +297,7 @@ struct GroupRow<'a> {
 
 /// Returns the rows of the table of groups; the copies of a thing, if they are many, are one, and so are
 /// groups of the same captors.
-fn group_rows<'a>(groups: &[&'a GroupResult]) -> Vec<GroupRow<'a>> {
+fn group_rows<'a>(page: &Page, groups: &[&'a GroupResult]) -> Vec<GroupRow<'a>> {
     let mut rows: Vec<GroupRow> = Vec::new();
     let many = |thing: &str| groups.iter().filter(|g| copied(&g.id) == Some(thing)).count() >= MANY;
     // only groups of the same captors have the same light to all digits, but for dark ones
@@ -305,7 +313,7 @@ fn group_rows<'a>(groups: &[&'a GroupResult]) -> Vec<GroupRow<'a>> {
             row.name = format!("{}, {}", row.name, group.id);
             continue;
         }
-        let thing = copied(&group.id).filter(|thing| !terminal::is_full() && many(thing));
+        let thing = copied(&group.id).filter(|thing| !page.full && many(thing));
         let name = thing.map_or(group.id.clone(), |thing| format!("each {thing}#"));
         match rows.iter_mut().find(|row| thing.is_some() && row.name == name) {
             Some(row) => row.groups.push(group),
@@ -317,13 +325,13 @@ fn group_rows<'a>(groups: &[&'a GroupResult]) -> Vec<GroupRow<'a>> {
 
 /// Writes the mean irradiance of the fronts of each group of several captors, and what its surfaces
 /// absorbed.
-fn groups(text: &mut String, result: &RunResult) {
+fn groups(page: &Page, text: &mut String, result: &RunResult) {
     let several: Vec<&GroupResult> = result.groups.iter().filter(|g| g.captors > 1).collect();
     if several.is_empty() {
         return;
     }
-    let rows = group_rows(&several);
-    let bands = shown_bands(result);
+    let rows = group_rows(page, &several);
+    let bands = shown_bands(page, result);
     let heads = bands.iter().map(|&band| named_per_area(result, band));
     let heads = ["captors".to_string()].into_iter().chain(heads);
     let title = format!("groups, mean {}", result.unit.irradiance);
@@ -344,7 +352,7 @@ fn groups(text: &mut String, result: &RunResult) {
             Some((back, back_se))
         }),
     ];
-    for GroupRow { name, groups } in rows.iter().take(terminal::shown(SHOWN_GROUPS)) {
+    for GroupRow { name, groups } in rows.iter().take(page.shown(SHOWN_GROUPS)) {
         let count = groups.len();
         for (k, (kind, of)) in kinds.iter().enumerate() {
             let found: Option<Vec<Values>> = groups.iter().map(|group| of(group)).collect();
@@ -378,14 +386,14 @@ fn groups(text: &mut String, result: &RunResult) {
             }
         }
     }
-    write(text, &table);
-    text.push_str(&terminal::more(rows.len(), SHOWN_GROUPS));
+    table.below(text, page);
+    text.push_str(&page.more(rows.len(), SHOWN_GROUPS));
 }
 
 /// Writes what the light of each lamp costs, where it goes, and what groups have of it.
-fn electricity(text: &mut String, result: &RunResult) {
+fn electricity(page: &Page, text: &mut String, result: &RunResult) {
     let Some(found) = &result.electricity else { return };
-    let bands = shown_bands(result);
+    let bands = shown_bands(page, result);
     let names = || bands.iter().map(|&b| result.bands[b].name.clone());
     let cells = |of: &[Option<f64>]| -> Vec<String> {
         bands.iter().map(|&b| of[b].map_or("-".into(), short)).collect()
@@ -400,10 +408,10 @@ fn electricity(text: &mut String, result: &RunResult) {
     let mut table = Table::new("light per electricity", heads, "");
     let units = bands.iter().map(|&b| found.unit[b].to_string());
     table.row("", [String::new()].into_iter().chain(units), "");
-    for (name, lamp) in found.lights.iter().take(terminal::shown(SHOWN_GROUPS)) {
+    for (name, lamp) in found.lights.iter().take(page.shown(SHOWN_GROUPS)) {
         table.row(format!("  {name}"), with_watts(lamp.watts, &lamp.per_watt), "");
     }
-    let more = terminal::more(found.lights.len(), SHOWN_GROUPS);
+    let more = page.more(found.lights.len(), SHOWN_GROUPS);
     if !more.is_empty() {
         table.row(more.trim_end(), [], "");
     }
@@ -415,11 +423,14 @@ fn electricity(text: &mut String, result: &RunResult) {
             table.row(name, [String::new()].into_iter().chain(cells(of)), "");
         }
     }
-    write(text, &table);
+    table.below(text, page);
     let Some(groups) = &found.groups else {
-        text.push_str(
-            "  where it goes is not known, as other lights shine too: run with --by-light\n",
-        );
+        let words = words![
+            "  where it goes is not known, as other lights shine too: run with ",
+            setting("by_light").on(),
+            "\n"
+        ];
+        text.push_str(&words.spelled(page.spelling));
         return;
     };
     let line = |table: &mut Table, name: &str, of: &[Option<f64>], errors: &[Option<f64>]| {
@@ -433,39 +444,39 @@ fn electricity(text: &mut String, result: &RunResult) {
         for (name, Share { share, share_se }) in all.all() {
             line(&mut table, name, share, share_se);
         }
-        write(text, &table);
+        table.below(text, page);
     }
     let planes = groups.iter().filter_map(|(name, group)| Some((name, group.plane.as_ref()?)));
     let planes: Vec<_> = planes.collect();
     let mut table = Table::new("planes of sensors", names(), "standard error");
-    for (name, plane) in planes.iter().take(terminal::shown(SHOWN_GROUPS)) {
+    for (name, plane) in planes.iter().take(page.shown(SHOWN_GROUPS)) {
         let Share { share, share_se } = &plane.share;
         line(&mut table, &format!("{name}, share of {} m2", short(plane.area)), share, share_se);
         line(&mut table, "  mol/kWh", &plane.mol_per_kwh, &plane.mol_per_kwh_se);
         line(&mut table, "  kWh/mol", &plane.kwh_per_mol, &plane.kwh_per_mol_se);
     }
     if !table.is_empty() {
-        write(text, &table);
-        text.push_str(&terminal::more(planes.len(), SHOWN_GROUPS));
+        table.below(text, page);
+        text.push_str(&page.more(planes.len(), SHOWN_GROUPS));
     }
     // what arrives on the small area of a sensor itself says little
-    let groups = groups.iter().filter(|(_, group)| terminal::is_full() || group.of == "absorbed");
+    let groups = groups.iter().filter(|(_, group)| page.full || group.of == "absorbed");
     let groups: Vec<_> = groups.collect();
     let mut table = Table::new("share of groups", names(), "standard error");
-    for (name, group) in groups.iter().take(terminal::shown(SHOWN_GROUPS)) {
+    for (name, group) in groups.iter().take(page.shown(SHOWN_GROUPS)) {
         let title = format!("{name}, {}", group.of);
         line(&mut table, &title, &group.share.share, &group.share.share_se);
         line(&mut table, "  mol/kWh", &group.mol_per_kwh, &group.mol_per_kwh_se);
     }
     if !table.is_empty() {
-        write(text, &table);
-        text.push_str(&terminal::more(groups.len(), SHOWN_GROUPS));
+        table.below(text, page);
+        text.push_str(&page.more(groups.len(), SHOWN_GROUPS));
     }
 }
 
 /// Writes how even the irradiance on the fronts of each group of several sensors is; surfaces are
 /// left out, since leaves are not meant to be lit evenly.
-fn uniformity(text: &mut String, result: &RunResult) {
+fn uniformity(page: &Page, text: &mut String, result: &RunResult) {
     let sensors = result.groups.iter().filter(|group| group.absorbed.is_none());
     let even = sensors.filter_map(|group| Some((&group.id, group.front.uniformity.as_deref()?)));
     let even: Vec<(&String, &Uniformity)> = even.collect();
@@ -478,9 +489,9 @@ fn uniformity(text: &mut String, result: &RunResult) {
         (None, _) => "-".into(),
     };
     let mut table = Table::new("uniformity of groups", ["min / mean", "CV"], "");
-    let mut bands = shown_bands(result);
-    let shown = even.len().min(terminal::shown(SHOWN_GROUPS));
-    let is_long = bands.len() > 1 && shown * bands.len() > terminal::shown(SHOWN_EVEN);
+    let mut bands = shown_bands(page, result);
+    let shown = even.len().min(page.shown(SHOWN_GROUPS));
+    let is_long = bands.len() > 1 && shown * bands.len() > page.shown(SHOWN_EVEN);
     if is_long {
         let sum = bands.iter().copied().find(|&b| result.bands[b].sum_of.is_some());
         bands = sum.or(bands.first().copied()).into_iter().collect();
@@ -492,17 +503,18 @@ fn uniformity(text: &mut String, result: &RunResult) {
             table.row(format!("  {name} {}", result.bands[b].name), [least, cv], "");
         }
     }
-    write(text, &table);
+    table.below(text, page);
     if is_long {
-        text.push_str("  and the other bands (--full has all)\n");
+        let words = words!["  and the other bands (", setting("full"), " has all)\n"];
+        text.push_str(&words.spelled(page.spelling));
     }
-    text.push_str(&terminal::more(even.len(), SHOWN_GROUPS));
+    text.push_str(&page.more(even.len(), SHOWN_GROUPS));
 }
 
 /// Writes which shares of the light of sun and sky plants and ground take, per band.
-fn canopy(text: &mut String, result: &RunResult) {
+fn canopy(page: &Page, text: &mut String, result: &RunResult) {
     let Some(canopy) = &result.canopy else { return };
-    let bands = shown_bands(result);
+    let bands = shown_bands(page, result);
     let heads = bands.iter().map(|&b| result.bands[b].name.clone());
     let mut table = Table::new("share of sun and sky", heads, "");
     for (name, shares, errors) in canopy.shares() {
@@ -518,19 +530,19 @@ fn canopy(text: &mut String, result: &RunResult) {
         };
         table.row(format!("  {what}"), bands.iter().map(cell), "");
     }
-    write(text, &table);
+    table.below(text, page);
 }
 
 /// Writes what the surface captors of each layer absorb per area, from the highest layer down.
-fn layers(text: &mut String, result: &RunResult) {
+fn layers(page: &Page, text: &mut String, result: &RunResult) {
     let Some(layers) = &result.layers else { return };
-    let bands = shown_bands(result);
+    let bands = shown_bands(page, result);
     let sunlit = layers.iter().any(|layer| layer.sunlit.is_some());
     let heads = ["area, m2".to_string()].into_iter().chain(sunlit.then(|| "sunlit".into()));
     let heads = heads.chain(bands.iter().map(|&b| result.bands[b].name.clone()));
     let title = format!("absorbed by layer, m: {}", result.unit.irradiance);
     let mut table = Table::new(title, heads, "");
-    for layer in layers.iter().rev().take(terminal::shown(SHOWN_LAYERS)) {
+    for layer in layers.iter().rev().take(page.shown(SHOWN_LAYERS)) {
         let per_area = |&b: &usize| match layer.area > 0.0 {
             true => short(layer.absorbed[b] / layer.area),
             false => "-".into(),
@@ -540,14 +552,14 @@ fn layers(text: &mut String, result: &RunResult) {
         let name = format!("  {} to {}", short(layer.from), short(layer.to));
         table.row(name, cells.chain(bands.iter().map(per_area)), "");
     }
-    write(text, &table);
-    text.push_str(&terminal::more(layers.len(), SHOWN_LAYERS));
+    table.below(text, page);
+    text.push_str(&page.more(layers.len(), SHOWN_LAYERS));
 }
 
 /// Adds how large the errors of the k-nearest estimates are, and how much of its captor each covers;
 /// returns a line about those that cover much.
-fn nearest(table: &mut Table, found: Vec<&NearestResult>) -> String {
-    let bands = |knn: &&NearestResult| knn.irradiance.len().min(terminal::shown(SHOWN_BANDS));
+fn nearest(page: &Page, table: &mut Table, found: Vec<&NearestResult>) -> String {
+    let bands = |knn: &&NearestResult| knn.irradiance.len().min(page.shown(SHOWN_BANDS));
     let errors: Vec<f64> = found
         .iter()
         .flat_map(|knn| {
@@ -621,26 +633,6 @@ fn two_digits(value: f64) -> String {
             format!("{value:.decimals$}")
         }
         _ => format!("{value:.0e}"),
-    }
-}
-
-/// Formats a value with its standard error, both with the digits that the error leaves.
-pub(super) fn with_error(value: f64, error: f64) -> String {
-    match error > 0.0 && error.is_finite() {
-        true => rounded(value, error).join(" ± "),
-        false => short(value),
-    }
-}
-
-/// Formats a number with four significant digits, however large or small it is.
-pub(super) fn short(value: f64) -> String {
-    match value.abs() {
-        0.0 => "0".into(),
-        v if (1e-3..1e6).contains(&v) => {
-            let decimals = (3 - v.log10().floor() as i32).clamp(0, 6) as usize;
-            format!("{value:.decimals$}")
-        }
-        _ => format!("{value:.3e}"),
     }
 }
 

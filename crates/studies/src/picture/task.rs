@@ -1,21 +1,22 @@
 //! The picture to make, and what all kinds of pictures need: the bands, the camera, the light,
 //! scales and legends.
 
-use std::{borrow::Cow, sync::atomic::AtomicBool, time::Instant};
+use std::{borrow::Cow, time::Instant};
 
 use glam::Vec3;
 
-use super::arguments::{Arguments, Denoise, What};
-use crate::cli::progress::{show, terminal_bar};
+use super::job::{PictureJob, PictureOf};
+use crate::desk::Desk;
 use phylux_core::{
-    error::{Error, Result},
+    error::{Error, Result, Words, setting},
     math::geometry::Ray,
     scene::{material::Scatterer, world::Scene},
     transport::{
         settings::{MapLimit, NearestCount, Settings, TimeLimit},
-        simulate::{Control, Progress, light_surfaces},
+        simulate::{Control, light_surfaces},
         surface_light::SurfaceLight,
     },
+    words,
 };
 use phylux_files::scene_file::LoadedScene;
 use phylux_results::result::{band_results, light_name};
@@ -27,7 +28,7 @@ use phylux_show::{
     },
 };
 
-/// Rays of each pixel between two looks at the clock, with `--max-time`.
+/// Rays of each pixel between two looks at the clock, where the time is limited.
 const ROUND: u32 = 4;
 /// Photons to store for a picture of photons.
 const DOTS: usize = 300_000;
@@ -37,66 +38,79 @@ const DOTS: usize = 300_000;
 const DOTS_K: usize = 150;
 
 /// A finished picture, the light in it as numbers, and a line about how it was found.
+#[derive(Debug)]
 pub struct Made {
+    /// The picture.
     pub picture: Picture,
+    /// The light on surfaces; `None` in pictures of captors or photons.
     pub pixels: Option<Pixels>,
-    pub words: String,
+    /// How the light was found.
+    pub words: Words,
 }
 
-pub fn make(arguments: &Arguments, loaded: &LoadedScene, stop: &AtomicBool) -> Result<Made> {
+impl PictureJob {
+    /// Makes the picture. Errors: options that do not go together; there is no such band; the camera
+    /// sees nothing; those of the runs.
+    pub fn picture(&self, loaded: &LoadedScene, desk: &Desk) -> Result<Made> {
+        self.check()?;
+        make(self, loaded, desk)
+    }
+}
+
+fn make(job: &PictureJob, loaded: &LoadedScene, desk: &Desk) -> Result<Made> {
     let started = Instant::now();
     let LoadedScene { scene, settings, .. } = loaded;
     // of numbers the band that plots and pages begin with; a photo has all bands
-    let first = match arguments.show {
-        What::Irradiance | What::Absorbed | What::Error | What::Captors => first_band(scene),
-        What::Radiance | What::Photons => None,
+    let first = match job.show {
+        PictureOf::Irradiance | PictureOf::Absorbed | PictureOf::Error | PictureOf::Captors => {
+            first_band(scene)
+        }
+        PictureOf::Radiance | PictureOf::Photons => None,
     };
-    let band = chosen_bands(scene, arguments.band.as_deref().or(first))?;
-    if let (
-        What::Irradiance | What::Absorbed | What::Error | What::Radiance | What::Photons,
-        Some(sum),
-    ) = (
-        arguments.show,
-        band.index.and_then(|index| scene.sums().get(index.checked_sub(scene.bands().len())?)),
-    ) && !sum.weights.is_empty()
-    {
+    let band = chosen_bands(scene, job.band.as_deref().or(first))?;
+    let sum =
+        band.index.and_then(|index| scene.sums().get(index.checked_sub(scene.bands().len())?));
+    if let Some(sum) = sum.filter(|sum| !sum.weights.is_empty() && job.show != PictureOf::Captors) {
         let problem = format!("the sum `{}` weights its bands, which a picture cannot", sum.name);
-        return Err(Error::input("--band", problem)
-            .remedy("name a band or another sum, or show the captors (--show captors)"));
+        return Err(Error::input(setting("band"), problem).remedy(words![
+            "name a band or another sum, or show the captors (",
+            setting("show").is("captors"),
+            ")"
+        ]));
     }
-    let scale = match arguments.range {
-        Some((low, high)) => Some(Scale::new(low, high, arguments.log)?),
+    let scale = match job.range {
+        Some((low, high)) => Some(Scale::new(low, high, job.log)?),
         None => None,
     };
-    let viewpoint = arguments.view.viewpoint(loaded)?;
+    let viewpoint = job.camera.viewpoint(loaded)?;
     // checked here, before photons are traced for a picture that is too large
     check_size(&viewpoint, scene.bands().len().max(3))?;
-    let (few, k) = match arguments.show {
-        What::Photons => (MapLimit::nearest_to(DOTS), DOTS_K),
+    let (few, k) = match job.show {
+        PictureOf::Photons => (MapLimit::nearest_to(DOTS), DOTS_K),
         _ => (settings.map_photons, SurfaceLight::DEFAULT_K),
     };
     let settings = Settings {
-        photons: arguments.photons,
-        seed: arguments.seed.unwrap_or(settings.seed),
-        k: Some(NearestCount::new(arguments.k.map_or(k, |k| k as usize))?),
-        map_photons: arguments.map_photons.unwrap_or(few),
-        threads: arguments.threads.unwrap_or(settings.threads),
+        photons: job.photons,
+        seed: job.seed.unwrap_or(settings.seed),
+        k: Some(NearestCount::new(job.k.map_or(k, |k| k as usize))?),
+        map_photons: job.map_photons.unwrap_or(few),
+        threads: job.threads.unwrap_or(settings.threads),
         ..settings.clone()
     };
     let sampling = Sampling {
-        rays: arguments.rays,
+        rays: job.rays,
         before: 0,
         seed: settings.seed,
         threads: settings.threads.get(),
     };
-    let task = Task { arguments, scene, viewpoint, settings, sampling, band, scale, stop, started };
-    match arguments.show {
-        What::Radiance => task.radiance(),
-        What::Irradiance => task.false_colour(Show::Irradiance),
-        What::Absorbed => task.false_colour(Show::Absorbed),
-        What::Error => task.error(),
-        What::Captors => task.captors(loaded),
-        What::Photons => task.photons(),
+    let task = Task { job, scene, viewpoint, settings, sampling, band, scale, desk, started };
+    match job.show {
+        PictureOf::Radiance => task.radiance(),
+        PictureOf::Irradiance => task.false_colour(Show::Irradiance),
+        PictureOf::Absorbed => task.false_colour(Show::Absorbed),
+        PictureOf::Error => task.error(),
+        PictureOf::Captors => task.captors(loaded),
+        PictureOf::Photons => task.photons(),
     }
 }
 
@@ -140,33 +154,27 @@ fn chosen_bands(scene: &Scene, name: Option<&str>) -> Result<ChosenBands> {
     let names: Vec<&str> =
         names.chain(scene.sums().iter().map(|sum| &sum.name)).map(String::as_str).collect();
     let problem = format!("the scene has no band or sum `{name}`");
-    Err(Error::input("--band", problem).remedy(format!("there are {}, sum", names.join(", "))))
+    Err(Error::input(setting("band"), problem)
+        .remedy(format!("there are {}, sum", names.join(", "))))
 }
 
 /// A picture to make.
 pub(super) struct Task<'a> {
-    pub arguments: &'a Arguments,
+    pub job: &'a PictureJob,
     pub scene: &'a Scene,
     pub viewpoint: Viewpoint<'a>,
     pub settings: Settings,
     pub sampling: Sampling,
     pub band: ChosenBands,
     scale: Option<Scale>,
-    stop: &'a AtomicBool,
+    desk: &'a Desk,
     started: Instant,
 }
 
 impl<'a> Task<'a> {
-    /// Does `work` with a progress bar.
+    /// Does `work`, of which the desk hears as `what`.
     pub fn watched<T>(&self, what: &str, work: impl FnOnce(&Control) -> Result<T>) -> Result<T> {
-        let bar = terminal_bar(&format!(
-            "{{bar:30}} {{percent}}% {{human_pos}} {what}, {{speed}}{{left}}"
-        ));
-        let progress = |progress: Progress| show(&bar, progress);
-        let control = Control { stop: self.stop, progress: &progress };
-        let done = work(&control);
-        bar.finish_and_clear();
-        done
+        self.desk.during(what, |progress| work(&Control { stop: self.desk.stop(), progress }))
     }
 
     pub fn light(&self) -> Result<SurfaceLight<'a>> {
@@ -187,11 +195,10 @@ impl<'a> Task<'a> {
         sums.into_iter().map(|sum| sum as f32).collect()
     }
 
-    /// Returns what the rays of all pixels find: `--rays` of them for each pixel, or as many as
-    /// `--max-time` allows.
+    /// Returns what the rays of all pixels find: so many for each pixel, or as many as the time allows.
     pub fn fragments(&self, light: &SurfaceLight, show: Show) -> Result<Fragments> {
         let Sampling { rays, .. } = self.sampling;
-        let gather = match self.arguments.gather.unwrap_or(1) {
+        let gather = match self.job.gather.unwrap_or(1) {
             0 => None,
             directions => Some(self.watched("photons", |control| {
                 Gather::new(light, directions, &self.settings, control)
@@ -203,7 +210,7 @@ impl<'a> Task<'a> {
                 render(light, gather.as_ref(), &self.viewpoint, show, sampling, control)
             })
         };
-        let Some(most) = self.arguments.max_time.map(TimeLimit::get) else { return round(0, rays) };
+        let Some(most) = self.job.max_time.map(TimeLimit::get) else { return round(0, rays) };
         let mut from = Instant::now();
         let mut all = round(0, rays.min(ROUND))?;
         // as long as another round is expected to end in time
@@ -228,12 +235,12 @@ impl<'a> Task<'a> {
     }
 
     pub fn denoises(&self) -> bool {
-        self.arguments.denoise != Some(Denoise::Off)
+        self.job.denoise != Some(false)
     }
 
     /// Returns the scale of the user, or else one that reaches beyond this share of the values.
     pub fn scale(&self, values: Vec<f64>, share: f64) -> Scale {
-        self.scale.unwrap_or_else(|| Scale::of(values, share, self.arguments.log))
+        self.scale.unwrap_or_else(|| Scale::of(values, share, self.job.log))
     }
 
     /// Returns the legend of values of which `most` is the greatest.

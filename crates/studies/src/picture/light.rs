@@ -2,15 +2,13 @@
 
 use glam::Vec3;
 
-use super::{
-    arguments::Balance,
-    task::{Made, Task, photons_and_rays},
-};
+use super::task::{Made, Task, photons_and_rays};
 use phylux_core::{
-    error::Result,
+    error::{Result, Words, setting},
     math::spectrum::with_lanes,
     scene::material::{Interaction, Material, Scatterer},
     transport::surface_light::SurfaceLight,
+    words,
 };
 use phylux_show::{
     kinds::Kind,
@@ -53,7 +51,7 @@ impl Task<'_> {
             Some((of(&seen).max_element() / scattered, seen.share))
         };
         let whites = || (0..count).flat_map(|pixel| shown.seen(pixel).filter_map(white)).collect();
-        let chosen = self.arguments.exposure.map(|stops| Exposure { stops });
+        let chosen = self.job.exposure.map(|stops| Exposure { stops });
         let exposure = chosen.unwrap_or_else(|| Exposure::metered(whites()));
         // nothing is so bright that its glow hides what is around it
         let brightest = BRIGHTEST * (-exposure.stops).exp2() as f32;
@@ -71,7 +69,8 @@ impl Task<'_> {
         let picture = Picture::new(width, glowing.enumerate().map(behind));
         let photons = photons_and_rays(&light, &fragments);
         let colours = self.told_of_colours(&colours[0], balance);
-        let words = format!("{photons}, exposure {} stops, {colours}\n", exposure.stops);
+        let words =
+            words![format!("{photons}, exposure {} stops, ", exposure.stops), colours, "\n"];
         Ok(Made { picture, pixels: Some(pixels), words })
     }
 
@@ -88,7 +87,7 @@ impl Task<'_> {
 
     /// Returns the balance for the light that comes straight from lamps and sky.
     fn balance(&self, light: &SurfaceLight, colours: &BandColours) -> WhiteBalance {
-        if self.arguments.white_balance == Some(Balance::None) || !colours.coloured {
+        if self.job.white_balance == Some(false) || !colours.coloured {
             return WhiteBalance::NONE;
         }
         WhiteBalance::of(colours.linear(&self.straight(light)))
@@ -133,7 +132,7 @@ impl Task<'_> {
     }
 
     /// Says how bands became colours.
-    fn told_of_colours(&self, colours: &BandColours, balance: WhiteBalance) -> String {
+    fn told_of_colours(&self, colours: &BandColours, balance: WhiteBalance) -> Words {
         let told = match colours.coloured {
             _ if self.band.named => "grey",
             true => "bands by their wavelengths",
@@ -142,11 +141,14 @@ impl Task<'_> {
         let WhiteBalance(factors) = balance;
         let [red, green, blue] = (factors / factors.max_element()).to_array();
         match factors.max_element() / factors.min_element() > 1.1 {
-            true => format!(
-                "{told}\nwhite balance: red x {red:.2}, green x {green:.2}, blue x {blue:.2}; \
-                 --white-balance none leaves the light its colour"
-            ),
-            false => told.into(),
+            true => words![
+                format!(
+                    "{told}\nwhite balance: red x {red:.2}, green x {green:.2}, blue x {blue:.2}; "
+                ),
+                setting("white_balance").is("none"),
+                " leaves the light its colour"
+            ],
+            false => words![told],
         }
     }
 
@@ -169,7 +171,7 @@ impl Task<'_> {
         Ok(Made {
             picture,
             pixels: Some(pixels),
-            words: photons_and_rays(&light, &fragments) + "\n",
+            words: words![photons_and_rays(&light, &fragments), "\n"],
         })
     }
 
@@ -188,7 +190,7 @@ impl Task<'_> {
         Ok(Made {
             picture,
             pixels: Some(pixels),
-            words: photons_and_rays(&light, &fragments) + "\n",
+            words: words![photons_and_rays(&light, &fragments), "\n"],
         })
     }
 

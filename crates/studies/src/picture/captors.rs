@@ -7,6 +7,7 @@ use phylux_core::{
         settings::{NearestCount, Settings},
         simulate::simulate,
     },
+    words,
 };
 use phylux_files::result_file::read_results;
 use phylux_files::scene_file::LoadedScene;
@@ -19,7 +20,7 @@ struct Faces([Option<Vec<f64>>; 2]);
 impl Task<'_> {
     pub fn captors(&self, loaded: &LoadedScene) -> Result<Made> {
         loaded.check_captors()?;
-        let (faces, words) = match &self.arguments.results {
+        let (faces, words) = match &self.job.results {
             Some(path) => {
                 let results = read_results(path)?;
                 let words = format!("{} {}\n", results.photons, results.estimator);
@@ -47,7 +48,7 @@ impl Task<'_> {
         })?;
         let [_, unit] = self.scene.units(self.band.index.unwrap_or(0));
         let legend = self.legend("irradiance", &unit, scale, most);
-        Ok(Made { picture: picture.with_bar(&legend)?, pixels: None, words })
+        Ok(Made { picture: picture.with_bar(&legend)?, pixels: None, words: words![words] })
     }
 
     /// Runs the scene as `phylux run` would, and returns the irradiances of its captors with a line

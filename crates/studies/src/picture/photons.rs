@@ -5,7 +5,7 @@ use std::{collections::HashSet, f32::consts::FRAC_PI_3};
 use glam::Vec3;
 
 use super::{
-    arguments::{By, Shade},
+    job::PhotonColour,
     task::{Made, Task, photons},
 };
 use phylux_core::{
@@ -15,6 +15,7 @@ use phylux_core::{
         photon_map::{StoredPhoton, Way},
         surface_light::SurfaceLight,
     },
+    words,
 };
 use phylux_show::{
     kinds::Kind,
@@ -64,9 +65,9 @@ const LINE_BRIGHT: f32 = 0.6;
 impl Task<'_> {
     pub fn photons(&self) -> Result<Made> {
         let light = self.light()?;
-        let ground = match self.arguments.ground {
-            Some(Shade::Light) => Ground::Light,
-            Some(Shade::Dark) | None => Ground::Dark,
+        let ground = match self.job.light_ground {
+            Some(true) => Ground::Light,
+            Some(false) | None => Ground::Dark,
         };
         let threads = self.settings.threads.get();
         let ghosts = Ghosts::new(&self.viewpoint, ground);
@@ -90,8 +91,8 @@ impl Task<'_> {
             drawn if drawn < found => format!(", {drawn} drawn"),
             _ => String::new(),
         };
-        let words =
-            format!("{}, {found} of them seen{drawn}, {}\n", photons(&light), colours.words());
+        let (arrivals, colour) = (photons(&light), colours.words());
+        let words = words![format!("{arrivals}, {found} of them seen{drawn}, {colour}\n")];
         let ways = dots.iter().map(|dot| light.map.ways()[dot.index]);
         let ways: HashSet<usize> = ways
             .chain(paths.dots.iter().map(|(dot, _)| paths.legs[dot.index].way))
@@ -109,7 +110,7 @@ impl Task<'_> {
     /// Returns the colour of each stored photon, and its power in the chosen bands.
     fn shines(&self, light: &SurfaceLight, colours: &PhotonColours) -> Result<Vec<(Vec3, f32)>> {
         let last = match colours.by {
-            By::Surface => last_materials(light, self.settings.threads.get())?,
+            PhotonColour::Surface => last_materials(light, self.settings.threads.get())?,
             _ => Vec::new(),
         };
         let of = |(index, photon): (usize, &StoredPhoton)| {
@@ -150,7 +151,7 @@ impl Task<'_> {
 
     /// Draws the paths that are asked for, and returns them.
     fn add_paths(&self, splats: &mut Splats, colours: &PhotonColours) -> Result<Paths> {
-        let (paths, seed) = (self.arguments.paths, self.settings.seed);
+        let (paths, seed) = (self.job.paths, self.settings.seed);
         let paths = self.watched("paths", |control| {
             path_dots(self.scene, &self.viewpoint, paths, &self.band.bands, seed, control)
         })?;
@@ -168,7 +169,7 @@ impl Task<'_> {
     fn colours_of_photons<'t>(&'t self, light: &SurfaceLight, ground: Ground) -> PhotonColours<'t> {
         let scene = self.scene;
         let bands = BandColours::new(scene.bands(), scene.quantity());
-        let by = self.arguments.colour;
+        let by = self.job.colour;
         // the light of the lamps themselves is white
         let white = bands.linear(&self.straight(light));
         let white =
@@ -232,7 +233,7 @@ const CLEARER: f32 = 1.5;
 /// How photons are coloured.
 struct PhotonColours<'t> {
     task: &'t Task<'t>,
-    by: By,
+    by: PhotonColour,
     ground: Ground,
     bands: BandColours,
     /// The light of the lamps.
@@ -276,16 +277,18 @@ impl PhotonColours<'_> {
     /// Returns the colour of a photon, linear.
     fn of(&self, photon: &Told) -> Vec3 {
         match self.by {
-            By::Band => {
+            PhotonColour::Band => {
                 let seen = self.bands.linear(photon.power) / self.white;
                 let most = seen.max_element();
                 // what no eye sees is grey
                 if most > 0.0 { (seen / most).powf(CLEARER) } else { Vec3::splat(0.3) }
             }
-            By::Bounce => rgb(WAYS[way(photon.way)].1),
-            By::Lamp => rgb(LAMPS[photon.light.min(LAMPS.len() - 1)]),
-            By::Surface => photon.last.map_or(rgb(STRAIGHT), |last| self.kinds[last].mark()),
-            By::Power => {
+            PhotonColour::Bounce => rgb(WAYS[way(photon.way)].1),
+            PhotonColour::Lamp => rgb(LAMPS[photon.light.min(LAMPS.len() - 1)]),
+            PhotonColour::Surface => {
+                photon.last.map_or(rgb(STRAIGHT), |last| self.kinds[last].mark())
+            }
+            PhotonColour::Power => {
                 let power = photon.power;
                 let sum = self.task.band.bands.iter().map(|&b| f64::from(power[b])).sum::<f64>();
                 linear(self.scale.colour(sum / self.histories))
@@ -296,11 +299,11 @@ impl PhotonColours<'_> {
     /// Says what the colours mean.
     fn words(&self) -> &'static str {
         match self.by {
-            By::Band => "coloured by their bands: white as from the lamps",
-            By::Bounce => "coloured by their bounces",
-            By::Lamp => "coloured by their lamps",
-            By::Surface => "coloured by the surface that they come from",
-            By::Power => "coloured by their power",
+            PhotonColour::Band => "coloured by their bands: white as from the lamps",
+            PhotonColour::Bounce => "coloured by their bounces",
+            PhotonColour::Lamp => "coloured by their lamps",
+            PhotonColour::Surface => "coloured by the surface that they come from",
+            PhotonColour::Power => "coloured by their power",
         }
     }
 
@@ -309,13 +312,13 @@ impl PhotonColours<'_> {
         let scene = self.task.scene;
         let of = |(name, bytes): (&str, [u8; 3])| (name.to_string(), rgb(bytes));
         let (title, entries): (&str, Vec<(String, Vec3)>) = match self.by {
-            By::Band => return Ok(picture),
-            By::Power => return picture.with_bar(&self.legend),
-            By::Bounce => {
+            PhotonColour::Band => return Ok(picture),
+            PhotonColour::Power => return picture.with_bar(&self.legend),
+            PhotonColour::Bounce => {
                 let there = |i: &usize| ways.contains(i);
                 ("light", (0..WAYS.len()).filter(there).map(|i| of(WAYS[i])).collect())
             }
-            By::Lamp => {
+            PhotonColour::Lamp => {
                 let lights = scene.lights();
                 let named = lights
                     .iter()
@@ -327,7 +330,7 @@ impl PhotonColours<'_> {
                 }
                 ("lamp", entries)
             }
-            By::Surface => {
+            PhotonColour::Surface => {
                 let there = |kind: &Kind| self.kinds.contains(kind);
                 let kinds = Kind::ALL.into_iter().filter(there);
                 let kinds = kinds.map(|kind| (kind.name().into(), kind.mark()));

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::{table::Table, terminal};
-use phylux_core::math::pattern::without_copies;
+use super::{Page, table::Table};
+use phylux_core::{error::setting, math::pattern::without_copies, words};
 use phylux_results::result::{BudgetResult, Dependent, RunResult, SensitivityResult};
 
 /// The most groups of which inputs are shown, and the most inputs of each.
@@ -19,8 +19,8 @@ pub(super) struct Dependence {
 }
 
 /// Returns the tables of a result, with these bands.
-pub(super) fn dependences(result: &RunResult, bands: &[usize]) -> Vec<Dependence> {
-    sensitivity(result, bands).into_iter().chain(budget(result, bands)).collect()
+pub(super) fn dependences(page: &Page, result: &RunResult, bands: &[usize]) -> Vec<Dependence> {
+    sensitivity(page, result, bands).into_iter().chain(budget(page, result, bands)).collect()
 }
 
 /// Returns what a place is, for the head of its rows.
@@ -30,9 +30,9 @@ fn title(place: &Dependent) -> String {
 }
 
 /// Returns the groups of a result, or its captors where it has no groups.
-fn shown(result: &RunResult) -> Vec<Dependent<'_>> {
+fn shown<'a>(page: &Page, result: &'a RunResult) -> Vec<Dependent<'a>> {
     let all = result.dependents();
-    if terminal::is_full() { all } else { without_copies(all, |of: &Dependent| of.name) }
+    if page.full { all } else { without_copies(all, |of: &Dependent| of.name) }
 }
 
 /// Writes a number of per cent, or that none is known.
@@ -42,7 +42,7 @@ fn cell(percent: Option<f64>) -> String {
 
 /// Returns by how many per cent the light of each group changes for one per cent more of the inputs on
 /// which it depends most.
-fn sensitivity(result: &RunResult, bands: &[usize]) -> Option<Dependence> {
+fn sensitivity(page: &Page, result: &RunResult, bands: &[usize]) -> Option<Dependence> {
     let all = result.sensitivity.as_ref()?;
     let heads = bands.iter().map(|&b| result.bands[b].name.clone());
     let mut table = Table::new("per cent for 1 % more of each", heads, "standard errors");
@@ -50,12 +50,12 @@ fn sensitivity(result: &RunResult, bands: &[usize]) -> Option<Dependence> {
         bands.iter().filter_map(|&b| of.elasticity[b]).map(f64::abs).fold(0.0, f64::max)
     };
     let mut left_out = 0;
-    let shown = shown(result);
-    for place in shown.iter().take(terminal::shown(SHOWN_DEPENDENT)) {
+    let shown = shown(page, result);
+    for place in shown.iter().take(page.shown(SHOWN_DEPENDENT)) {
         let mut found: Vec<&SensitivityResult> =
             all.iter().filter(|of| of.of() == place.name && of.face == place.face).collect();
         found.sort_by(|a, b| largest(b).total_cmp(&largest(a)));
-        let most = terminal::shown(SHOWN_INPUTS);
+        let most = page.shown(SHOWN_INPUTS);
         left_out += found.len().saturating_sub(most);
         if !found.is_empty() {
             table.row(title(place), bands.iter().map(|_| String::new()), "");
@@ -70,20 +70,21 @@ fn sensitivity(result: &RunResult, bands: &[usize]) -> Option<Dependence> {
     }
     let mut below = String::new();
     if left_out > 0 {
-        let _ = writeln!(below, "  and {left_out} smaller ones (--full)");
+        let words = words![format!("  and {left_out} smaller ones ("), setting("full"), ")\n"];
+        below.push_str(&words.spelled(page.spelling));
     }
-    below.push_str(&terminal::more(shown.len(), SHOWN_DEPENDENT));
+    below.push_str(&page.more(shown.len(), SHOWN_DEPENDENT));
     Some(Dependence { table, below })
 }
 
 /// Returns how uncertain the light of each group is because inputs are, by which of them, and whether
 /// more photons would help.
-fn budget(result: &RunResult, bands: &[usize]) -> Option<Dependence> {
+fn budget(page: &Page, result: &RunResult, bands: &[usize]) -> Option<Dependence> {
     let all = result.budget.as_ref()?;
     let heads = bands.iter().map(|&b| result.bands[b].name.clone());
     let mut table = Table::new("per cent by uncertain inputs", heads, "standard errors");
-    let shown = shown(result);
-    for place in shown.iter().take(terminal::shown(SHOWN_DEPENDENT)) {
+    let shown = shown(page, result);
+    for place in shown.iter().take(page.shown(SHOWN_DEPENDENT)) {
         let of_band = |band: usize| {
             let name = &result.bands[band].name;
             let is_it = |of: &&BudgetResult| {
@@ -113,7 +114,7 @@ fn budget(result: &RunResult, bands: &[usize]) -> Option<Dependence> {
                 inputs.push(&input.parameter);
             }
         }
-        for name in inputs.iter().take(terminal::shown(SHOWN_INPUTS)) {
+        for name in inputs.iter().take(page.shown(SHOWN_INPUTS)) {
             let cells = bands.iter().zip(&found).map(|(&b, of)| {
                 let input = of.as_ref()?.largest.iter().find(|input| input.parameter == **name)?;
                 percent(input.se, b)
@@ -125,7 +126,7 @@ fn budget(result: &RunResult, bands: &[usize]) -> Option<Dependence> {
             );
         }
     }
-    let mut below = terminal::more(shown.len(), SHOWN_DEPENDENT);
+    let mut below = page.more(shown.len(), SHOWN_DEPENDENT);
     let (known, settled) = settled(result);
     let _ = match (known, settled) {
         (0, _) => Ok(()),

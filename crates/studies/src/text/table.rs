@@ -1,6 +1,8 @@
-//! Tables on the terminal, no wider than this: columns that find no room stand below the others.
+//! Tables, no wider than their page: columns that find no room stand below the others.
 
 use std::fmt::Write;
+
+use super::Page;
 
 /// The usual width of the names of rows and the least of a column, characters.
 const NAMES: usize = 24;
@@ -10,7 +12,7 @@ const LONGEST: usize = 40;
 
 /// Rows of cells under a head.
 #[derive(Debug, Default)]
-pub(super) struct Table {
+pub struct Table {
     title: String,
     columns: Vec<String>,
     /// The head of what stands behind the last column.
@@ -53,9 +55,15 @@ impl Table {
         self.rows.is_empty()
     }
 
-    /// Writes the table into lines of at most so many characters, if names and cells allow it.
-    /// `full` names stay as they are, however long.
-    pub fn write(&self, text: &mut String, width: usize, full: bool) {
+    /// Writes the table below an empty line.
+    pub fn below(&self, text: &mut String, page: &Page) {
+        text.push('\n');
+        self.write(text, page);
+    }
+
+    /// Writes the table into lines that the page has room for, if names and cells allow it.
+    pub fn write(&self, text: &mut String, page: &Page) {
+        let Page { width, full, .. } = *page;
         let longest = if full { usize::MAX } else { LONGEST };
         let names: Vec<String> =
             self.rows.iter().map(|row| shortened(&row.name, longest)).collect();
@@ -122,6 +130,11 @@ fn shortened(text: &str, most: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use phylux_core::error::CommandLine;
+
+    fn page(width: usize, full: bool) -> Page {
+        Page { width, full, spelling: &CommandLine }
+    }
 
     /// Each cell stands once, below its head, and no line is too wide; the last word of rows stands
     /// behind the last column.
@@ -135,7 +148,7 @@ mod tests {
                 table.row(format!("  lamp {row}"), cells, "0.35 (0.12 to 12) %");
             }
             let mut text = String::new();
-            table.write(&mut text, width, false);
+            table.write(&mut text, &page(width, false));
             assert!(text.lines().all(|line| line.chars().count() <= width), "{text}");
             for head in &heads {
                 let found = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -164,7 +177,7 @@ mod tests {
         let mut table = Table::new("a", ["x"], "");
         table.row(name, ["1".to_string()], "");
         let mut text = String::new();
-        table.write(&mut text, 80, true);
+        table.write(&mut text, &page(80, true));
         assert!(text.contains(name), "{text}");
     }
 }

@@ -1,20 +1,20 @@
 //! The channels of an EXR file of a picture.
 
-use super::arguments::What;
+use super::job::PictureOf;
 use phylux_core::scene::world::Scene;
 use phylux_show::{picture::BandColours, render::Pixels};
 
 /// Returns the channels of an EXR file: each band, named by the quantity and the band; and for
 /// display R, G and B with radiance, or else the covered fraction of each pixel as A. Pictures of
 /// the error have one channel, `error`, and A.
-pub(super) fn channels(pixels: &Pixels, scene: &Scene, show: What) -> Vec<(String, Vec<f32>)> {
+pub fn channels(pixels: &Pixels, scene: &Scene, show: PictureOf) -> Vec<(String, Vec<f32>)> {
     let count = pixels.covered.len();
     let what = match show {
-        What::Radiance => "radiance",
-        What::Absorbed => "absorbed",
+        PictureOf::Radiance => "radiance",
+        PictureOf::Absorbed => "absorbed",
         _ => "irradiance",
     };
-    if show == What::Error {
+    if show == PictureOf::Error {
         return [("error", &pixels.values), ("A", &pixels.covered)]
             .map(|(name, values)| (name.into(), values.clone()))
             .into();
@@ -26,7 +26,7 @@ pub(super) fn channels(pixels: &Pixels, scene: &Scene, show: What) -> Vec<(Strin
         .enumerate()
         .map(|(b, named)| (format!("{what}.{}", named.name), band(b)))
         .collect();
-    if show == What::Radiance {
+    if show == PictureOf::Radiance {
         let colours = BandColours::new(scene.bands(), scene.quantity());
         for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
             let value = |i: usize| colours.linear(pixels.pixel(i))[c];
