@@ -22,7 +22,7 @@ use crate::{
     },
 };
 
-use moments::MomentTally;
+use moments::{MomentTally, accumulate};
 pub use sums::Sums;
 pub use totals::Totals;
 
@@ -619,16 +619,5 @@ fn absorbed_of<L: Lanes>(
     match at.material.absorptance::<L>(&at.interaction) {
         Some(absorptance) => absorptance * power,
         None => power.clone().zip(scattered, |before, after| before - after),
-    }
-}
-
-#[inline]
-fn accumulate<'a, L: Lanes>(
-    sums: &mut [f64],
-    weights: impl IntoIterator<Item = &'a f64>,
-    power: &Spectrum<L>,
-) {
-    for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(power.values()) {
-        *sum += weight * f64::from(*power);
     }
 }

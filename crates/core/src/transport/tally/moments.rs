@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::accumulate;
 use crate::{
     math::{
         spectrum::{Lanes, Spectrum},
@@ -139,5 +138,17 @@ impl MomentSums {
         let rows = self.sums.chunks_exact(width);
         let channels = self.channels.iter().map(|&channel| channel as usize);
         channels.zip(rows.map(move |row| &row[parameter * bands..][..bands]))
+    }
+}
+
+/// Adds the powers of light, weighted, to sums per band.
+#[inline]
+pub(super) fn accumulate<'a, L: Lanes>(
+    sums: &mut [f64],
+    weights: impl IntoIterator<Item = &'a f64>,
+    power: &Spectrum<L>,
+) {
+    for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(power.values()) {
+        *sum += weight * f64::from(*power);
     }
 }
