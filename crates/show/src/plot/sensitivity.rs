@@ -5,9 +5,12 @@ use super::{
     chosen::{Chosen, error_bar, nothing},
     drawing::{Drawn, Plot},
 };
-use crate::chart::{Chart, Series, Stroke};
+use crate::{
+    chart::{Chart, Series, Stroke},
+    inputs,
+};
 use phylux_core::{error::Result, math::pattern::without_copies};
-use phylux_results::result::Dependent;
+use phylux_results::result::{Dependent, LightNames};
 
 /// Limits on the number of groups, and on that of the inputs of each.
 const GROUPS: usize = 2;
@@ -40,9 +43,10 @@ pub(super) fn sensitivity(chosen: &Chosen) -> Result<Plot> {
     }
     let all = result.dependents().into_iter().filter(|place| chosen.takes(place.name)).collect();
     let places = without_copies(all, |place: &Dependent| place.name);
+    let lights = &LightNames::of(result.sensitivity.as_deref().unwrap_or_default());
     let drawn: Vec<(Option<Chart>, Option<Chart>)> = places
         .iter()
-        .map(|place| (changes(chosen, place), budget(chosen, place)))
+        .map(|place| (changes(chosen, place, lights), budget(chosen, place, lights)))
         .filter(|(changes, budget)| changes.is_some() || budget.is_some())
         .collect();
     if drawn.is_empty() {
@@ -63,31 +67,20 @@ pub(super) fn sensitivity(chosen: &Chosen) -> Result<Plot> {
 /// Returns where the light of a place is, as it stands in titles.
 fn light_of(chosen: &Chosen, place: &Dependent) -> String {
     let face = if place.face == "absorbed" { " (absorbed)" } else { "" };
-    format!("{}{face}{}", place.name, chosen.of_band())
-}
-
-/// Returns an input as it is called at an axis: `/materials/leaf/back/reflectance` is `leaf, back,
-/// reflectance`. Inputs that vary together have a line for all.
-fn named(parameter: &str) -> String {
-    let plain = |one: &str| {
-        let one = one.trim();
-        let of_light = one.strip_prefix("/lights/").map(|rest| format!("light {rest}"));
-        let text = of_light.unwrap_or_else(|| one.trim_start_matches("/materials/").to_string());
-        text.replace(['/', '#'], ", ").replace("~1", "/").replace("~0", "~")
-    };
-    parameter.split(", ").map(plain).collect::<Vec<_>>().join(" with ")
+    format!("{}{face}{}", place.name, chosen.of_column())
 }
 
 /// Draws what 10 % more of the inputs that matter most brings.
-fn changes(chosen: &Chosen, place: &Dependent) -> Option<Chart> {
+fn changes(chosen: &Chosen, place: &Dependent, lights: &LightNames) -> Option<Chart> {
     let all = chosen.result.sensitivity.iter().flatten();
     let own = all.filter(|of| of.of() == place.name && of.face == place.face);
     let mut rows: Vec<Row> = own
         .filter_map(|of| {
+            let (elasticity, error) = of.of_column(chosen.column);
             Some(Row {
-                name: named(&of.parameter),
-                value: CHANGE * of.elasticity[chosen.band]?,
-                error: of.elasticity_se[chosen.band].map(|error| CHANGE * error),
+                name: inputs::plain(&lights.pointer(&of.parameter)),
+                value: CHANGE * elasticity?,
+                error: error.map(|error| CHANGE * error),
                 colour: INPUT,
             })
         })
@@ -95,16 +88,16 @@ fn changes(chosen: &Chosen, place: &Dependent) -> Option<Chart> {
     rows.sort_by(|a, b| b.value.abs().total_cmp(&a.value.abs()));
     rows.truncate(INPUTS);
     let title = format!("{CHANGE} % more of each input: {}", light_of(chosen, place));
-    chart(title, "change of the light, %", rows)
+    chart(title, &format!("change of the {}, %", chosen.kind_of_column()), rows)
 }
 
 /// Draws the standard deviations by uncertain inputs beside the standard error.
-fn budget(chosen: &Chosen, place: &Dependent) -> Option<Chart> {
-    let value = place.values[chosen.band].abs();
-    let of =
-        chosen.result.budget.iter().flatten().find(|of| {
-            of.of() == place.name && of.face == place.face && of.band == chosen.band_name()
-        });
+fn budget(chosen: &Chosen, place: &Dependent, lights: &LightNames) -> Option<Chart> {
+    let (value, chance) = place.of_column(chosen.column)?;
+    let value = value.abs();
+    let of = chosen.result.budget.iter().flatten().find(|of| {
+        of.of() == place.name && of.face == place.face && of.band == chosen.column_name()
+    });
     let of = of.filter(|_| value > 0.0)?;
     let row = |name: String, se: f64, colour| Row {
         name,
@@ -113,12 +106,14 @@ fn budget(chosen: &Chosen, place: &Dependent) -> Option<Chart> {
         colour,
     };
     let all = row("all inputs".into(), of.model_se, TOGETHER);
-    let inputs = of.largest.iter().map(|input| row(named(&input.parameter), input.se, INPUT));
-    let chance = place.errors[chosen.band];
+    let inputs = of
+        .largest
+        .iter()
+        .map(|input| row(inputs::named(&input.parameter, lights), input.se, INPUT));
     let chance = chance.map(|se| row("chance (standard error)".into(), se, CHANCE));
     let rows = std::iter::once(all).chain(inputs).chain(chance).collect();
     let title = format!("uncertain inputs: {}", light_of(chosen, place));
-    chart(title, "standard deviation of the light, %", rows)
+    chart(title, &format!("standard deviation of the {}, %", chosen.kind_of_column()), rows)
 }
 
 /// Draws rows as lying columns from 0, one below the other.
