@@ -60,6 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     desk.writing();
     outputs.write(&read, &mixed)?;
     let summary = summary(&mixed, ", mixed");
+    super::terminal::warn(&mixed.warnings_of_scene());
     super::terminal::warn(&summary.warnings);
     let wrote = format!("\nwrote {}\n", place_of(&arguments.outputs.output));
     super::terminal::print(&(summary.text + &powers(&mixed) + &wrote))
