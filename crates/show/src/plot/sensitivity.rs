@@ -72,7 +72,10 @@ fn light_of(chosen: &Chosen, place: &Dependent) -> String {
 
 /// Draws what 10 % more of the inputs that matter most brings.
 fn changes(chosen: &Chosen, place: &Dependent, lights: &LightNames) -> Option<Chart> {
+    // a captor by itself may be a group of the same name
+    let by_group = !chosen.result.groups.is_empty();
     let all = chosen.result.sensitivity.iter().flatten();
+    let all = all.filter(|of| of.group.is_some() == by_group);
     let own = all.filter(|of| of.of() == place.name && of.face == place.face);
     let mut rows: Vec<Row> = own
         .filter_map(|of| {
