@@ -473,6 +473,51 @@ fn what_results_depend_on_is_drawn() {
     );
 }
 
+/// Ratios have a column of the summary's table, and `--band` names one where it is drawn what results
+/// depend on, and only there. A light goes by its name.
+#[test]
+fn what_ratios_depend_on_is_told_and_drawn() {
+    let lamp = json!({
+        "type": "point", "name": "row 1, lamp 1", "position": [0.1, 0.2, 0.3], "power": 10
+    });
+    let scene = World::new()
+        .bands(2)
+        .with("ratios", json!({ "red share": { "numerator": "b0", "denominator": "b1" } }))
+        .material("wall", json!({ "type": "lambert", "reflectance": [0.5, 0.8] }))
+        .surface("room", "wall", &world::room([-1.0; 3], [1.0; 3]))
+        .light(lamp)
+        .captor("shelf", &Mesh::disc([0.2, 0.1, -0.3], [0.0, 0.0, 1.0], 0.3))
+        .with("sensitivity", json!(true))
+        .with("uncertain", json!({ "/materials/wall/reflectance": 0.05 }))
+        .with("settings", json!({ "photons": 20_000, "k": 0 }))
+        .write();
+    let run = phylux(&scene.path(""), &["run", "scene.json", "-o", "r.json"]);
+    let said = String::from_utf8_lossy(&run.stdout).into_owned();
+    for head in ["per cent for 1 % more of each", "per cent by uncertain inputs"] {
+        let line = said.lines().find(|line| line.starts_with(head)).expect("its table");
+        assert!(line.contains("red share"), "{line}");
+    }
+    // 1 % more of the lamp brings 1 % more light, and the same ratio
+    let lamp = said.lines().find(|line| line.contains("/lights/row 1, lamp 1/power"));
+    let numbers: Vec<&str> =
+        lamp.expect("the lamp").rsplit_once("power").unwrap().1.split_whitespace().collect();
+    assert_eq!(numbers[..2], ["1.000", "1.000"], "{said}");
+    assert!(["0.000", "-0.000"].contains(&numbers[2]), "{said}");
+    let (texts, _) = plotted(&scene, &["--show", "sensitivity", "--band", "red share"]);
+    has(
+        &texts,
+        &[
+            "10 % more of each input: shelf, red share",
+            "row 1, lamp 1, power",
+            "change of the ratio, %",
+            "uncertain inputs: shelf, red share",
+            "standard deviation of the ratio, %",
+        ],
+    );
+    let profile = ["plot", "r.json", "--show", "profile", "--band", "red share"];
+    refused(&scene.path(""), &profile, &["no band or sum `red share`"]);
+}
+
 /// Amounts begin at 0, names stand beside their lines, and no lines are between those that have
 /// numbers.
 #[test]

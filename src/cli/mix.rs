@@ -59,6 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     desk.writing();
     outputs.write(&read, &mixed)?;
     let summary = summary(&terminal::page(), &mixed, ", mixed");
+    terminal::warn(&mixed.warnings_of_scene());
     terminal::warn(&spelled(&summary.warnings));
     let wrote = format!("\nwrote {}\n", place_of(&arguments.outputs.output));
     super::terminal::print(&(summary.text + &powers(&mixed) + &wrote))

@@ -32,8 +32,8 @@ pub(super) struct Arguments {
     /// year months, or day if there is but one]
     #[arg(long, value_name = "SHOW", value_parser = what())]
     show: Option<PlotWhat>,
-    /// Band or sum to plot [default: the first sum, or the first band; of a year the last sum or
-    /// band]
+    /// Band or sum to plot, with --show sensitivity also a ratio [default: the first sum, or the
+    /// first band; of a year the last sum or band]
     #[arg(long, value_name = "NAME")]
     band: Option<String>,
     /// Plot only captors and groups with these ids, in which `*` stands for any characters, as

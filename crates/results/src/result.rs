@@ -42,7 +42,7 @@ pub use electricity::{
 };
 pub use mix::Factor;
 pub use ratios::{RatioResult, Ratios};
-pub use sensitivity::{Dependent, RatioSensitivity, SensitivityResult};
+pub use sensitivity::{Dependent, LightNames, RatioSensitivity, SensitivityResult};
 pub use settings::RunSettings;
 pub use spread::{Evenness, Uniformity};
 pub use stand::{CanopyResult, LayerResult};

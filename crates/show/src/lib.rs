@@ -13,6 +13,7 @@ pub mod chart;
 pub mod export;
 pub mod following;
 pub mod glb;
+mod inputs;
 pub mod kinds;
 pub mod picture;
 pub mod plot;

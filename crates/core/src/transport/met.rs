@@ -18,6 +18,46 @@ use crate::{
     transport::trace::{Event, Turn},
 };
 
+/// Light has met a parameter.
+#[derive(Debug)]
+pub struct Meeting<L> {
+    /// The parameter.
+    pub parameter: ParameterIndex,
+    /// The powers with which the parameter has entered, per band; `None` where it has entered once.
+    powers: Option<Spectrum<L>>,
+}
+
+impl<L: Lanes> Meeting<L> {
+    /// Returns the meeting of light with a lobe of a material, given by its index, that has sent it
+    /// on from a face. It came as the interaction tells, or goes so, against the direction of a path.
+    #[inline]
+    fn of_way(
+        scene: &Scene,
+        (material, front): (u32, bool),
+        at: &Interaction,
+        lobe: LobeKind,
+    ) -> Option<Self> {
+        let parameter = scene.parameters().of_way(material, front, Sent::by(lobe)?)?;
+        let powers = scene.materials()[material as usize].material.powers::<L>(at, lobe);
+        Some(Self { parameter, powers })
+    }
+
+    /// Returns the meeting of light that has come to a surface and is sent on by a lobe; `None` if
+    /// the lobe belongs to no parameter.
+    #[inline]
+    pub fn sent_on(scene: &Scene, place: Place, lobe: LobeKind) -> Option<Self> {
+        Self::of_way(scene, (place.material, place.at.front), &place.at, lobe)
+    }
+
+    /// Returns the moment of the parameter in light that has met it here.
+    pub fn moment(&self, light: &Spectrum<L>) -> Spectrum<L> {
+        match &self.powers {
+            None => light.clone(),
+            Some(powers) => light.clone() * powers,
+        }
+    }
+}
+
 /// The parameters that some light has met.
 #[derive(Debug)]
 pub struct Met<L> {
@@ -66,33 +106,41 @@ impl<L: Lanes> Met<L> {
         }
     }
 
-    /// Counts that a lobe of a material, given by its index, has sent on light that came to a face
-    /// of it. It came as the interaction tells, or goes so, against the direction of a path.
-    fn add_way(
-        &mut self,
-        scene: &Scene,
-        (material, front): (u32, bool),
-        at: &Interaction,
-        lobe: LobeKind,
-    ) {
-        let way = Sent::by(lobe).and_then(|sent| scene.parameters().of_way(material, front, sent));
-        let Some(parameter) = way else { return };
-        match scene.materials()[material as usize].material.powers::<L>(at, lobe) {
-            None => self.add_times(parameter, 1),
-            Some(more) => self.add_powers(parameter, more),
+    /// Counts a meeting, if there is one.
+    fn join(&mut self, meeting: Option<Meeting<L>>) {
+        match meeting {
+            Some(Meeting { parameter, powers: None }) => self.add_times(parameter, 1),
+            Some(Meeting { parameter, powers: Some(powers) }) => self.add_powers(parameter, powers),
+            None => {}
         }
     }
 
     /// Counts light that has come to a surface and is sent on by a lobe.
     pub fn sent_on(&mut self, scene: &Scene, place: Place, lobe: LobeKind) {
-        self.add_way(scene, (place.material, place.at.front), &place.at, lobe);
+        self.join(Meeting::sent_on(scene, place, lobe));
     }
 
     /// Counts light that a surface sends against the direction of a path, which has come to it and
     /// goes on by a lobe: the light comes to the face to which the path goes on.
     pub fn sent_back(&mut self, scene: &Scene, place: Place, lobe: LobeKind) {
         let front = place.at.front != lobe.crosses();
-        self.add_way(scene, (place.material, front), &place.at, lobe);
+        self.join(Meeting::of_way(scene, (place.material, front), &place.at, lobe));
+    }
+
+    /// Counts light that has gone these ways.
+    fn add_steps(&mut self, scene: &Scene, steps: &[Step]) {
+        for &Step { place, lobe } in steps {
+            if let Some(lobe) = lobe {
+                self.sent_on(scene, place, lobe);
+            }
+        }
+    }
+
+    /// Forgets all, and counts light as it is emitted.
+    fn start(&mut self, light: Option<ParameterIndex>) {
+        self.times.clear();
+        self.powers.clear();
+        self.add(light);
     }
 
     /// Adds all that other light has met.
@@ -152,83 +200,122 @@ impl From<&Arrived<'_>> for Place {
     }
 }
 
-/// Keeps account of what the photons of one history have met, one after the other.
+/// A surface that a photon has come to.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    place: Place,
+    /// The lobe by which it goes on from there; `None` if it does not.
+    lobe: Option<LobeKind>,
+}
+
+/// Keeps account of where the photons of one history have been, one after the other. What they have
+/// met there is found only where someone asks, as most photons come to no captor any more.
 #[derive(Debug)]
 pub struct Account<L> {
-    /// What the photon has met so far, what it had met before the surface that it came to last, and
-    /// that surface.
-    now: Met<L>,
-    before: Met<L>,
-    at: Option<Place>,
-    /// What the flight that accompanies it has met.
-    aimed: Met<L>,
-    /// What copies that wait had met before the surface where they wait, and that surface.
-    waiting: Vec<(Met<L>, Option<Place>)>,
+    light: Option<ParameterIndex>,
+    /// The surfaces that the photon has come to, in order.
+    steps: Vec<Step>,
+    /// How many of these the flight that accompanies the photon has been at, too, and those that only
+    /// the flight has been at: first where it leaves the photon.
+    shared: usize,
+    beside: Vec<Step>,
+    /// Where copies wait: the number of the surface.
+    waiting: Vec<usize>,
+    /// What the photon has met at so many of its surfaces.
+    met: Met<L>,
+    counted: usize,
+    /// What the flight has met.
+    met_beside: Met<L>,
 }
 
 impl<L> Default for Account<L> {
     fn default() -> Self {
-        let [now, before, aimed] = [(); 3].map(|()| Met::default());
-        Self { now, before, at: None, aimed, waiting: Vec::new() }
+        let [met, met_beside] = [(); 2].map(|()| Met::default());
+        let (steps, beside, waiting) = (Vec::new(), Vec::new(), Vec::new());
+        Self { light: None, steps, shared: 0, beside, waiting, met, counted: 0, met_beside }
     }
 }
 
 impl<L: Lanes> Account<L> {
     /// Starts with a photon of a light.
     pub fn start(&mut self, light: Option<ParameterIndex>) {
-        self.now.times.clear();
-        self.now.powers.clear();
-        self.now.add(light);
-        self.before.clone_from(&self.now);
-        self.aimed.clone_from(&self.now);
-        self.at = None;
+        self.light = light;
         self.waiting.clear();
+        self.go_back_to(0);
+        self.forget();
     }
 
-    /// Returns what the photon has met so far.
-    pub fn now(&self) -> &Met<L> {
-        &self.now
+    fn forget(&mut self) {
+        self.met.start(self.light);
+        self.counted = 0;
     }
 
-    /// Returns what the light had met of which an event tells.
-    pub fn of(&self, event: &Event<'_, L>) -> &Met<L> {
-        match event {
-            Event::Crossing { carried: None, .. } => &self.aimed,
-            _ => &self.now,
+    /// Goes back to where the photon had been at so many surfaces.
+    fn go_back_to(&mut self, steps: usize) {
+        self.steps.truncate(steps);
+        self.shared = steps;
+        self.beside.clear();
+        if self.counted > steps {
+            self.forget();
         }
     }
 
+    /// Counts what the photon has met at so many of its surfaces.
+    fn count(&mut self, scene: &Scene, steps: usize) {
+        if self.counted > steps {
+            self.forget();
+        }
+        self.met.add_steps(scene, &self.steps[self.counted..steps]);
+        self.counted = steps;
+    }
+
+    /// Returns what the photon has met so far.
+    pub fn now(&mut self, scene: &Scene) -> &Met<L> {
+        self.count(scene, self.steps.len());
+        &self.met
+    }
+
+    /// Returns what the light had met of which an event tells.
+    pub fn of(&mut self, scene: &Scene, event: &Event<'_, L>) -> &Met<L> {
+        let Event::Crossing { carried: None, .. } = event else { return self.now(scene) };
+        self.count(scene, self.shared);
+        self.met_beside.clone_from(&self.met);
+        self.met_beside.add_steps(scene, &self.beside);
+        &self.met_beside
+    }
+
     /// Takes in an event, once it has been counted.
-    pub fn then(&mut self, scene: &Scene, event: &Event<'_, L>) {
+    #[inline]
+    pub fn then(&mut self, event: &Event<'_, L>) {
         match *event {
-            Event::Arrival { at, lobe, .. } => {
-                self.before.clone_from(&self.now);
-                self.at = Some(at.into());
-                if let Some(lobe) = lobe {
-                    self.now.sent_on(scene, at.into(), lobe);
-                }
+            Event::Arrival { at, lobe, .. } => self.steps.push(Step { place: at.into(), lobe }),
+            Event::Turn(turn) => self.turn(turn),
+            _ => {}
+        }
+    }
+
+    /// Takes in that the next events tell of other light.
+    fn turn(&mut self, turn: Turn) {
+        match turn {
+            Turn::Aimed { crosses } => {
+                let lobe = Some(LobeKind::diffuse(crosses));
+                self.beside.clear();
+                self.beside.extend(self.steps.last().map(|last| Step { lobe, ..*last }));
+                self.shared = self.steps.len() - self.beside.len();
             }
-            Event::Turn(Turn::Aimed { crosses }) => {
-                self.aimed.clone_from(&self.before);
-                if let Some(at) = self.at {
-                    self.aimed.sent_on(scene, at, LobeKind::diffuse(crosses));
-                }
+            Turn::SentOn { material, at, lobe, .. } => {
+                self.beside.push(Step { place: Place { material, at }, lobe: Some(lobe) });
             }
-            Event::Turn(Turn::SentOn { material, at, lobe, .. }) => {
-                self.aimed.sent_on(scene, Place { material, at }, lobe);
-            }
-            Event::Turn(Turn::Waits) => self.waiting.push((self.before.clone(), self.at)),
-            Event::Turn(Turn::Copy { lobe, last }) => {
-                let Some((before, at)) = self.waiting.last() else { return };
-                self.now.clone_from(before);
-                if let (Some(at), Some(lobe)) = (*at, lobe) {
-                    self.now.sent_on(scene, at, lobe);
-                }
+            Turn::Waits => self.waiting.extend(self.steps.len().checked_sub(1)),
+            Turn::Copy { lobe, last } => {
+                let Some(&at) = self.waiting.last() else { return };
+                let place = self.steps[at].place;
+                self.go_back_to(at);
+                self.steps.push(Step { place, lobe });
                 if last {
                     self.waiting.pop();
                 }
             }
-            _ => {}
         }
     }
 }

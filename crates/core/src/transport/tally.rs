@@ -1,5 +1,6 @@
 //! Tallies: sums over a batch of histories of what arrived where.
 
+mod moments;
 mod sums;
 mod totals;
 
@@ -15,12 +16,13 @@ use crate::{
         world::{Arrived, Scene},
     },
     transport::{
-        met::{Met, Moments},
+        met::{Account, Meeting, Met, Moments},
         paths::PathScore,
         trace::{Counted, Event},
     },
 };
 
+use moments::{MomentTally, accumulate};
 pub use sums::Sums;
 pub use totals::Totals;
 
@@ -135,8 +137,8 @@ pub struct Tally {
     ledger: Ledger,
     /// A tally for each part of the light, if the light is split, or for each variant of the scene.
     parts: Vec<Tally>,
-    /// A tally of the [moments](super::met) of each parameter of the scene, if they are asked for.
-    moments: Vec<Tally>,
+    /// The [moments](super::met) of the scene's parameters, if they are asked for.
+    moments: Option<MomentTally>,
 }
 
 impl Tally {
@@ -157,20 +159,19 @@ impl Tally {
             cut_off: 0,
             ledger: Ledger::new(bands, scene.materials().len()),
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
-            moments: Vec::new(),
+            moments: None,
         }
     }
 
     /// Returns the same tally, which now also sums the moments of the scene's parameters.
     pub fn with_moments(self, scene: &Scene) -> Self {
-        let moments = scene.parameters().moments().map(|_| Self::new(scene, 0)).collect();
-        Self { moments, ..self }
+        Self { moments: MomentTally::new(scene), ..self }
     }
 
     /// Returns whether it counts by what light has met: moments of parameters, or variants of the scene.
     pub fn keeps_account(&self, scene: &Scene) -> bool {
         let variants = !scene.parameters().variants().is_empty() && !self.parts.is_empty();
-        variants || !self.moments.is_empty()
+        variants || self.moments.is_some()
     }
 
     /// Returns the same tally, which now also records how many equal histories its counts
@@ -188,8 +189,8 @@ impl Tally {
         let sums = (touched * scene.bands().len() + ledger) * size_of::<f64>();
         let places = all * size_of::<u32>();
         let counts = touched * (size_of::<Counts>() + size_of::<u32>());
-        (parts + 1 + scene.parameters().moments().count())
-            * (2 * size_of::<Self>() + sums + places + counts)
+        (parts + 1) * (2 * size_of::<Self>() + sums + places + counts)
+            + MomentTally::bytes(scene, touched)
     }
 
     /// Adds work that was counted.
@@ -316,20 +317,30 @@ impl Tally {
         }
     }
 
-    /// Scores an event of light that has met these parameters, in their moments or in the variants of
-    /// the scene, for the captors for which `counts` is true.
-    #[inline(never)]
+    /// Scores an event of light of which an account says what it has met, in the moments of parameters
+    /// or in the variants of the scene, for the captors for which `counts` is true.
+    #[inline]
     pub fn score_met<L: Lanes>(
         &mut self,
         scene: &Scene,
         weights: &[f64],
         event: &Event<'_, L>,
-        met: &Met<L>,
+        account: &mut Account<L>,
         counts: impl Fn(&Counted<'_, L>) -> bool,
     ) {
         match scene.parameters().variants() {
-            [] => self.score_moments(scene, weights, event, met, counts),
+            [] => {
+                if let Some(counted) = event.counted(scene).filter(counts) {
+                    self.score_moments(scene, weights, (event, &counted), account.of(scene, event));
+                }
+            }
+            // these are of no light that counts
+            _ if matches!(
+                event,
+                Event::FlightBeside | Event::ArrivalBeside { .. } | Event::Turn(_)
+            ) => {}
             variants => {
+                let met = account.of(scene, event);
                 for (part, variant) in self.parts.iter_mut().zip(variants) {
                     part.score_variant(scene, weights, event, (met, variant), &counts);
                 }
@@ -385,39 +396,37 @@ impl Tally {
         }
     }
 
-    /// Scores an event of light that has met these parameters in their moments.
+    /// Scores an event that counts at a captor, of light that has met these parameters, in their
+    /// moments.
+    #[inline(never)]
     fn score_moments<L: Lanes>(
         &mut self,
         scene: &Scene,
         weights: &[f64],
-        event: &Event<'_, L>,
+        (event, counted): (&Event<'_, L>, &Counted<'_, L>),
         met: &Met<L>,
-        counts: impl Fn(&Counted<'_, L>) -> bool,
     ) {
-        let Some(counted) = event.counted(scene).filter(counts) else { return };
-        let mut add = |channel: usize, parameter: ParameterIndex, power: Spectrum<L>| {
-            self.moments[usize::from(parameter)].add(channel, weights, &power);
-        };
-        let factor = match &counted.captor.sensor.response {
-            None => 1.0,
-            Some(response) => response.factor(event.cosine(scene)),
-        };
-        let read = counted.power.clone().scaled(factor);
-        met.moments(&read, |parameter, moment| add(counted.channel(), parameter, moment));
+        let Some(moments) = &mut self.moments else { return };
+        match &counted.captor.sensor.response {
+            None => moments.add_met(counted.channel(), weights, counted.power, met),
+            Some(response) => {
+                let read = counted.power.clone().scaled(response.factor(event.cosine(scene)));
+                moments.add_met(counted.channel(), weights, &read, met);
+            }
+        }
         let Event::Arrival { at, power, scattered, lobe } = *event else { return };
         let first = counted.captor.first_channel;
         let by_face =
             counted.captor.by_face.then_some(first + ABSORBED_FRONT + counted.face as usize);
-        let channels = [Some(first + Channel::Absorbed as usize), by_face].into_iter().flatten();
         let absorbed = absorbed_of(at, power, scattered);
-        let mut own = Met::default();
-        if let Some(lobe) = lobe {
-            own.sent_on(scene, at.into(), lobe);
-        }
-        let sent_on = scattered.clone().scaled(-1.0);
-        for channel in channels {
-            met.moments(&absorbed, |parameter, moment| add(channel, parameter, moment));
-            own.moments(&sent_on, |parameter, moment| add(channel, parameter, moment));
+        // what the surface itself sends on, it does not absorb
+        let own = lobe.and_then(|lobe| Meeting::sent_on(scene, at.into(), lobe));
+        let own = own.map(|own| (own.parameter, own.moment(&scattered.clone().scaled(-1.0))));
+        for channel in [Some(first + Channel::Absorbed as usize), by_face].into_iter().flatten() {
+            moments.add_met(channel, weights, &absorbed, met);
+            if let Some((parameter, moment)) = &own {
+                moments.add(channel, *parameter, weights, moment);
+            }
         }
     }
 
@@ -513,17 +522,18 @@ impl Tally {
             };
             part.score_path_found(scene, captor, face, &own);
         }
-        for (index, flux) in score.moments.0.iter().filter(|_| variants == 0) {
+        let Some(moments) = &mut self.moments else { return };
+        for (index, flux) in &score.moments.0 {
             let channel = captor.first_channel + face as usize;
-            self.moments[*index].add(channel, ones.clone(), flux);
+            moments.add(channel, *index as ParameterIndex, ones.clone(), flux);
         }
-        for (index, absorbed) in score.absorbed_moments.0.iter().filter(|_| variants == 0) {
-            let moments = &mut self.moments[*index];
+        for (index, absorbed) in &score.absorbed_moments.0 {
+            let index = *index as ParameterIndex;
             let channel = captor.first_channel + Channel::Absorbed as usize;
-            moments.add(channel, ones.clone(), absorbed);
+            moments.add(channel, index, ones.clone(), absorbed);
             if captor.by_face {
                 let channel = captor.first_channel + ABSORBED_FRONT + face as usize;
-                moments.add(channel, ones.clone(), absorbed);
+                moments.add(channel, index, ones.clone(), absorbed);
             }
         }
     }
@@ -609,16 +619,5 @@ fn absorbed_of<L: Lanes>(
     match at.material.absorptance::<L>(&at.interaction) {
         Some(absorptance) => absorptance * power,
         None => power.clone().zip(scattered, |before, after| before - after),
-    }
-}
-
-#[inline]
-fn accumulate<'a, L: Lanes>(
-    sums: &mut [f64],
-    weights: impl IntoIterator<Item = &'a f64>,
-    power: &Spectrum<L>,
-) {
-    for ((sum, weight), power) in sums.iter_mut().zip(weights).zip(power.values()) {
-        *sum += weight * f64::from(*power);
     }
 }

@@ -116,9 +116,18 @@ impl RunResult {
             ..*self
         };
         result.add_dli();
-        Ok(result.with_warnings_of_scene(self.warnings_of_scene()))
+        let mut warnings = self.warnings_of_scene();
+        if self.sensitivity.is_some() || self.budget.is_some() {
+            warnings.push(NO_SENSITIVITIES.into());
+        }
+        Ok(result.with_warnings_of_scene(warnings))
     }
 }
+
+/// What a mix says in place of what its run depends on.
+const NO_SENSITIVITIES: &str = "the mix does not say on which inputs it depends, nor how uncertain \
+     they make it, as a run keeps that for all lights together: run the scene at these powers \
+     (docs/sensitivity.md#limits)";
 
 /// The largest factor. No power becomes infinite by it.
 const MAX_FACTOR: f64 = 1e30;

@@ -1,16 +1,16 @@
 //! How much results depend on the materials and lights of a scene.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{CaptorResult, FaceResult, GroupResult, RunResult, validate::are_errors};
+use super::{CaptorResult, FaceResult, GroupResult, Ratios, RunResult, validate::are_errors};
 use phylux_core::{
     math::stats::{difference_of_ratios, ratio},
     scene::{
         captor::{Captor, CaptorKind, Channel},
-        parameter::Parameter,
+        parameter::{Factor, Parameter},
         world::{BandRatio, BandSum, Scene},
     },
     transport::simulate::Simulation,
@@ -31,6 +31,9 @@ pub struct SensitivityResult {
     /// The parameter, as a pointer into the scene file. What stands after a `#` says what of it
     /// counts, where it is more than one value.
     pub parameter: String,
+    /// Name of the light, where the parameter is of a light that has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<String>,
     /// By how many per cent the light changes for 1 % more of the parameter, per band, then per sum:
     /// d ln E / d ln x. For light that arrives it is how many times it has met the parameter, on
     /// average. (Light that passes a pane at an angle counts for more than once, as the tint does.)
@@ -73,6 +76,20 @@ impl SensitivityResult {
         self.captor.as_ref().or(self.group.as_ref()).map_or("", String::as_str)
     }
 
+    /// Returns the elasticity of a column and its standard error. Columns are bands, then sums, then
+    /// ratios.
+    pub fn of_column(&self, column: usize) -> (Option<f64>, Option<f64>) {
+        let bands = self.elasticity.len();
+        let (lists, at) = match column.checked_sub(bands) {
+            None => (Some((&self.elasticity, &self.elasticity_se)), column),
+            Some(ratio) => {
+                (self.ratios.as_ref().map(|of| (&of.elasticity, &of.elasticity_se)), ratio)
+            }
+        };
+        let of = |list: &[Option<f64>]| list.get(at).copied().flatten();
+        lists.map_or((None, None), |(values, errors)| (of(values), of(errors)))
+    }
+
     pub(crate) fn is_valid(&self, bands: usize, ratios: usize) -> bool {
         let Self { elasticity, elasticity_se, derivative, derivative_se, .. } = self;
         let lists = [elasticity, elasticity_se, derivative, derivative_se];
@@ -100,34 +117,52 @@ pub struct Dependent<'a> {
     pub errors: &'a [Option<f64>],
     /// What uncertain inputs make of the values above, if that is known.
     pub model_errors: Option<&'a [f64]>,
+    /// The ratios of this light, if there are any.
+    pub ratios: Option<&'a Ratios>,
 }
 
 impl<'a> Dependent<'a> {
     fn of_group(group: &'a GroupResult) -> Self {
         let absorbed = group.absorbed.as_deref().zip(group.absorbed_se.as_deref());
-        Self::new(&group.id, absorbed, group.absorbed_model_se.as_deref(), &group.front)
+        let ratios = group.absorbed_ratios.as_ref();
+        Self::new(&group.id, absorbed, group.absorbed_model_se.as_deref(), ratios, &group.front)
     }
 
     /// Takes a captor.
     pub fn of_captor(captor: &'a CaptorResult) -> Self {
         let absorbed = captor.absorbed.as_deref().zip(captor.absorbed_se.as_deref());
-        Self::new(&captor.id, absorbed, captor.absorbed_model_se.as_deref(), &captor.front)
+        let ratios = captor.absorbed_ratios.as_ref();
+        Self::new(&captor.id, absorbed, captor.absorbed_model_se.as_deref(), ratios, &captor.front)
+    }
+
+    /// Returns the value of a column and its standard error; `None` of a ratio that is not known.
+    /// Columns are bands, then sums, then ratios.
+    pub fn of_column(&self, column: usize) -> Option<(f64, Option<f64>)> {
+        match column.checked_sub(self.values.len()) {
+            None => Some((self.values[column], self.errors[column])),
+            Some(ratio) => {
+                let Ratios { ratio: values, ratio_se: errors, .. } = self.ratios?;
+                Some(((*values.get(ratio)?)?, *errors.get(ratio)?))
+            }
+        }
     }
 
     fn new(
         name: &'a str,
         absorbed: Option<(&'a [f64], &'a [Option<f64>])>,
         absorbed_model_se: Option<&'a [f64]>,
+        absorbed_ratios: Option<&'a Ratios>,
         front: &'a FaceResult,
     ) -> Self {
-        let (face, (values, errors), model_errors) = match absorbed {
-            Some(absorbed) => ("absorbed", absorbed, absorbed_model_se),
+        let (face, (values, errors), model_errors, ratios) = match absorbed {
+            Some(absorbed) => ("absorbed", absorbed, absorbed_model_se, absorbed_ratios),
             None => {
                 let light = (&front.irradiance[..], &front.irradiance_se[..]);
-                ("front", light, front.irradiance_model_se.as_deref().map(|of| &**of))
+                let model_errors = front.irradiance_model_se.as_deref().map(|of| &**of);
+                ("front", light, model_errors, front.ratios.as_ref())
             }
         };
-        Self { name, face, values, errors, model_errors }
+        Self { name, face, values, errors, model_errors, ratios }
     }
 }
 
@@ -139,6 +174,30 @@ impl RunResult {
             true => self.captors.iter().map(Dependent::of_captor).collect(),
             false => self.groups.iter().map(Dependent::of_group).collect(),
         }
+    }
+}
+
+/// The names of the lights whose parameters are in results.
+#[derive(Debug, Default)]
+pub struct LightNames(BTreeMap<String, String>);
+
+impl LightNames {
+    /// Takes the names from what results depend on.
+    pub fn of(rows: &[SensitivityResult]) -> Self {
+        let named = |row: &SensitivityResult| Some((row.parameter.clone(), row.light.clone()?));
+        Self(rows.iter().filter_map(named).collect())
+    }
+
+    /// Returns a parameter with the name of its light, if it has one, in place of its number.
+    pub fn pointer(&self, parameter: &str) -> String {
+        let Some(name) = self.0.get(parameter) else { return parameter.into() };
+        let key = parameter.trim_start_matches("/lights/").trim_start_matches(char::is_numeric);
+        format!("/lights/{}{key}", name.replace('~', "~0").replace('/', "~1"))
+    }
+
+    /// Returns all parameters, separated by commas, of a set that varies together.
+    pub fn pointers<'a>(&self, parameters: &'a str) -> impl Iterator<Item = String> + use<'a, '_> {
+        parameters.split(", ").map(|one| self.pointer(one))
     }
 }
 
@@ -264,12 +323,22 @@ fn sensitivity(
         group,
         face: face.name(),
         parameter: parameter.name.clone(),
+        light: light_of(scene, parameter),
         elasticity,
         elasticity_se,
         derivative,
         derivative_se,
         ratios,
     })
+}
+
+/// Returns the name of the light of a parameter. A light without one goes by its number, as
+/// `light0`.
+fn light_of(scene: &Scene, parameter: &Parameter) -> Option<String> {
+    let Factor::Light(light) = parameter.factor else { return None };
+    let name = &scene.lights()[light].name;
+    let number = parameter.name.strip_prefix("/lights/")?.split('/').next()?;
+    (name.strip_prefix("light") != Some(number)).then(|| name.clone())
 }
 
 /// Returns how the ratios of a face depend on a parameter, of which the moment in each band is

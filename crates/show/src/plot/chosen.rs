@@ -35,7 +35,8 @@ pub struct PlotRequest<'a> {
     /// The kind of plot; `None` stands for the first of a map, layers, plants with instances or
     /// ranks, and a profile that the results have.
     pub kind: Option<PlotKind>,
-    /// Name of a band or sum; `None` stands for the first sum, or the first band.
+    /// Name of a band or sum, of what results depend on also of a ratio; `None` stands for the first
+    /// sum, or the first band.
     pub band: Option<&'a str>,
     /// Only captors and groups whose ids fit one of these patterns, in which `*` stands for any
     /// characters; groups that fit stand for their captors. A pattern that no id fits may be several,
@@ -52,8 +53,10 @@ pub struct PlotRequest<'a> {
 /// Results, and the selection of those that are plotted.
 pub(super) struct Chosen<'a> {
     pub result: &'a RunResult,
-    /// Index of the band or sum.
+    /// Index of the band or sum; of a ratio that of the default.
     pub band: usize,
+    /// The same, or for a ratio its index behind those of bands and sums.
+    pub column: usize,
     /// Patterns of the ids that the user asked for; none if all are.
     pub patterns: Vec<&'a str>,
     daily: bool,
@@ -64,15 +67,19 @@ pub(super) struct Chosen<'a> {
 impl<'a> Chosen<'a> {
     pub fn new(result: &'a RunResult, request: PlotRequest<'a>) -> Result<Self> {
         let names = || result.bands.iter().map(|band| band.name.as_str());
-        let band = match request.band {
-            Some(name) => names().position(|other| other == name).ok_or_else(|| {
+        let usual = result.bands.iter().position(|band| band.sum_of.is_some()).unwrap_or(0);
+        let ratios = result.ratios.iter().filter(|_| request.kind == Some(PlotKind::Sensitivity));
+        let columns = || names().chain(ratios.clone().map(|ratio| ratio.name.as_str()));
+        let column = match request.band {
+            Some(name) => columns().position(|other| other == name).ok_or_else(|| {
                 let problem = format!("the results have no band or sum `{name}`");
-                let all: Vec<&str> = names().collect();
+                let all: Vec<&str> = columns().collect();
                 Error::input(setting("band"), problem)
                     .remedy(format!("there are {}", all.join(", ")))
             })?,
-            None => result.bands.iter().position(|band| band.sum_of.is_some()).unwrap_or(0),
+            None => usual,
         };
+        let band = if column < result.bands.len() { column } else { usual };
         let PlotRequest { daily, of, .. } = request;
         let captors = || result.captors.iter().map(|captor| captor.id.as_str());
         let of_captors = || result.captors.iter().flat_map(|captor| captor.groups.iter().flatten());
@@ -87,7 +94,7 @@ impl<'a> Chosen<'a> {
                 "write an id as it stands in the results, say `{example}`, or a pattern with `*`"
             )));
         }
-        Ok(Self { result, band, patterns, daily, of })
+        Ok(Self { result, band, column, patterns, daily, of })
     }
 
     /// Returns whether the id of a captor or group is asked for.
@@ -118,6 +125,27 @@ impl<'a> Chosen<'a> {
             1 => String::new(),
             _ => format!(", {}", self.band_name()),
         }
+    }
+
+    /// Returns the ratio that is plotted, if it is none of the bands and sums.
+    fn ratio(&self) -> Option<&'a str> {
+        let ratio = self.column.checked_sub(self.result.bands.len())?;
+        Some(&self.result.ratios[ratio].name)
+    }
+
+    /// Returns the name of the band, sum or ratio.
+    pub fn column_name(&self) -> &'a str {
+        self.ratio().unwrap_or_else(|| self.band_name())
+    }
+
+    /// Returns the same after a comma, if there is another.
+    pub fn of_column(&self) -> String {
+        self.ratio().map_or_else(|| self.of_band(), |name| format!(", {name}"))
+    }
+
+    /// Returns what the column is: light, or a ratio.
+    pub fn kind_of_column(&self) -> &'static str {
+        if self.ratio().is_some() { "ratio" } else { "light" }
     }
 
     /// Returns the name of irradiance in this band, as it stands at axes.

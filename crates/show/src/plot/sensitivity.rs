@@ -1,19 +1,20 @@
 //! The plots of what results depend on: what more of each input brings, and how uncertain results
 //! are because inputs are.
 
-use std::collections::HashSet;
-
 use super::{
     chosen::{Chosen, error_bar, nothing},
     drawing::{Drawn, Plot},
 };
-use crate::chart::{Chart, Series, Stroke};
+use crate::{
+    chart::{Chart, Series, Stroke},
+    inputs,
+};
 use phylux_core::{
     error::{Result, setting},
     math::pattern::without_copies,
     words,
 };
-use phylux_results::result::{Dependent, RunResult};
+use phylux_results::result::{Dependent, LightNames};
 
 /// Limits on the number of groups, and on that of the inputs of each.
 const GROUPS: usize = 2;
@@ -46,9 +47,10 @@ pub(super) fn sensitivity(chosen: &Chosen) -> Result<Plot> {
     }
     let all = result.dependents().into_iter().filter(|place| chosen.takes(place.name)).collect();
     let places = without_copies(all, |place: &Dependent| place.name);
+    let lights = &LightNames::of(result.sensitivity.as_deref().unwrap_or_default());
     let drawn: Vec<(Option<Chart>, Option<Chart>)> = places
         .iter()
-        .map(|place| (changes(chosen, place), budget(chosen, place)))
+        .map(|place| (changes(chosen, place, lights), budget(chosen, place, lights)))
         .filter(|(changes, budget)| changes.is_some() || budget.is_some())
         .collect();
     if drawn.is_empty() {
@@ -70,72 +72,23 @@ pub(super) fn sensitivity(chosen: &Chosen) -> Result<Plot> {
 /// Returns where the light of a place is, as it stands in titles.
 fn light_of(chosen: &Chosen, place: &Dependent) -> String {
     let face = if place.face == "absorbed" { " (absorbed)" } else { "" };
-    format!("{}{face}{}", place.name, chosen.of_band())
-}
-
-/// Returns the names of the lights of the scene, in its order, where results are kept by light and
-/// depend on each of them; else none, and lights are called by their numbers.
-fn lights(result: &RunResult) -> Vec<&str> {
-    let numbers: HashSet<&str> = result
-        .sensitivity
-        .iter()
-        .flatten()
-        .filter_map(|of| of.parameter.strip_prefix("/lights/"))
-        .filter_map(|rest| rest.split('/').next())
-        .collect();
-    let names = result.energy.by_light.iter().flatten().map(|(name, _)| name.as_str());
-    let names: Vec<&str> = names.collect();
-    let is_known = |i: usize| numbers.contains(i.to_string().as_str());
-    match names.len() == numbers.len() && (0..names.len()).all(is_known) {
-        true => names,
-        false => Vec::new(),
-    }
-}
-
-/// Returns an input as it is called at an axis: `/materials/leaf/back/reflectance` is `leaf, back,
-/// reflectance`, and a lamp has its name, if `lights` has it. Inputs that vary together are one.
-fn named(parameter: &str, lights: &[&str]) -> String {
-    let light = |rest: &str| {
-        let (number, of) = rest.split_once('/').unwrap_or((rest, ""));
-        match number.parse().ok().and_then(|number: usize| lights.get(number)) {
-            Some(name) => format!("{name}, {of}"),
-            None => format!("light {number}, {of}"),
-        }
-    };
-    let plain = |one: &str| {
-        let one = one.trim();
-        let text = match one.strip_prefix("/lights/") {
-            Some(rest) => light(rest),
-            None => one.trim_start_matches("/materials/").to_string(),
-        };
-        let text = text.replace(['/', '#'], ", ").replace("~1", "/").replace("~0", "~");
-        text.trim_end_matches(", ").to_string()
-    };
-    let all: Vec<String> = parameter.split(", ").map(plain).collect();
-    // inputs of one thing: its name once
-    let split =
-        |one: &String| one.rsplit_once(", ").map(|(of, own)| (of.to_string(), own.to_string()));
-    let parts: Option<Vec<(String, String)>> = all.iter().map(split).collect();
-    match parts {
-        Some(parts) if parts.len() > 1 && parts.iter().all(|(of, _)| *of == parts[0].0) => {
-            let own: Vec<&str> = parts.iter().map(|(_, own)| own.as_str()).collect();
-            format!("{}, {}", parts[0].0, own.join(" and "))
-        }
-        _ => all.join(" with "),
-    }
+    format!("{}{face}{}", place.name, chosen.of_column())
 }
 
 /// Draws what 10 % more of the inputs that matter most brings.
-fn changes(chosen: &Chosen, place: &Dependent) -> Option<Chart> {
+fn changes(chosen: &Chosen, place: &Dependent, lights: &LightNames) -> Option<Chart> {
+    // a captor by itself may be a group of the same name
+    let by_group = !chosen.result.groups.is_empty();
     let all = chosen.result.sensitivity.iter().flatten();
+    let all = all.filter(|of| of.group.is_some() == by_group);
     let own = all.filter(|of| of.of() == place.name && of.face == place.face);
-    let lights = lights(chosen.result);
     let mut rows: Vec<Row> = own
         .filter_map(|of| {
+            let (elasticity, error) = of.of_column(chosen.column);
             Some(Row {
-                name: named(&of.parameter, &lights),
-                value: CHANGE * of.elasticity[chosen.band]?,
-                error: of.elasticity_se[chosen.band].map(|error| CHANGE * error),
+                name: inputs::plain(&lights.pointer(&of.parameter)),
+                value: CHANGE * elasticity?,
+                error: error.map(|error| CHANGE * error),
                 colour: INPUT,
             })
         })
@@ -143,16 +96,16 @@ fn changes(chosen: &Chosen, place: &Dependent) -> Option<Chart> {
     rows.sort_by(|a, b| b.value.abs().total_cmp(&a.value.abs()));
     rows.truncate(INPUTS);
     let title = format!("{CHANGE} % more of each input: {}", light_of(chosen, place));
-    chart(title, "change of the light, %", rows)
+    chart(title, &format!("change of the {}, %", chosen.kind_of_column()), rows)
 }
 
 /// Draws the standard deviations by uncertain inputs beside the standard error.
-fn budget(chosen: &Chosen, place: &Dependent) -> Option<Chart> {
-    let value = place.values[chosen.band].abs();
-    let of =
-        chosen.result.budget.iter().flatten().find(|of| {
-            of.of() == place.name && of.face == place.face && of.band == chosen.band_name()
-        });
+fn budget(chosen: &Chosen, place: &Dependent, lights: &LightNames) -> Option<Chart> {
+    let (value, chance) = place.of_column(chosen.column)?;
+    let value = value.abs();
+    let of = chosen.result.budget.iter().flatten().find(|of| {
+        of.of() == place.name && of.face == place.face && of.band == chosen.column_name()
+    });
     let of = of.filter(|_| value > 0.0)?;
     let row = |name: String, se: f64, colour| Row {
         name,
@@ -160,15 +113,15 @@ fn budget(chosen: &Chosen, place: &Dependent) -> Option<Chart> {
         error: None,
         colour,
     };
-    let lights = lights(chosen.result);
     let all = row("all inputs".into(), of.model_se, TOGETHER);
-    let inputs =
-        of.largest.iter().map(|input| row(named(&input.parameter, &lights), input.se, INPUT));
-    let chance = place.errors[chosen.band];
+    let inputs = of
+        .largest
+        .iter()
+        .map(|input| row(inputs::named(&input.parameter, lights), input.se, INPUT));
     let chance = chance.map(|se| row("chance (standard error)".into(), se, CHANCE));
     let rows = std::iter::once(all).chain(inputs).chain(chance).collect();
     let title = format!("uncertain inputs: {}", light_of(chosen, place));
-    chart(title, "standard deviation of the light, %", rows)
+    chart(title, &format!("standard deviation of the {}, %", chosen.kind_of_column()), rows)
 }
 
 /// Draws rows as lying columns from 0, one below the other.
@@ -198,31 +151,4 @@ fn chart(title: String, x: &str, rows: Vec<Row>) -> Option<Chart> {
         series,
         ..Chart::default()
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Inputs are called by their materials and lamps, and inputs of one thing by its name once.
-    #[test]
-    fn inputs_have_names() {
-        let lights = ["left bar", "right bar"];
-        for (parameter, name) in [
-            ("/materials/leaf/back/reflectance", "leaf, back, reflectance"),
-            ("/materials/reflector#reflected", "reflector, reflected"),
-            ("/lights/1/power", "right bar, power"),
-            ("/lights/2/power", "light 2, power"),
-            (
-                "/materials/leaf/reflectance, /materials/leaf/transmittance",
-                "leaf, reflectance and transmittance",
-            ),
-            (
-                "/materials/leaf/reflectance, /lights/0/power",
-                "leaf, reflectance with left bar, power",
-            ),
-        ] {
-            assert_eq!(named(parameter, &lights), name);
-        }
-    }
 }

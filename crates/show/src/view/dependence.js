@@ -5,12 +5,6 @@ const SHOWN_INPUTS = 6;
 /** The captor and the group that are shown; the group is that of which a row of the table was clicked last. */
 const shownInputs = { captor: -1, group: "", off: false };
 
-/** Returns an input as people call it: `/materials/leaf/back/reflectance` is `leaf, back, reflectance`. */
-function inputName(parameter) {
-  const plain = (one) => one.replace(/^\/lights\//, "light ").replace(/^\/materials\//, "").replace(/[/#]/g, ", ").replaceAll("~1", "/").replaceAll("~0", "~");
-  return parameter.split(", ").map(plain).join(" with ");
-}
-
 /** Returns the captors and groups to show: that of a group that was clicked, or a captor and the groups that it belongs to. */
 function placesOfInputs() {
   if (shownInputs.group) return [{ group: shownInputs.group }];
@@ -48,7 +42,7 @@ function addInputs(body, place) {
   inputs.sort((a, b) => Math.abs(b.value[state.band]) - Math.abs(a.value[state.band]));
   if (inputs.length) title(face.face, "1 % more of it brings, %");
   for (const { name, value, error } of inputs.slice(0, SHOWN_INPUTS)) {
-    line(inputName(name), withError({ value: value[state.band], error: error[state.band] ?? 0 }));
+    line(name, withError({ value: value[state.band], error: error[state.band] ?? 0 }));
   }
   const band = facts.bands[state.band].name;
   const budget = pick(facts.dependence.budget.filter((row) => row.band === band))[0];
@@ -56,7 +50,7 @@ function addInputs(body, place) {
     const unit = budget.face === "absorbed" ? unitOf(state.band).flux : unitOf(state.band).irradiance;
     title(budget.face, `uncertain by it by, ${unit}`);
     line("all uncertain inputs", short(budget.all, 3));
-    for (const { name, value } of budget.inputs) line(inputName(name), short(value, 3));
+    for (const { name, value } of budget.inputs) line(name, short(value, 3));
   }
   return inputs.length > 0 || Boolean(budget);
 }

@@ -3,8 +3,8 @@
 
 use serde_json::{Value, json};
 
-use crate::rendered::RenderedScene;
-use phylux_results::result::SensitivityResult;
+use crate::{inputs, rendered::RenderedScene};
+use phylux_results::result::{LightNames, SensitivityResult};
 
 /// The most inputs of a face.
 const MOST_INPUTS: usize = 8;
@@ -17,6 +17,7 @@ pub(super) fn facts(rendered: &RenderedScene) -> Option<Value> {
     if sensitivity.is_empty() && budget.is_empty() {
         return None;
     }
+    let lights = LightNames::of(sensitivity);
     let place = |captor: &Option<String>, group: &Option<String>| json!({ "captor": captor, "group": group });
     let same = |a: &SensitivityResult, b: &SensitivityResult| {
         (a.of(), &a.captor, &a.face) == (b.of(), &b.captor, &b.face)
@@ -38,7 +39,7 @@ pub(super) fn facts(rendered: &RenderedScene) -> Option<Value> {
             |all: &[Option<f64>]| all.iter().map(|of| of.map(|of| of as f32)).collect::<Vec<_>>();
         let input = |row: &&SensitivityResult| {
             json!({
-                "name": row.parameter,
+                "name": inputs::plain(&lights.pointer(&row.parameter)),
                 "value": short(&row.elasticity),
                 "error": short(&row.elasticity_se),
             })
@@ -51,9 +52,10 @@ pub(super) fn facts(rendered: &RenderedScene) -> Option<Value> {
         facts["face"] = json!(row.face);
         facts["band"] = json!(row.band);
         facts["all"] = json!(row.model_se as f32);
-        let input = row.largest.iter();
-        facts["inputs"] =
-            input.map(|of| json!({ "name": of.parameter, "value": of.se as f32 })).collect();
+        let input = row.largest.iter().map(
+            |of| json!({ "name": inputs::named(&of.parameter, &lights), "value": of.se as f32 }),
+        );
+        facts["inputs"] = input.collect();
         facts
     });
     let scene = rendered.scene;

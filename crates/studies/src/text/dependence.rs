@@ -4,11 +4,13 @@ use std::fmt::Write;
 
 use super::{Page, table::Table};
 use phylux_core::{error::setting, math::pattern::without_copies, words};
-use phylux_results::result::{BudgetResult, Dependent, RunResult, SensitivityResult};
+use phylux_results::result::{BudgetResult, Dependent, LightNames, RunResult, SensitivityResult};
 
 /// The most groups of which inputs are shown, and the most inputs of each.
 const SHOWN_DEPENDENT: usize = 6;
 const SHOWN_INPUTS: usize = 5;
+/// The most ratios that are shown.
+const SHOWN_RATIOS: usize = 8;
 /// Standard errors below this share of the uncertainty by inputs hardly add to it: 5 per cent.
 const SMALL: f64 = 1.0 / 3.0;
 
@@ -18,9 +20,25 @@ pub(super) struct Dependence {
     pub(super) below: String,
 }
 
-/// Returns the tables of a result, with these bands.
+/// Returns the tables of a result, with these bands, and with the first ratios.
 pub(super) fn dependences(page: &Page, result: &RunResult, bands: &[usize]) -> Vec<Dependence> {
-    sensitivity(page, result, bands).into_iter().chain(budget(page, result, bands)).collect()
+    let ratios = result.bands.len()..result.bands.len() + result.ratios.len();
+    let ratios = ratios.take(page.shown(SHOWN_RATIOS));
+    let columns: Vec<usize> = bands.iter().copied().chain(ratios).collect();
+    sensitivity(page, result, &columns).into_iter().chain(budget(page, result, &columns)).collect()
+}
+
+/// Returns the name of a column: of a band, a sum or a ratio.
+fn name_of(result: &RunResult, column: usize) -> &str {
+    match column.checked_sub(result.bands.len()) {
+        None => &result.bands[column].name,
+        Some(ratio) => &result.ratios[ratio].name,
+    }
+}
+
+/// Returns the names of the lights of a result.
+fn light_names(result: &RunResult) -> LightNames {
+    LightNames::of(result.sensitivity.as_deref().unwrap_or_default())
 }
 
 /// Returns what a place is, for the head of its rows.
@@ -42,30 +60,34 @@ fn cell(percent: Option<f64>) -> String {
 
 /// Returns by how many per cent the light of each group changes for one per cent more of the inputs on
 /// which it depends most.
-fn sensitivity(page: &Page, result: &RunResult, bands: &[usize]) -> Option<Dependence> {
+fn sensitivity(page: &Page, result: &RunResult, columns: &[usize]) -> Option<Dependence> {
     let all = result.sensitivity.as_ref()?;
-    let heads = bands.iter().map(|&b| result.bands[b].name.clone());
+    let lights = light_names(result);
+    let heads = columns.iter().map(|&c| name_of(result, c));
     let mut table = Table::new("per cent for 1 % more of each", heads, "standard errors");
     let largest = |of: &SensitivityResult| {
-        bands.iter().filter_map(|&b| of.elasticity[b]).map(f64::abs).fold(0.0, f64::max)
+        columns.iter().filter_map(|&c| of.of_column(c).0).map(f64::abs).fold(0.0, f64::max)
     };
     let mut left_out = 0;
     let shown = shown(page, result);
+    // a captor by itself may be a group of the same name
+    let by_group = !result.groups.is_empty();
+    let all = || all.iter().filter(|of| of.group.is_some() == by_group);
     for place in shown.iter().take(page.shown(SHOWN_DEPENDENT)) {
         let mut found: Vec<&SensitivityResult> =
-            all.iter().filter(|of| of.of() == place.name && of.face == place.face).collect();
+            all().filter(|of| of.of() == place.name && of.face == place.face).collect();
         found.sort_by(|a, b| largest(b).total_cmp(&largest(a)));
         let most = page.shown(SHOWN_INPUTS);
         left_out += found.len().saturating_sub(most);
         if !found.is_empty() {
-            table.row(title(place), bands.iter().map(|_| String::new()), "");
+            table.row(title(place), columns.iter().map(|_| String::new()), "");
         }
         for of in found.into_iter().take(most) {
-            let errors = bands.iter().filter_map(|&b| of.elasticity_se[b]);
+            let errors = columns.iter().filter_map(|&c| of.of_column(c).1);
             let error =
                 errors.fold(None, |most: Option<f64>, e| Some(most.map_or(e, |m| m.max(e))));
-            let cells = bands.iter().map(|&b| cell(of.elasticity[b]));
-            table.row(format!("    {}", of.parameter), cells, cell(error));
+            let cells = columns.iter().map(|&c| cell(of.of_column(c).0));
+            table.row(format!("    {}", lights.pointer(&of.parameter)), cells, cell(error));
         }
     }
     let mut below = String::new();
@@ -79,33 +101,34 @@ fn sensitivity(page: &Page, result: &RunResult, bands: &[usize]) -> Option<Depen
 
 /// Returns how uncertain the light of each group is because inputs are, by which of them, and whether
 /// more photons would help.
-fn budget(page: &Page, result: &RunResult, bands: &[usize]) -> Option<Dependence> {
+fn budget(page: &Page, result: &RunResult, columns: &[usize]) -> Option<Dependence> {
     let all = result.budget.as_ref()?;
-    let heads = bands.iter().map(|&b| result.bands[b].name.clone());
+    let lights = light_names(result);
+    let heads = columns.iter().map(|&c| name_of(result, c));
     let mut table = Table::new("per cent by uncertain inputs", heads, "standard errors");
     let shown = shown(page, result);
     for place in shown.iter().take(page.shown(SHOWN_DEPENDENT)) {
-        let of_band = |band: usize| {
-            let name = &result.bands[band].name;
+        let of_column = |column: usize| {
+            let name = name_of(result, column);
             let is_it = |of: &&BudgetResult| {
-                of.of() == place.name && of.face == place.face && of.band == *name
+                of.of() == place.name && of.face == place.face && of.band == name
             };
             all.iter().find(is_it)
         };
-        let found: Vec<Option<&BudgetResult>> = bands.iter().map(|&b| of_band(b)).collect();
+        let found: Vec<Option<&BudgetResult>> = columns.iter().map(|&c| of_column(c)).collect();
         if found.iter().all(Option::is_none) {
             continue;
         }
-        let percent = |of: f64, band: usize| {
-            let value = place.values[band];
+        let percent = |of: f64, column: usize| {
+            let (value, _) = place.of_column(column)?;
             (value != 0.0).then(|| 100.0 * of / value.abs())
         };
-        let errors = bands.iter().filter_map(|&b| percent(place.errors[b]?, b));
+        let errors = columns.iter().filter_map(|&c| percent(place.of_column(c)?.1?, c));
         let error = errors.fold(None, |most: Option<f64>, e| Some(most.map_or(e, |m| m.max(e))));
-        let cells = bands
+        let cells = columns
             .iter()
             .zip(&found)
-            .map(|(&b, of)| cell(of.and_then(|of| percent(of.model_se, b))));
+            .map(|(&c, of)| cell(of.and_then(|of| percent(of.model_se, c))));
         let cells: Vec<String> = cells.collect();
         table.row(title(place), cells, cell(error));
         let mut inputs: Vec<&str> = Vec::new();
@@ -115,12 +138,13 @@ fn budget(page: &Page, result: &RunResult, bands: &[usize]) -> Option<Dependence
             }
         }
         for name in inputs.iter().take(page.shown(SHOWN_INPUTS)) {
-            let cells = bands.iter().zip(&found).map(|(&b, of)| {
+            let cells = columns.iter().zip(&found).map(|(&c, of)| {
                 let input = of.as_ref()?.largest.iter().find(|input| input.parameter == **name)?;
-                percent(input.se, b)
+                percent(input.se, c)
             });
+            let inputs = lights.pointers(name).collect::<Vec<_>>().join(", ");
             table.row(
-                format!("    {name}"),
+                format!("    {inputs}"),
                 cells.map(|of| of.map_or(String::new(), |of| cell(Some(of)))),
                 "",
             );

@@ -27,7 +27,7 @@ use crate::{
         parameter::Variant,
         world::{Outline, Scene, Shape, Surface},
     },
-    transport::met::{self, Along, Met, Moments, PathAccount},
+    transport::met::{self, Along, Meeting, Moments, PathAccount},
 };
 
 /// What one path has found for a face, per band in W or umol/s.
@@ -278,12 +278,11 @@ impl<'a> Face<'a> {
         let Some(surface) = self.surface(triangle).filter(|_| variants.is_empty()) else { return };
         let sample = material.sample::<L>(&at, Transport::Light, &mut rng.clone());
         let Some(sample) = sample else { return };
-        let mut own = Met::default();
-        own.sent_on(self.scene, met::Place { material: surface.material, at }, sample.lobe);
-        let sent_on = (sample.weight * flux).scaled(-1.0);
-        own.moments(&sent_on, |parameter, moment| {
-            score.absorbed_moments.add(parameter.into(), moment);
-        });
+        let place = met::Place { material: surface.material, at };
+        if let Some(own) = Meeting::sent_on(self.scene, place, sample.lobe) {
+            let sent_on = (sample.weight * flux).scaled(-1.0);
+            score.absorbed_moments.add(own.parameter.into(), own.moment(&sent_on));
+        }
     }
 
     /// Returns the material of a triangle of a surface captor, and how light from a direction comes to

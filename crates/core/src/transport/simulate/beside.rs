@@ -78,13 +78,13 @@ impl Run<'_> {
             tally.emitted(None, photon.weights, emitted);
             if let Some(account) = &mut account {
                 account.start(scene.parameters().of_light(photon.light));
-                tally.emitted_in_variants(scene, photon.weights, emitted, account.now());
+                tally.emitted_in_variants(scene, photon.weights, emitted, account.now(scene));
             }
             if let Some(before) = &usual {
                 let event = Event::Chance { before, after: &photon.power };
                 tally.score(scene, None, photon.weights, &event);
-                if let Some(account) = &account {
-                    tally.score_met(scene, photon.weights, &event, account.now(), |_| false);
+                if let Some(account) = &mut account {
+                    tally.score_met(scene, photon.weights, &event, account, |_| false);
                 }
             }
             if photon.power.is_zero() {
@@ -96,8 +96,8 @@ impl Run<'_> {
                 let counts = |counted: &Counted<L>| finding.hidden || alone(counted.channel());
                 tally.score_beside(scene, weights, &event, counts);
                 if let Some(account) = &mut account {
-                    tally.score_met(scene, weights, &event, account.of(&event), counts);
-                    account.then(scene, &event);
+                    tally.score_met(scene, weights, &event, account, counts);
+                    account.then(&event);
                 }
                 if let Some(task) = &mut stored
                     && let Some((mut arrival, power)) =

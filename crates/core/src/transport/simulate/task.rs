@@ -196,7 +196,7 @@ impl Run<'_> {
             tally.emitted(part, weights, emitted);
             if let Some(account) = &mut account {
                 account.start(self.scene.parameters().of_light(light));
-                tally.emitted_in_variants(self.scene, weights, emitted, account.now());
+                tally.emitted_in_variants(self.scene, weights, emitted, account.now(self.scene));
             }
             let mut way = Way::default();
             let of_sun = self.without_direct_sun && strata.is_sun(self.scene.lights(), source);
@@ -213,9 +213,8 @@ impl Run<'_> {
                 }
                 tally.score(self.scene, part, weights, &event);
                 if let Some(account) = &mut account {
-                    let met = account.of(&event);
-                    tally.score_met(self.scene, weights, &event, met, |_| true);
-                    account.then(self.scene, &event);
+                    tally.score_met(self.scene, weights, &event, account, |_| true);
+                    account.then(&event);
                 }
                 if let Some(counted) = event.counted(self.scene).filter(|_| heavy) {
                     let values = counted.power.values().iter().zip(weights);

@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Ledger, Tally, Weighed};
+use super::{
+    Ledger, Tally, Weighed,
+    moments::{MomentSums, MomentTally},
+};
 use crate::math::stats::is_possible;
 
 /// The contents of a tally, for each channel in which anything was counted.
@@ -24,9 +27,9 @@ pub struct Sums {
     pub(super) ledger: Ledger,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) parts: Vec<Sums>,
-    /// The moments of each parameter, if they were asked for.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) moments: Vec<Sums>,
+    /// The moments of the scene's parameters, if they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) moments: Option<MomentSums>,
 }
 
 /// The largest possible value of a stored count.
@@ -70,7 +73,7 @@ impl Tally {
             cut_off: std::mem::take(&mut self.cut_off),
             ledger: std::mem::replace(&mut self.ledger, Ledger::new(self.bands, materials)),
             parts: self.parts.iter_mut().map(Self::take).collect(),
-            moments: self.moments.iter_mut().map(Self::take).collect(),
+            moments: self.moments.as_mut().map(MomentTally::take),
         }
     }
 
@@ -92,7 +95,7 @@ impl Tally {
         self.cut_off += sums.cut_off;
         self.ledger.add(&sums.ledger, |_| 1.0);
         self.parts.iter_mut().zip(&sums.parts).for_each(|(part, sums)| part.add_sums(sums));
-        self.moments.iter_mut().zip(&sums.moments).for_each(|(own, sums)| own.add_sums(sums));
+        self.moments.iter_mut().zip(&sums.moments).for_each(|(own, theirs)| own.add_sums(theirs));
     }
 
     /// Returns whether `sums` can be the contents of a tally of the same scene.
@@ -129,7 +132,7 @@ impl Tally {
             && [missed, chance].into_iter().all(|list| [0, self.bands].contains(&list.len()))
             && parts.len() == self.parts.len()
             && self.parts.iter().zip(parts).all(|(part, sums)| part.fits(sums))
-            && moments.len() == self.moments.len()
-            && self.moments.iter().zip(moments).all(|(own, sums)| own.fits(sums))
+            && moments.is_some() == self.moments.is_some()
+            && self.moments.iter().zip(moments).all(|(own, theirs)| own.fits(theirs))
     }
 }

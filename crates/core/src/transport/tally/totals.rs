@@ -135,10 +135,10 @@ impl Totals {
     fn add_moments(&mut self, scene: &Scene, batch: &Sums, scale: f64) {
         let (bands, columns) = (scene.bands().len(), self.columns);
         let channels = channels_with_moments(scene);
-        let rows = |sums: &Sums| {
+        let Some(found) = &batch.moments else { return };
+        let rows = |sums: &mut dyn Iterator<Item = (usize, &[f64])>| {
             let mut rows = vec![0.0; channels.end * columns];
-            for (i, &channel) in sums.channels.iter().enumerate() {
-                let channel = channel as usize;
+            for (channel, flux) in sums {
                 // what comes after the captors is of the stand
                 let Some(&captor) = self.captor_of_channel.get(channel) else { continue };
                 let captor = &scene.captors()[captor as usize];
@@ -146,7 +146,6 @@ impl Totals {
                     let of = group * scene.group_channels() + channel - captor.first_channel;
                     scene.channels() + of
                 });
-                let flux = &sums.flux[i * bands..][..bands];
                 for channel in of_groups.chain([channel]) {
                     let row = &mut rows[channel * columns..][..columns];
                     row.iter_mut().zip(flux).for_each(|(value, flux)| *value += flux * scale);
@@ -159,12 +158,13 @@ impl Totals {
             }
             rows.split_off(channels.start * columns)
         };
-        let values = rows(batch);
+        let brought = batch.channels.iter().map(|&channel| channel as usize);
+        let values = rows(&mut brought.zip(batch.flux.chunks_exact(bands)));
         let all = self.moments.chunks_exact_mut(values.len().max(1));
         let ratios = scene.ratios();
         let mut of_ratios = self.ratio_moments.chunks_exact_mut(ratios.len().max(1));
-        for (pairs, sums) in all.zip(&batch.moments) {
-            let moments = rows(sums);
+        for (parameter, pairs) in all.enumerate() {
+            let moments = rows(&mut found.of_parameter(parameter, bands));
             let both = moments.iter().zip(&values);
             pairs
                 .iter_mut()
