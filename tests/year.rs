@@ -32,11 +32,16 @@ use crate::{
 const UP: Point = [0.0, 0.0, 1.0];
 const DAYS: [&str; 3] = ["06-20", "06-21", "07-01"];
 
-/// Returns hourly weather of three days, a clear, a hazy and an overcast one, computed from the
-/// sun's elevation.
+/// Returns hourly weather of three days, a clear, a hazy and an overcast one.
 fn weather() -> String {
+    weather_of(&DAYS, &[[850.0, 70.0], [400.0, 200.0], [0.0, 250.0]])
+}
+
+/// Returns hourly weather of days, computed from the sun's elevation: each with its direct light and
+/// its diffuse light under a high sun, W/m2.
+fn weather_of(days: &[&str], light: &[[f64; 2]]) -> String {
     let mut text = String::from("time,ghi,dni,dhi\n");
-    for (day, [clear, haze]) in DAYS.iter().zip([[850.0, 70.0], [400.0, 200.0], [0.0, 250.0]]) {
+    for (day, [clear, haze]) in days.iter().zip(light) {
         for hour in 0..24 {
             let start = format!("2025-{day}T{hour:02}:00+01:00");
             let mut time = iso8601::parse_time(&start, "time").expect("a time");
