@@ -189,9 +189,9 @@ fn leaves_far_from_the_captors_get_their_light() {
     }
 }
 
-/// Sensors of triangles that are so small where they stand that rounding changes them are refused; what
-/// is not refused is right, and discs, which have no corners, always are. Closed form of a point lamp;
-/// seed 1; 0.1 % beside 4 standard errors.
+/// Sensors that are so small where they stand that rounding changes them are refused, discs, which have
+/// no corners, later than triangles; what is not refused is right. Closed form of a point lamp; seed 1;
+/// 0.1 % beside 4 standard errors.
 #[test]
 fn tiny_sensors_far_away_are_right_or_refused() {
     let scene = |radius: f64, at: [f64; 2], is_disc: bool| {
@@ -213,8 +213,13 @@ fn tiny_sensors_far_away_are_right_or_refused() {
         }
     };
     let mut refusals = [0, 0];
-    let sizes =
-        [(3e-5, [9.0, 11.0]), (1e-4, [83.0, 51.0]), (1e-3, [83.0, 51.0]), (1e-2, [83.0, 51.0])];
+    let sizes = [
+        (3e-5, [9.0, 11.0]),
+        (1e-4, [83.0, 51.0]),
+        (1e-3, [83.0, 51.0]),
+        (1e-2, [83.0, 51.0]),
+        (1e-3, [9000.0, 8000.0]),
+    ];
     for ((radius, at), is_disc) in sizes.into_iter().flat_map(|size| [(size, true), (size, false)])
     {
         let world = scene(radius, at, is_disc);
@@ -233,7 +238,29 @@ fn tiny_sensors_far_away_are_right_or_refused() {
             same(&what, irradiance(front(&result, "tiny")), [exact, 0.0], 1e-3);
         }
     }
-    assert_eq!(refusals, [3, 0]);
+    assert_eq!(refusals, [4, 1]);
+}
+
+/// Flights are not aimed at a sensor from more than 100,000 times its radius, so its light by such a lamp
+/// is missing, and it is marked; a sensor ten times as large is not. Closed form of two lamps; seed 1.
+#[test]
+fn sensors_too_small_for_flights_are_marked() {
+    let found = |radius: f64| {
+        let disc = json!({ "center": [0, 0, 0], "normal": [0, 0, 1], "radius": radius });
+        let lamp = |x: f64| json!({ "type": "point", "position": [x, 0, 1], "power": 100 });
+        World::new()
+            .light(lamp(0.0))
+            .light(lamp(0.5))
+            .edited(|scene| scene["captors"] = json!([{ "name": "a", "disc": disc }]))
+            .with("settings", json!({ "guiding": "aim" }))
+            .run(40_000, 1)
+    };
+    let exact = 100.0 / (4.0 * std::f64::consts::PI) * (1.0 + 1.25f64.powf(-1.5));
+    let [large, small] = [1e-4, 1e-5].map(found);
+    same("large", irradiance(front(&large, "a")), [exact, 0.0], 1e-3);
+    assert!(!large.captors[0].front.few_paths);
+    assert!(small.captors[0].front.irradiance[0] < 0.7 * exact);
+    assert!(small.captors[0].front.few_paths);
 }
 
 /// No light leaves closed meshes through their edges and corners: boxes of 3 m and of 540 m, at the

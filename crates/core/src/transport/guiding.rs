@@ -33,4 +33,4 @@ pub use emission::{EmissionTree, Lamps, Sample, emit_at};
 pub use guided::{Guidance, Guided, Windows};
 pub use importance::Importance;
 pub use importons::{Sources, learn};
-pub use targets::Targets;
+pub use targets::{Targets, too_small_to_aim_at};

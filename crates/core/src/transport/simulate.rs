@@ -47,7 +47,7 @@ use crate::{
     math::{machine, rng::Purpose},
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
-        guiding::Guidance,
+        guiding::{Guidance, too_small_to_aim_at},
         paths::{Face, Pilot, Told, Unseen, reached, unaimed},
         photon_map::{MapBuilder, PhotonMap},
         settings::{Estimator, Guiding, PhotonCount, Settings},
@@ -488,7 +488,8 @@ impl<'a> Run<'a> {
                 let photons = Some(totals.histories);
                 let too_small =
                     unaimed.map(|found| found.too_small(self.scene, &totals, 1, photons, &[]));
-                (None, too_small.unwrap_or_default())
+                let too_small = too_small.unwrap_or_default();
+                (None, if targets.is_some() { self.or_tiny(too_small) } else { too_small })
             }
             Work::Paths(_, pilot) => {
                 let Told { unseen, by_chance } = {
@@ -548,21 +549,32 @@ impl<'a> Run<'a> {
         }
         let rays = (totals.segments / SHARE).clamp(RAYS[0], RAYS[1]);
         let reached = reached(scene, rays, self.settings.seed);
-        let mut missed =
-            vec![false; scene.channels() + scene.groups().len() * scene.group_channels()];
+        let mut missed = vec![false; channels_with_groups(scene)];
         for face in dark {
             let own = channel(scene, face);
-            let groups = scene.captors()[face.captor].groups.iter();
-            let of_groups = groups.map(|group| {
-                scene.channels() + group * scene.group_channels() + face.channel as usize
-            });
-            for channel in of_groups.chain([own]) {
+            for channel in with_groups(scene, face) {
                 let reached = reached[own * bands..][..bands].iter();
                 missed[channel] |=
                     found(channel).zip(reached).any(|(found, light)| !found && *light);
             }
         }
         missed
+    }
+
+    /// Adds to a list of channels whose errors are too small those of captors that are too small to be
+    /// aimed at, whose light guided photons miss.
+    fn or_tiny(&self, too_small: Vec<bool>) -> Vec<bool> {
+        let tiny = too_small_to_aim_at(self.scene);
+        if tiny.is_empty() {
+            return too_small;
+        }
+        let mut all = too_small;
+        all.resize(channels_with_groups(self.scene), false);
+        let faces = faces(self.scene);
+        for face in faces.iter().filter(|face| tiny.binary_search(&face.captor).is_ok()) {
+            with_groups(self.scene, face).for_each(|channel| all[channel] = true);
+        }
+        all
     }
 
     fn report(&self, of: Option<u64>, worst: Option<Worst>) {
@@ -619,6 +631,19 @@ fn faces(scene: &Scene) -> Vec<Face<'_>> {
 /// Returns the channel of a face.
 fn channel(scene: &Scene, face: &Face) -> usize {
     scene.captors()[face.captor].first_channel + face.channel as usize
+}
+
+/// Returns the number of channels of all captors and groups.
+fn channels_with_groups(scene: &Scene) -> usize {
+    scene.channels() + scene.groups().len() * scene.group_channels()
+}
+
+/// Returns the channels of a face and of the groups that it belongs to.
+fn with_groups(scene: &Scene, face: &Face) -> impl Iterator<Item = usize> {
+    let groups = scene.captors()[face.captor].groups.iter();
+    let of_group =
+        |group: &usize| scene.channels() + group * scene.group_channels() + face.channel as usize;
+    groups.map(of_group).chain([channel(scene, face)])
 }
 
 /// Returns the faces from which paths start, where all photons count `by_photons`.

@@ -1,6 +1,10 @@
 //! Builds a scene from its parts, with all checks.
 
-use std::{collections::HashMap, ops::Range, sync::OnceLock};
+use std::{
+    collections::{BTreeMap, HashMap},
+    ops::Range,
+    sync::OnceLock,
+};
 
 use glam::{DVec3, Vec3};
 
@@ -24,7 +28,7 @@ use crate::{
         bvh::Bvh,
         captor::{Captor, CaptorKind, Moments},
         instances::Placed,
-        lattice::{Images, Layers, Repeats},
+        lattice::{Images, Lattice, Layers, Repeats},
         light::{Entrance, Light, LightTree, MARGIN, Prism},
         material::Scatterer,
         parameter::Parameters,
@@ -53,23 +57,9 @@ impl Scene {
         let name = parts.name.clone();
         let place = || format!("scene {name}");
         parts.validate(&place())?;
-        let bounds = Bounds::of(&parts);
-        if !bounds.finite {
-            return Err(Error::input(place(), "a coordinate is not finite once it is placed")
-                .remedy("check the unit, transforms and coordinates"));
-        }
+        let bounds = Bounds::checked(&parts, place())?;
         let center = working_center(&parts).unwrap_or_else(|| bounds.center());
-        let radius = bounds.radius();
-        if !(1e-6..=1e9).contains(&radius) {
-            let problem = format!(
-                "half of the diagonal of all that is in it is {} m, must be 1e-6 to 1e9 m",
-                number(f64::from(radius as f32))
-            );
-            return Err(
-                Error::input(place(), problem).remedy("check the unit, transforms and coordinates")
-            );
-        }
-        let radius = radius as f32;
+        let radius = bounds.radius() as f32;
         let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
         let of_captor = |captor: &CaptorPart| captor.sensor.round.map(|round| round.moved(-center));
         let rounds: Vec<Round> = parts.captors.iter().filter_map(of_captor).collect();
@@ -127,60 +117,15 @@ impl Scene {
         }
         stand.balances = parts.lattice.is_some_and(|lattice| lattice.area().is_some())
             && parts.lights.iter().all(|light| light.infinite().is_some());
-        let own = surface_parts.iter().map(|(_, part)| part.triangles.len()).sum();
-        let mut triangles = Vec::with_capacity(own);
-        let mut runs = Vec::with_capacity(surface_parts.len());
-        let mut tangents = vec![Vec::new(); parts.materials.len()];
-        let mut object_parts = Vec::with_capacity(surface_parts.len());
-        let mut triangles_of_part = vec![0..0; surface_parts.len()];
-        // of captors that are surfaces
-        let mut found: HashMap<usize, (Moments, Range<usize>)> = HashMap::new();
-        let mut first = 0;
-        for own in surface_parts.chunk_by(|(_, a), (_, b)| a.captor == b.captor) {
-            let corners = || own.iter().flat_map(|(_, part)| &part.triangles);
-            let range =
-                first..first + own.iter().map(|(_, part)| part.triangles.len()).sum::<usize>();
-            first = range.end;
-            if let Some(captor) = own[0].1.captor {
-                found.insert(captor, (Moments::of(corners()), range));
-            }
-        }
-        for (index, part) in &surface_parts {
-            object_parts.push((triangles.len(), part.object));
-            for (i, tangent) in parts.tangents.get(index).into_iter().flatten().enumerate() {
-                tangents[part.material].push(((triangles.len() + i) as u32, tangent.as_vec3()));
-            }
-            triangles.extend(part.triangles.iter().map(local));
-            runs.push((part.triangles.len(), part.material, part.captor));
-            triangles_of_part[*index] = triangles.len() - part.triangles.len()..triangles.len();
-        }
+        let materials = parts.materials.len();
+        let own = OwnSurfaces::of(&surface_parts, &parts.tangents, materials, local);
+        let OwnSurfaces { triangles, runs, tangents, object_parts, of_part, mut found } = own;
         // before the search structures need memory
         drop(surface_parts);
-        let copies = copies(parts.copies, &triangles_of_part, &objects);
+        let copies = copies(parts.copies, &of_part, &objects);
 
         let mut placed = Placed::new(center);
-        let mut common = Vec::with_capacity(parts.shared.len());
-        let mut first = triangles.len();
-        for part in parts.shared {
-            let corners = || part.surfaces.iter().flat_map(|surface| &surface.triangles);
-            placed.add(corners(), &part.transforms, first);
-            add_captors(&part, first, &mut found);
-            let prototype = &placed.prototypes[common.len()];
-            first += prototype.triangles.len() * part.transforms.len();
-            let mut own = prototype.triangles.iter();
-            let surfaces = part.surfaces.iter().flat_map(|surface| {
-                let triangles = own.by_ref().take(surface.triangles.len());
-                let of = |t| surface_of(t, surface.material, surface.captor);
-                triangles.map(of).collect::<Vec<Surface>>()
-            });
-            common.push(Common {
-                surfaces: surfaces.collect(),
-                object: part.object,
-                first_captor: part.first_captor,
-                captors: part.captors,
-                areas: (0..part.captors).map(|_| OnceLock::new()).collect(),
-            });
-        }
+        let common = common(parts.shared, &mut placed, triangles.len(), &mut found);
         let boxes = placed.boxes();
 
         let lanes = lanes(parts.bands.len());
@@ -189,73 +134,12 @@ impl Scene {
         });
         let materials: Vec<NamedMaterial> = materials.collect();
 
-        let mut captors: Vec<Captor> = Vec::with_capacity(parts.captors.len());
-        let mut captor_triangles = Vec::new();
-        let mut captor_of_triangle = Vec::new();
-        let mut captor_of_round = Vec::with_capacity(rounds.len());
-        // discs and spheres come after all triangles
-        let first_round: usize = parts.captors.iter().map(|captor| captor.triangles.len()).sum();
-        for (index, part) in parts.captors.into_iter().enumerate() {
-            let (corners, first) = match part.kind {
-                CaptorKind::Surface => (Vec::new(), 0),
-                CaptorKind::Virtual { .. } => (part.triangles, captor_triangles.len()),
-            };
-            let own = || match &part.sensor.round {
-                Some(round) => {
-                    let first = first_round + captor_of_round.len();
-                    (Moments::from(round), first..first + 1)
-                }
-                None => (Moments::of(&corners), first..first + corners.len()),
-            };
-            let (moments, range) = found.remove(&index).unwrap_or_else(own);
-            let Moments { area, center, normal } = moments;
-            if area <= 0.0 {
-                return Err(Error::input(place(), format!("captor `{}` has no area", part.id))
-                    .remedy("leave it out, or correct its corners"));
-            }
-            let area = if part.sensor.is_sphere { 0.25 * area } else { area };
-            if let Some(round) = &part.sensor.round {
-                check_radius(&part.id, round, center)?;
-                captor_of_round.push(index as u32);
-            } else if let CaptorKind::Virtual { .. } = part.kind {
-                check_rounding(("captor", &part.id), &corners, 0.001, local)?;
-                captor_triangles.extend(corners.iter().map(local));
-                captor_of_triangle.resize(captor_triangles.len(), index as u32);
-            }
-            let first_channel =
-                captors.last().map_or(0, |c: &Captor| c.first_channel + c.channels());
-            captors.push(Captor {
-                id: part.id,
-                kind: part.kind,
-                area,
-                center,
-                normal,
-                triangles: range,
-                first_channel,
-                groups: part.groups,
-                sensor: part.sensor,
-                by_face: parts.absorbed_by_face && part.kind == CaptorKind::Surface,
-            });
-        }
+        let by_face = parts.absorbed_by_face;
+        let captors = Captors::of(parts.captors, &mut found, by_face, center, place)?;
+        let Captors { captors, triangles: captor_triangles, of_triangle: captor_of_triangle } =
+            captors;
 
-        captor_of_triangle.extend(captor_of_round);
-
-        let around = Extent::of_triangles(&triangles).join(Extent::of_triangles(&captor_triangles));
-        let around = rounds.iter().map(Round::extent).fold(around, Extent::join);
-        let around = boxes.iter().fold(around, |around, copy| around.join(*copy));
-        let around = if around.min.is_finite() { around } else { Extent::of([Vec3::ZERO]) };
-        let margin = MARGIN * closeness(around.min.abs().max(around.max.abs()));
-        let around = Extent { min: around.min - margin, max: around.max + margin };
-        let inside = match &lattice {
-            Some(lattice) => {
-                let own = triangles.iter().chain(&captor_triangles).flat_map(|t| [t.a, t.b, t.c]);
-                let corners = own.chain(boxes.iter().flat_map(Extent::corners));
-                let of_rounds = rounds.iter().map(Round::extent);
-                let corners = corners.chain(of_rounds.flat_map(|extent| extent.corners()));
-                Prism::of_cell(lattice, &around, corners)
-            }
-            None => around.into(),
-        };
+        let inside = inside(lattice.as_ref(), (&triangles, &captor_triangles), &rounds, &boxes);
         let bands = parts.bands.len();
         let made = |LightPart { name, source }: LightPart| {
             Light::new(name, source, bands, center, &inside)
@@ -351,6 +235,186 @@ impl Scene {
     }
 }
 
+/// The surfaces with triangles of their own, which are sorted by captor.
+struct OwnSurfaces {
+    triangles: Vec<Triangle>,
+    /// For each part its number of triangles, its material and its captor.
+    runs: Vec<(usize, usize, Option<usize>)>,
+    /// For each material the triangles that have a tangent, with this.
+    tangents: Vec<Vec<(u32, Vec3)>>,
+    /// For each part its first triangle, and its object.
+    object_parts: Vec<(usize, Option<usize>)>,
+    /// The triangles of each part, in the order of the parts of the scene.
+    of_part: Vec<Range<usize>>,
+    /// The moments and the triangles of captors that are surfaces.
+    found: Found,
+}
+
+/// Moments and triangles by captor.
+type Found = HashMap<usize, (Moments, Range<usize>)>;
+
+impl OwnSurfaces {
+    fn of(
+        parts: &[(usize, SurfacePart)],
+        tangents_of: &BTreeMap<usize, Vec<DVec3>>,
+        materials: usize,
+        local: impl Fn(&[DVec3; 3]) -> Triangle,
+    ) -> Self {
+        let all = parts.iter().map(|(_, part)| part.triangles.len()).sum();
+        let mut triangles = Vec::with_capacity(all);
+        let mut runs = Vec::with_capacity(parts.len());
+        let mut tangents = vec![Vec::new(); materials];
+        let mut object_parts = Vec::with_capacity(parts.len());
+        let mut of_part = vec![0..0; parts.len()];
+        let mut found = Found::new();
+        let mut first = 0;
+        for own in parts.chunk_by(|(_, a), (_, b)| a.captor == b.captor) {
+            let corners = || own.iter().flat_map(|(_, part)| &part.triangles);
+            let range =
+                first..first + own.iter().map(|(_, part)| part.triangles.len()).sum::<usize>();
+            first = range.end;
+            if let Some(captor) = own[0].1.captor {
+                found.insert(captor, (Moments::of(corners()), range));
+            }
+        }
+        for (index, part) in parts {
+            object_parts.push((triangles.len(), part.object));
+            for (i, tangent) in tangents_of.get(index).into_iter().flatten().enumerate() {
+                tangents[part.material].push(((triangles.len() + i) as u32, tangent.as_vec3()));
+            }
+            triangles.extend(part.triangles.iter().map(&local));
+            runs.push((part.triangles.len(), part.material, part.captor));
+            of_part[*index] = triangles.len() - part.triangles.len()..triangles.len();
+        }
+        Self { triangles, runs, tangents, object_parts, of_part, found }
+    }
+}
+
+/// Returns what copies that share their triangles have in common, and places them: the first of their
+/// triangles has the index `first`.
+fn common(
+    shared: Vec<SharedPart>,
+    placed: &mut Placed,
+    mut first: usize,
+    found: &mut Found,
+) -> Vec<Common> {
+    let mut common = Vec::with_capacity(shared.len());
+    for part in shared {
+        let corners = || part.surfaces.iter().flat_map(|surface| &surface.triangles);
+        placed.add(corners(), &part.transforms, first);
+        add_captors(&part, first, found);
+        let prototype = &placed.prototypes[common.len()];
+        first += prototype.triangles.len() * part.transforms.len();
+        let mut own = prototype.triangles.iter();
+        let surfaces = part.surfaces.iter().flat_map(|surface| {
+            let triangles = own.by_ref().take(surface.triangles.len());
+            let of = |t| surface_of(t, surface.material, surface.captor);
+            triangles.map(of).collect::<Vec<Surface>>()
+        });
+        common.push(Common {
+            surfaces: surfaces.collect(),
+            object: part.object,
+            first_captor: part.first_captor,
+            captors: part.captors,
+            areas: (0..part.captors).map(|_| OnceLock::new()).collect(),
+        });
+    }
+    common
+}
+
+/// The captors, and the triangles of those that are sensors.
+struct Captors {
+    captors: Vec<Captor>,
+    triangles: Vec<Triangle>,
+    /// The captor of each triangle and then of each disc and sphere.
+    of_triangle: Vec<u32>,
+}
+
+impl Captors {
+    /// Takes what surfaces are found to be, and adds the sensors. Errors: a captor without area, or one that
+    /// single precision cannot represent.
+    fn of(
+        parts: Vec<CaptorPart>,
+        found: &mut Found,
+        absorbed_by_face: bool,
+        center: DVec3,
+        place: impl Fn() -> String,
+    ) -> Result<Self> {
+        let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
+        let mut captors: Vec<Captor> = Vec::with_capacity(parts.len());
+        let (mut triangles, mut of_triangle) = (Vec::new(), Vec::new());
+        let mut of_round = Vec::new();
+        // discs and spheres come after all triangles
+        let first_round: usize = parts.iter().map(|captor| captor.triangles.len()).sum();
+        for (index, part) in parts.into_iter().enumerate() {
+            let (corners, first) = match part.kind {
+                CaptorKind::Surface => (Vec::new(), 0),
+                CaptorKind::Virtual { .. } => (part.triangles, triangles.len()),
+            };
+            let own = || match &part.sensor.round {
+                Some(round) => {
+                    let first = first_round + of_round.len();
+                    (Moments::from(round), first..first + 1)
+                }
+                None => (Moments::of(&corners), first..first + corners.len()),
+            };
+            let (moments, range) = found.remove(&index).unwrap_or_else(own);
+            let Moments { area, center: middle, normal } = moments;
+            if area <= 0.0 {
+                return Err(Error::input(place(), format!("captor `{}` has no area", part.id))
+                    .remedy("leave it out, or correct its corners"));
+            }
+            let area = if part.sensor.is_sphere { 0.25 * area } else { area };
+            if let Some(round) = &part.sensor.round {
+                check_radius(&part.id, round, center)?;
+                of_round.push(index as u32);
+            } else if let CaptorKind::Virtual { .. } = part.kind {
+                check_rounding(("captor", &part.id), &corners, 0.001, local)?;
+                triangles.extend(corners.iter().map(local));
+                of_triangle.resize(triangles.len(), index as u32);
+            }
+            let first_channel =
+                captors.last().map_or(0, |c: &Captor| c.first_channel + c.channels());
+            captors.push(Captor {
+                id: part.id,
+                kind: part.kind,
+                area,
+                center: middle,
+                normal,
+                triangles: range,
+                first_channel,
+                groups: part.groups,
+                sensor: part.sensor,
+                by_face: absorbed_by_face && part.kind == CaptorKind::Surface,
+            });
+        }
+        of_triangle.extend(of_round);
+        Ok(Self { captors, triangles, of_triangle })
+    }
+}
+
+/// Returns a prism around all that photons may meet: triangles of surfaces and of sensors, discs and
+/// spheres, and boxes around copies.
+fn inside(
+    lattice: Option<&Lattice>,
+    (triangles, of_captors): (&[Triangle], &[Triangle]),
+    rounds: &[Round],
+    boxes: &[Extent],
+) -> Prism {
+    let around = Extent::of_triangles(triangles).join(Extent::of_triangles(of_captors));
+    let around = rounds.iter().map(Round::extent).fold(around, Extent::join);
+    let around = boxes.iter().fold(around, |around, copy| around.join(*copy));
+    let around = if around.min.is_finite() { around } else { Extent::of([Vec3::ZERO]) };
+    let margin = MARGIN * closeness(around.min.abs().max(around.max.abs()));
+    let around = Extent { min: around.min - margin, max: around.max + margin };
+    let Some(lattice) = lattice else { return around.into() };
+    let own = triangles.iter().chain(of_captors).flat_map(|t| [t.a, t.b, t.c]);
+    let corners = own.chain(boxes.iter().flat_map(Extent::corners));
+    let of_rounds = rounds.iter().map(Round::extent);
+    let corners = corners.chain(of_rounds.flat_map(|extent| extent.corners()));
+    Prism::of_cell(lattice, &around, corners)
+}
+
 /// Makes layers of the height `dz`, m, for surfaces that are sorted by captor, those without one
 /// first. Error: too many layers.
 fn layers_of(
@@ -396,11 +460,7 @@ fn surface_of(triangle: &Triangle, material: usize, captor: Option<usize>) -> Su
 
 /// Adds the moments and the triangles of the captors of copies that share their triangles, of which
 /// the first has the index `first`. Surfaces are sorted by captor.
-fn add_captors(
-    part: &SharedPart,
-    first: usize,
-    found: &mut HashMap<usize, (Moments, Range<usize>)>,
-) {
+fn add_captors(part: &SharedPart, first: usize, found: &mut Found) {
     let each = part.triangles();
     let mut start = 0;
     for surfaces in part.surfaces.chunk_by(|a, b| a.captor == b.captor) {
@@ -520,12 +580,12 @@ fn check_rounding(
 }
 
 /// Refuses a disc or sphere that is so small where it stands that single precision moves rays by more
-/// than a hundredth of its radius.
+/// than a sixteenth of its radius: then photons read it wrong, by a tenth and more.
 fn check_radius(name: &str, round: &Round, center: DVec3) -> Result<()> {
     const NANOMETRE: f64 = 1e-9;
     let far = round.moved(-center).reach().max_element();
     let moves = 0.5 * f64::from(f32::EPSILON) * f64::from(far);
-    if round.radius >= NANOMETRE.max(100.0 * moves) {
+    if round.radius >= NANOMETRE.max(16.0 * moves) {
         return Ok(());
     }
     Err(drowns(("captor", name), round.area(), far))
@@ -566,6 +626,25 @@ impl Bounds {
             bounds.add(DVec3::ZERO);
         }
         bounds
+    }
+
+    /// Returns the extent. Errors, at this place: a coordinate is not finite; it is too large or too small.
+    fn checked(parts: &SceneParts, place: String) -> Result<Self> {
+        let bounds = Self::of(parts);
+        let remedy = "check the unit, transforms and coordinates";
+        if !bounds.finite {
+            let problem = "a coordinate is not finite once it is placed";
+            return Err(Error::input(place, problem).remedy(remedy));
+        }
+        let radius = bounds.radius();
+        if !(1e-6..=1e9).contains(&radius) {
+            let problem = format!(
+                "half of the diagonal of all that is in it is {} m, must be 1e-6 to 1e9 m",
+                number(f64::from(radius as f32))
+            );
+            return Err(Error::input(place, problem).remedy(remedy));
+        }
+        Ok(bounds)
     }
 
     fn add(&mut self, p: DVec3) {

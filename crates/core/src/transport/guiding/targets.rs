@@ -19,6 +19,7 @@ use crate::{
     },
     scene::{
         captor::{Captor, CaptorKind, Moments},
+        light::Light,
         material::{Material, Scatterer},
         world::{MirrorPlane, Scene},
     },
@@ -178,6 +179,21 @@ pub struct Targets {
     pub(super) passes_surfaces: bool,
     /// Whether flights are aimed at surfaces, too, and tell of their arrivals there.
     pub(super) are_surfaces: bool,
+}
+
+/// Returns the indices of the virtual captors that are too small to be aimed at from everywhere in
+/// the scene, so that flights miss some of their light.
+pub fn too_small_to_aim_at(scene: &Scene) -> Vec<usize> {
+    let lamps = scene.lights().iter().filter(|light| light.entrance().is_none());
+    let all = lamps.map(Light::extent).fold(scene.triangles().extent(), Extent::join);
+    let is_too_small = |&(c, captor): &(usize, &Captor)| {
+        let target = Target::new(scene, c, captor);
+        let far = all.corners().map(|corner| corner.distance_squared(target.center));
+        all.min.is_finite() && target.is_tiny(far.into_iter().fold(0.0, f32::max))
+    };
+    let captors = scene.captors().iter().enumerate();
+    let captors = captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface);
+    captors.filter(is_too_small).map(|(c, _)| c).collect()
 }
 
 impl Targets {
