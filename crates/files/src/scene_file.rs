@@ -1,7 +1,7 @@
 //! Scene files: reads the JSON of a scene and the files that it names (OBJ, MTL, CSV and others),
 //! checks all of it, and makes a [`Scene`].
 //!
-//! [`load`] is the usual entry. The JSON is read into the types of `format`; a `Loader` (`loader`)
+//! [`load`] is the usual entry. The JSON is read into the types of `spec`; a `Loader` (`loader`)
 //! then puts the scene together in the order of `Loader::load`, at the end of this file. Each of
 //! the other files of the folder loads what its name says.
 

@@ -5,7 +5,7 @@
 //! `histories` says how light reaches a captor. `compare` compares two results. `year_facts` tells of the tables of a year. `calibration` holds factors on the powers of lamps that were
 //! found from readings.
 //!
-//! Nothing in this module reads or writes files.
+//! Nothing in this crate reads or writes files.
 
 #![deny(unsafe_code)]
 
