@@ -81,7 +81,12 @@ fn main() {
         let at = arguments.iter().position(|argument| argument == name)?;
         arguments.get(at + 1).map(String::as_str)
     };
-    let seconds = option("--seconds").map_or(2.5, |text| text.parse().expect("seconds"));
+    // among all benchmarks, of which a filter may want others, it takes too long
+    let Some(seconds) = option("--seconds") else {
+        println!("choices: left out; `cargo bench --bench choices -- --seconds 2.5` runs it");
+        return;
+    };
+    let seconds = seconds.parse().expect("seconds");
     let range = |name: &str| option(name).map_or(0..0, range);
     println!("scene,chosen,default,photons,paths,complete,default/best,time/photons,worst/photons");
     let shipped: Vec<Line> = SHIPPED
