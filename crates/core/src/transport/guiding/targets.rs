@@ -45,6 +45,9 @@ const FLAT: f32 = 0.02;
 /// A captor whose size is below this fraction of its distance is not aimed at: the rounding of the
 /// directions of rays would make flights miss it.
 const TINY: f32 = 1e-5;
+/// What surfaces farther away than this, m, scatter onto a sensor is taken to be little: else a wide
+/// ground would mark all of them.
+const NEAR: f32 = 100.0;
 /// A ray that passes captors at more than this many times their size is compared with them in double
 /// precision.
 const FAR: f32 = 1e3;
@@ -181,15 +184,21 @@ pub struct Targets {
     pub(super) are_surfaces: bool,
 }
 
-/// Returns the indices of the virtual captors that are too small to be aimed at from everywhere in
-/// the scene, so that flights miss some of their light.
+/// Returns the indices of the virtual captors that are too small to be aimed at from all lamps, or from
+/// all surfaces up to [`NEAR`], so that flights miss some of their light.
 pub fn too_small_to_aim_at(scene: &Scene) -> Vec<usize> {
     let lamps = scene.lights().iter().filter(|light| light.entrance().is_none());
-    let all = lamps.map(Light::extent).fold(scene.triangles().extent(), Extent::join);
+    let lamps = lamps.map(Light::extent).fold(Extent::EMPTY, Extent::join);
+    let surfaces = scene.triangles().extent();
+    let far = |extent: &Extent, from: Vec3| match extent.min.is_finite() {
+        true => extent.corners().map(|corner| corner.distance_squared(from)),
+        false => [0.0; 8],
+    };
     let is_too_small = |&(c, captor): &(usize, &Captor)| {
         let target = Target::new(scene, c, captor);
-        let far = all.corners().map(|corner| corner.distance_squared(target.center));
-        all.min.is_finite() && target.is_tiny(far.into_iter().fold(0.0, f32::max))
+        let [lamps, surfaces] = [&lamps, &surfaces]
+            .map(|extent| far(extent, target.center).into_iter().fold(0.0, f32::max));
+        target.is_tiny(lamps.max(surfaces.min(NEAR * NEAR)))
     };
     let captors = scene.captors().iter().enumerate();
     let captors = captors.filter(|(_, captor)| captor.kind != CaptorKind::Surface);

@@ -43,7 +43,8 @@ use crate::{
 const LEAST_PHOTONS: f64 = 1.0 / 64.0;
 const MOST_PHOTONS: f64 = 0.875;
 /// Where they are stored for k-nearest estimates, or count alone at some faces, they take at least this
-/// fraction: no face has more than ten times the variance that photons of the same work have.
+/// fraction: such a face has at most ten times the variance that the same photons would have with all of
+/// the counted work.
 const LEAST_NEEDED: f64 = 0.1;
 /// Paths are taken to leave up to so many times as much light to photons at one face as at all of them.
 const UNEVEN: f64 = 8.0;
