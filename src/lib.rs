@@ -84,13 +84,14 @@ pub mod transport {
 pub mod results {
     pub use phylux_results::{
         Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, Calibration, CanopyResult,
-        CaptorResult, Comparison, DarkResult, Deviations, Difference, Electricity, Energy,
-        EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity, GroupResult,
-        HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult, LampElectricity,
-        LayerResult, Lit, MapResult, Model, ModelErrors, NearestResult, PerKwh, PlaneElectricity,
-        RatioResult, RatioSensitivity, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings,
-        SensitivityResult, Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity,
-        Varied, Warning, WorstResult, YearFacts,
+        CaptorResult, Column, Comparison, DarkResult, Deviations, Difference, Electricity, Energy,
+        Errors, EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity,
+        GroupResult, HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult,
+        LampElectricity, LayerResult, Lit, MapResult, Measure, Model, ModelErrors, NearestResult,
+        Own, Per, PerKwh, PlaneElectricity, QUANTITIES, Quantity, RatioResult, RatioSensitivity,
+        Ratios, ReadingResult, ResultsFile, Row, RunResult, RunSettings, SensitivityResult, Share,
+        Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity, Varied, Warning, When, Whole,
+        WorstResult, YearFacts,
     };
 }
 

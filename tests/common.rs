@@ -7,7 +7,7 @@ use std::{
 
 use phylux::{
     Control, Estimator, RunResult, Settings,
-    results::FaceResult,
+    results::{FaceResult, Own},
     transport::{NearestCount, PhotonCount},
 };
 
@@ -101,6 +101,12 @@ impl TestScene {
 pub fn front<'a>(result: &'a RunResult, id: &str) -> &'a FaceResult {
     let captor = result.captors.iter().find(|captor| captor.id == id);
     &captor.unwrap_or_else(|| panic!("no captor {id}")).front
+}
+
+/// Returns the share of a captor, group or layer that the sun shines on, with its standard error.
+pub fn sunlit(own: &Own) -> (f64, f64) {
+    let (share, error) = own.one("sunlit").expect("a share");
+    (share, error.expect("an error"))
 }
 
 /// Returns the folder of independently computed truths and measurements, which is not part of the

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::{
     bad_input::bad_scene,
-    common::{TestScene, run_file, shared},
+    common::{TestScene, run_file, shared, sunlit},
     exact::{Comparisons, fresnel, mean_over, polygon_irradiance},
     world::{Mesh, Point, World, check_ledger, front, room},
 };
@@ -952,7 +952,7 @@ fn intervals_of_sunlit_shares_hold() {
         // the sun shines on what lies at x below 0
         let t = (-captor.center[0] / RADIUS).clamp(-1.0, 1.0);
         let share = 0.5 + (t * (1.0 - t * t).sqrt() + t.asin()) / PI;
-        let (found, error) = (captor.sunlit.expect("a share"), captor.sunlit_se.expect("an error"));
+        let (found, error) = sunlit(&captor.own);
         held += usize::from((found - share).abs() <= 1.98 * error);
         assert!(error < 0.1, "{}: {error}", captor.id);
     }

@@ -1,7 +1,9 @@
 //! README.md and the pages of docs/ are easy to read as text: no line of prose is longer than 100
-//! characters.
+//! characters. What docs/results.md says of each quantity is what the registry says.
 
 use std::{fs, path::Path};
+
+use phylux::results::{QUANTITIES, Quantity};
 
 /// Returns the lines of prose of a page that are too long, with their numbers. Lines of code and of
 /// tables are left out, and so are lines without a space to break them at.
@@ -47,4 +49,37 @@ fn long_prose_is_told_from_code_and_tables() {
     );
     let lines: Vec<usize> = long_lines(&page).into_iter().map(|(number, _)| number).collect();
     assert_eq!(lines, [1, 9]);
+}
+
+/// Returns the names of quantities by the parts of a table in which they stand, as the page has them.
+fn names(part: fn(&Quantity) -> Option<u8>, is_in: fn(u8) -> bool) -> String {
+    let found = QUANTITIES.iter().filter_map(|of| Some((part(of).filter(|p| is_in(*p))?, of.name)));
+    let mut found: Vec<(u8, &str)> = found.collect();
+    found.sort_by_key(|(part, _)| *part);
+    found.iter().map(|(_, name)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+#[test]
+fn the_page_of_results_is_made_from_the_registry() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/results.md");
+    let page = fs::read_to_string(page).expect("docs/results.md");
+    let mut lines = Vec::new();
+    for [keys, meaning] in QUANTITIES.iter().map(|quantity| quantity.docs) {
+        if !keys.is_empty() {
+            lines.push(format!("| {keys} | {meaning} |"));
+        }
+    }
+    assert!(lines.len() > 5);
+    lines.push(format!(
+        "| `quantity` | {}, and after all captors {}; for groups of several captors {}; ",
+        names(|of| of.captor_rows, |part| part == 0),
+        names(|of| of.captor_rows, |part| part > 0),
+        names(|of| of.group_rows, |_| true),
+    ));
+    for line in lines {
+        assert!(
+            page.lines().any(|own| own.starts_with(&line)),
+            "docs/results.md must have\n{line}"
+        );
+    }
 }

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::{
     bad_input::bad_scene,
-    common::run_file,
+    common::{run_file, sunlit},
     exact::Comparisons,
     world::{Mesh, Point, World, front},
 };
@@ -540,7 +540,7 @@ fn the_sunlit_share_is_known() {
                 [("leaf", 0.3, 1.0), ("ground", 1.0, 0.7), ("both", 1.3, 1.0 / 1.3)]
             {
                 let found = result.groups.iter().find(|g| g.id == group).expect("a group");
-                let (share, error) = (found.sunlit.expect("a share"), found.sunlit_se.unwrap());
+                let (share, error) = sunlit(&found.own);
                 assert!((found.area - area).abs() < 1e-9);
                 assert!(
                     error < 0.07 && (share - exact).abs() <= 5.0 * error,
@@ -549,7 +549,7 @@ fn the_sunlit_share_is_known() {
             }
             let layers = result.layers.as_ref().expect("layers");
             for (layer, exact) in layers.iter().zip([0.7, 1.0]) {
-                let (share, error) = (layer.sunlit.expect("a share"), layer.sunlit_se.unwrap());
+                let (share, error) = sunlit(&layer.own);
                 assert!(
                     error < 0.003 && (share - exact).abs() <= 5.0 * error,
                     "{zenith}, layer from {}, {how}: {share} {error}",
@@ -589,13 +589,18 @@ fn needs_shared_sunlit_share_of_level_leaves() {
         });
     let result = world.run(10_000, 1);
     let leaves = result.groups.iter().find(|g| g.id == "leaves").expect("leaves");
-    let (share, error) = (leaves.sunlit.expect("a share"), leaves.sunlit_se.unwrap());
+    let (share, error) = sunlit(&leaves.own);
     assert!((leaves.area - 3.00022).abs() < 1e-4, "{}", leaves.area);
     assert!((share - 0.31784).abs() < 5.0 * error && error < 0.005, "{share} +- {error}");
     let layers =
         result.layers.as_ref().expect("layers").iter().skip_while(|layer| layer.area == 0.0);
-    let shares: Vec<[f64; 3]> =
-        layers.filter_map(|l| Some([l.area, l.sunlit?, l.sunlit_se?])).collect();
+    let known = layers.filter(|layer| layer.own.one("sunlit").is_some());
+    let shares: Vec<[f64; 3]> = known
+        .map(|layer| {
+            let (share, error) = sunlit(&layer.own);
+            [layer.area, share, error]
+        })
+        .collect();
     assert!(shares.len() >= 4 && shares.is_sorted_by(|low, high| low[1] < high[1]), "{shares:?}");
     let all: f64 = shares.iter().map(|[area, share, _]| area * share).sum();
     let error = shares.iter().map(|[area, _, error]| (area * error).powi(2)).sum::<f64>().sqrt();
@@ -800,9 +805,9 @@ fn level_leaves_in_borders_are_in_one_layer() {
             assert!(rest.abs() < 1e-6 * of_steep.0.max(1.0), "{share} {how}: {rest}");
             // the sun stands in the zenith: the leaf on top has all of it
             let top = &layers[place(2.2).expect("the top layer")];
-            let sunlit = top.sunlit.expect("a share");
+            let (in_sun, _) = sunlit(&top.own);
             // whether it grazes the upright leaf, a fifth of the area there, is left to rounding
-            assert!(sunlit > 0.78, "{share} {how}: {top:?}");
+            assert!(in_sun > 0.78, "{share} {how}: {top:?}");
         }
     }
 }
@@ -937,9 +942,8 @@ fn the_hill_hides_the_sun() {
                     // the lower half of the disc is a little less steep than its middle
                     let near = 5.0 * error.unwrap_or(0.0) + 0.02 * share * (1.0 - share);
                     assert!(off <= near + 1e-6, "{what}");
-                    let (sunlit, error) =
-                        (found.sunlit.expect("a share"), found.sunlit_se.unwrap());
-                    assert!((sunlit - share).abs() <= 5.0 * error, "{what}: {sunlit} {error}");
+                    let (in_sun, error) = sunlit(&found.own);
+                    assert!((in_sun - share).abs() <= 5.0 * error, "{what}: {in_sun} {error}");
                 }
             }
         }

@@ -94,6 +94,8 @@ class Loaded:
         self, path: _Path, results: Found | None, trace: bool, threads: int | None, to: str | None
     ) -> None: ...
 
+def quantities() -> list[tuple[str, str, str, str, bool, bool, bool, int | None]]: ...
+
 @final
 class Found:
     @staticmethod

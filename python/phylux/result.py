@@ -6,10 +6,10 @@ import copy
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,32 @@ FACES = ("front", "back")
 _NOT_SPLIT, _SPLIT = "these results are not split by light", "run the scene with by_light=True"
 _NO_SCENE = "results from a file know no scene"
 _Array = TypeVar("_Array", bound=npt.NDArray[Any])
+
+
+class _Quantity(NamedTuple):
+    """An entry of the registry of quantities."""
+
+    #: name in tables
+    name: str
+    #: name of arrays
+    array: str
+    #: what it has a value for: ``band`` (or sum), ``ratio``, or nothing but the captor
+    per: str
+    #: key of its unit; empty for shares and ratios
+    unit: str
+    #: whether it has a value for each face
+    of_faces: bool
+    #: whether all results have it
+    always: bool
+    #: whether it is known by its name alone
+    own: bool
+    #: part of the table in which it stands
+    part: int | None
+
+
+_QUANTITIES = [_Quantity(*entry) for entry in _native.quantities()]
+#: arrays that `Values` does not name
+_MORE = {f"{quantity.array}{ending}" for quantity in _QUANTITIES if quantity.own for ending in ("", "_se")}
 
 
 @dataclass(frozen=True)
@@ -51,10 +77,11 @@ class Values:
         absorbed_ratios, absorbed_ratios_se: (n, ratios), the same of the light that surfaces absorbed.
         absorbed_by_face, absorbed_by_face_se: (n, 2, bands), what surfaces absorbed of the light on each face; None except
             in scenes with ``absorbed_by_face``.
-        sunlit, sunlit_se: (n,), share of the area on which the sun shines; None except in scenes with ``sunlit``.
         dli, dli_se: (n, 2, bands), daily light integral, mol/m2/d; None except in scenes in umol/s over a period.
         flux_model_se, irradiance_model_se, absorbed_model_se, ratios_model_se, absorbed_ratios_model_se: standard deviations
             by uncertain inputs, in the shape of the values; None except in scenes with ``uncertain``.
+        more: further quantities of captors or groups by their names in docs/results.md, with ``_se``: (n,). Each is an
+            attribute, too, which is None where the results do not have it.
     """
 
     ids: list[str]
@@ -75,13 +102,17 @@ class Values:
     absorbed_ratios_se: Floats | None = None
     absorbed_by_face: Floats | None = None
     absorbed_by_face_se: Floats | None = None
-    sunlit: Floats | None = None
-    sunlit_se: Floats | None = None
     flux_model_se: Floats | None = None
     irradiance_model_se: Floats | None = None
     absorbed_model_se: Floats | None = None
     ratios_model_se: Floats | None = None
     absorbed_ratios_model_se: Floats | None = None
+    more: Mapping[str, Floats] = field(default_factory=dict)
+
+    def __getattr__(self, name: str) -> Floats | None:
+        if name in _MORE:
+            return self.more.get(name)
+        raise AttributeError(f"no quantity `{name}`", name=name, obj=self)
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -90,14 +121,19 @@ class Values:
         """Returns the rows with these indices; the index -1 gives a row without values (NaN, and 0 for counts)."""
         index = np.asarray(rows, dtype=np.intp)
         known = index >= 0
-        arrays: dict[str, Any] = {}
-        for field in fields(self):
-            values = getattr(self, field.name)
-            if field.name != "ids" and values is not None:
-                taken = values[index]
-                taken[~known] = np.nan if taken.dtype.kind == "f" else 0
-                arrays[field.name] = _fixed(taken)
-        return Values([self.ids[i] if i >= 0 else "" for i in index.tolist()], **arrays)
+
+        def take(values: Any) -> Any:
+            taken = values[index]
+            taken[~known] = np.nan if taken.dtype.kind == "f" else 0
+            return _fixed(taken)
+
+        more = {name: take(values) for name, values in self.more.items()}
+        arrays = {name: take(getattr(self, name)) for name in _FIELDS if getattr(self, name) is not None}
+        return Values([self.ids[i] if i >= 0 else "" for i in index.tolist()], **arrays, more=more)
+
+
+#: arrays that `Values` names
+_FIELDS = [one.name for one in fields(Values) if one.name not in ("ids", "more")]
 
 
 class Result:
@@ -352,10 +388,7 @@ class Result:
 
     @cached_property
     def _frame(self) -> Any:
-        values, nearest = self.values, self.nearest
-        cells = _arrived(values)
-        cells += [(name, nearest[name], nearest[f"{name}_se"], None) for name in ("knn_irradiance", "knn_radiance") if nearest]
-        return self._with_ratios("captor", values, self._tidy("captor", values, cells))
+        return self._tidy("captor", self._ids, {**self._arrays(False, None), **self._nearest})
 
     @property
     def groups(self) -> Any:
@@ -369,47 +402,33 @@ class Result:
 
     @cached_property
     def _groups(self) -> Any:
-        values = self.group_values
-        cells = _arrived(values)
-        ranges = self._found.arrays(True, None)
-        for name in ("irradiance_min", "irradiance_max"):
-            if name in ranges:
-                array = ranges[name].reshape(values.flux.shape)
-                cells.append((name, array, np.full_like(array, np.nan), None))
-        for name in ("min_over_mean", "cv"):
-            if name in ranges:
-                value, error = (ranges[key].reshape(values.flux.shape) for key in (name, f"{name}_se"))
-                cells.append((name, value, error, None))
-        return self._with_ratios("group", values, self._tidy("group", values, cells))
+        return self._tidy("group", self._found.ids(True), self._arrays(True, None))
 
-    def _with_ratios(self, key: str, values: Values, table: Any) -> Any:
-        """Returns the table with rows for ratios, and for what was absorbed by face, after all others."""
-        if values.ratios is not None:
-            assert values.ratios_se is not None and values.absorbed_ratios is not None
-            assert values.absorbed_ratios_se is not None
-            found = np.concatenate([values.ratios, values.absorbed_ratios[:, None]], axis=1)
-            errors = np.concatenate([values.ratios_se, values.absorbed_ratios_se[:, None]], axis=1)
-            kinds: tuple[str, ...] = ("ratio", "ratio", "absorbed_ratio")
-            model = None
-            if values.ratios_model_se is not None and values.absorbed_ratios_model_se is not None:
-                model = np.concatenate([values.ratios_model_se, values.absorbed_ratios_model_se[:, None]], axis=1)
-            table = _with_rows(table, key, values.ids, self.ratios, kinds, found, errors, model=model)
-        if values.absorbed_by_face is not None:
-            assert values.absorbed_by_face_se is not None
-            kinds = ("absorbed_by_face",) * 2
-            found, errors = values.absorbed_by_face, values.absorbed_by_face_se
-            table = _with_rows(table, key, values.ids, self.bands, kinds, found, errors)
-        if values.sunlit is not None:
-            assert values.sunlit_se is not None
-            found, errors = values.sunlit[:, None, None], values.sunlit_se[:, None, None]
-            table = _with_rows(table, key, values.ids, [None], ("sunlit",), found, errors, faces=(None,))
+    def _tidy(self, key: str, ids: list[str], arrays: Mapping[str, Any]) -> Any:
+        """Returns the table of these arrays: first what all captors have, then part by part the rest."""
+        table = self._first(key, ids, arrays)
+        for part in sorted({quantity.part for quantity in _QUANTITIES if quantity.part}):
+            found = [quantity for quantity in _QUANTITIES if quantity.part == part and quantity.array in arrays]
+            if not found:
+                continue
+            faces = [face for quantity in found for face in (FACES if quantity.of_faces else (None,))]
+            kinds = tuple(quantity.name for quantity in found for _ in range(2 if quantity.of_faces else 1))
+
+            def joined(ending: str, found: list[_Quantity] = found) -> Any:
+                count, width = len(ids), self._width(found[0])
+                of_faces = (arrays[f"{one.array}{ending}"].reshape(count, 2 if one.of_faces else 1, width) for one in found)
+                return np.concatenate(list(of_faces), axis=1)
+
+            names: Sequence[str | None] = {"band": self.bands, "ratio": self.ratios}.get(found[0].per, [None])
+            model = joined("_model_se") if f"{found[0].array}_model_se" in arrays else None
+            table = _with_rows(table, key, ids, names, kinds, joined(""), joined("_se"), tuple(faces), model)
         return table
 
     @property
     def layers(self) -> Any:
         """A pandas DataFrame of what surface captors absorbed by layers, from the lowest up; None without layers.
 
-        Columns: from_m, to_m, area (m2, one side), band, absorbed, standard_error, and per_area (absorbed over area); in scenes with ``sunlit`` also sunlit, the share of the area on which the sun shines, and sunlit_se.
+        Columns: from_m, to_m, area (m2, one side), band, absorbed, standard_error, and per_area (absorbed over area); also what else the results know of each layer (docs/results.md), each with ``_se``.
         """
         return None if self._layers is None else self._layers.copy()
 
@@ -426,7 +445,7 @@ class Result:
         ]
         frame = pd.DataFrame(rows, columns=["from_m", "to_m", "area", "band", "absorbed", "standard_error"])
         frame["per_area"] = frame["absorbed"] / frame["area"]
-        for name in ("sunlit", "sunlit_se"):
+        for name in (f"{quantity.array}{ending}" for quantity in _QUANTITIES if quantity.own for ending in ("", "_se")):
             if any(name in layer for layer in found):
                 frame[name] = np.repeat([layer.get(name, np.nan) for layer in found], len(self.bands))
         return frame
@@ -482,18 +501,20 @@ class Result:
         number = lambda value: float("nan") if value is None else float(value)  # noqa: E731
         return {name: dict(zip(self.bands, map(number, values), strict=True)) for name, values in found.items()}
 
-    def _tidy(self, key: str, values: Values, cells: list[_Cell]) -> Any:
+    def _first(self, key: str, ids: list[str], arrays: Mapping[str, Any]) -> Any:
+        """Returns the table of what arrives on faces and of the absorbed power, by band."""
         pd = _pandas("a DataFrame")
-        count, bands, quantities = len(values), len(self.bands), [cell[0] for cell in cells]
+        first = [one for one in _QUANTITIES if one.of_faces and one.per == "band" and not one.part and one.array in arrays]
+        cells = [[arrays.get(f"{one.array}{ending}") for ending in ("", "_se", "_model_se")] for one in first]
+        count, bands, quantities = len(ids), len(self.bands), [quantity.name for quantity in first]
         width = 2 * bands * len(cells)
-        absorbed = [values.absorbed, values.absorbed_se]
-        if values.absorbed_model_se is not None:
-            absorbed.append(values.absorbed_model_se)
+        endings = ("", "_se", "_model_se") if "absorbed_model_se" in arrays else ("", "_se")
+        absorbed = [arrays[f"absorbed{ending}"] for ending in endings]
         # columns: face, then band, then quantity; after them the absorbed power per band
         numbers = np.empty((len(absorbed), count, width + bands))
-        unknown = np.full_like(values.flux, np.nan)
+        unknown = np.full_like(arrays["flux"], np.nan)
         for which, of_absorbed in enumerate(absorbed):
-            of_cells = (cell[1 + which] for cell in cells)
+            of_cells = (cell[which] for cell in cells)
             arrived = np.stack([unknown if array is None else array for array in of_cells], axis=-1)
             numbers[which, :, :width] = arrived.reshape(count, width)
             numbers[which, :, width:] = of_absorbed
@@ -515,7 +536,7 @@ class Result:
             return pd.Categorical.from_codes(codes, pd.Index(names, dtype="object"))
 
         table = {
-            key: categories(rows.astype(np.int32), values.ids),
+            key: categories(rows.astype(np.int32), ids),
             "face": categories(face.astype(np.int8)[columns], FACES),
             "band": categories(band.astype(np.int16)[columns], self.bands),
             "quantity": categories(quantity.astype(np.int8)[columns], [*quantities, "absorbed"]),
@@ -554,24 +575,17 @@ class Result:
             arrays = [getattr(part, name) for part in parts]
             return np.stack(arrays, axis=-1) if split else arrays[0]
 
-        names = {
-            "flux": ("captor", "face", "band"),
-            "flux_se": ("captor", "face", "band"),
-            "irradiance": ("captor", "face", "band"),
-            "irradiance_se": ("captor", "face", "band"),
-            "photons": ("captor", "face"),
-            "absorbed": ("captor", "band"),
-            "absorbed_se": ("captor", "band"),
-        }
-        if self.values.dli is not None:
-            names |= {"dli": ("captor", "face", "band"), "dli_se": ("captor", "face", "band")}
-        if self.values.ratios is not None:
-            names |= {"ratios": ("captor", "face", "ratio"), "ratios_se": ("captor", "face", "ratio")}
-            names |= {"absorbed_ratios": ("captor", "ratio"), "absorbed_ratios_se": ("captor", "ratio")}
-        if self.values.absorbed_by_face is not None:
-            names |= {name: ("captor", "face", "band") for name in ("absorbed_by_face", "absorbed_by_face_se")}
-        if self.values.sunlit is not None:
-            names |= {"sunlit": ("captor",), "sunlit_se": ("captor",)}
+        there = [one for one in _QUANTITIES if getattr(self.values, one.array, None) is not None]
+        # photons stand behind what all faces have
+        there.sort(key=lambda one: (not one.always, not one.of_faces and one.always))
+        measures: dict[str, str] = {}
+        names: dict[str, tuple[str, ...]] = {}
+        for one in there:
+            if not one.of_faces:
+                names.setdefault("photons", ("captor", "face"))
+            dims = ("captor", *(["face"] if one.of_faces else []), *([one.per] if one.per else []))
+            names |= {one.array: dims, f"{one.array}_se": dims}
+            measures |= {f"{one.array}{ending}": one.unit for ending in ("", "_se", "_model_se")}
         names |= {
             f"{name}_model_se": dims
             for name, dims in names.items()
@@ -584,9 +598,8 @@ class Result:
         for name, dims in names.items():
             attributes = {}
             # sums in units of their own say them band by band
-            if name != "photons" and "ratio" not in name and "sunlit" not in name and not of_bands:
-                quantity = name.removesuffix("_se").removesuffix("_model")
-                attributes["units"] = unit[quantity if quantity in unit else "flux"]
+            if measures.get(name) and not of_bands:
+                attributes["units"] = unit[measures[name]]
             if name.endswith("_model_se"):
                 attributes["long_name"] = f"standard deviation of {name[:-9]} by uncertain inputs"
             elif name.endswith("_se"):
@@ -787,30 +800,25 @@ class Result:
     def __reduce__(self) -> Any:
         return _from_json, (self._found.to_json(),)
 
+    def _width(self, quantity: _Quantity) -> int:
+        """Returns the number of values of a quantity for each face or captor."""
+        return {"band": len(self.bands), "ratio": len(self.ratios)}.get(quantity.per, 1)
+
+    def _arrays(self, groups: bool, light: int | None) -> dict[str, Any]:
+        """Returns all arrays of captors or groups in their shapes."""
+        arrays = dict(self._found.arrays(groups, light))
+        for quantity in _QUANTITIES:
+            shape = [-1, *([2] if quantity.of_faces else []), *([self._width(quantity)] if quantity.per else [])]
+            for name in (f"{quantity.array}{ending}" for ending in ("", "_se", "_model_se")):
+                if name in arrays:
+                    arrays[name] = arrays[name].reshape(shape)
+        return arrays | {"photons": arrays["photons"].reshape(-1, 2), "has_back": arrays["has_back"].astype(bool)}
+
     def _values(self, groups: bool, light: int | None) -> Values:
-        arrays = self._found.arrays(groups, light)
-        bands = len(self.bands)
-        shapes: dict[str, tuple[int, ...]] = {
-            "area": (-1,),
-            "sunlit": (-1,),
-            "sunlit_se": (-1,),
-            "photons": (-1, 2),
-            "absorbed": (-1, bands),
-            "absorbed_se": (-1, bands),
-            "absorbed_model_se": (-1, bands),
-            "has_back": (-1,),
-            "ratios": (-1, 2, len(self.ratios)),
-            "ratios_se": (-1, 2, len(self.ratios)),
-            "ratios_model_se": (-1, 2, len(self.ratios)),
-            "absorbed_ratios_model_se": (-1, len(self.ratios)),
-            "absorbed_ratios": (-1, len(self.ratios)),
-            "absorbed_ratios_se": (-1, len(self.ratios)),
-        }
-        names = [field.name for field in fields(Values) if field.name != "ids"]
-        shaped = {name: arrays[name].reshape(shapes.get(name, (-1, 2, bands))) for name in names if name in arrays}
-        shaped["has_back"] = shaped["has_back"].astype(bool)
+        arrays = {name: _fixed(array) for name, array in self._arrays(groups, light).items()}
+        more = {name: array for name, array in arrays.items() if name in _MORE}
         ids = self._found.ids(True) if groups else list(self._ids)
-        return Values(ids, **{name: _fixed(array) for name, array in shaped.items()})
+        return Values(ids, **{name: arrays[name] for name in _FIELDS if name in arrays}, more=more)
 
 
 def refuse_read(path: str | os.PathLike[str], read: Sequence[Path]) -> None:
@@ -825,19 +833,6 @@ def same_file(a: str | os.PathLike[str], b: str | os.PathLike[str]) -> bool:
         return os.path.samefile(a, b)
     except OSError:
         return False
-
-
-#: A quantity of faces: its name, values, standard errors, and standard deviations by uncertain inputs.
-_Cell = tuple[str, Any, Any, Any]
-
-
-def _arrived(values: Values) -> list[_Cell]:
-    """Returns the quantities of faces with their errors, in the order of the command's table."""
-    cells: list[_Cell] = [
-        ("flux", values.flux, values.flux_se, values.flux_model_se),
-        ("irradiance", values.irradiance, values.irradiance_se, values.irradiance_model_se),
-    ]
-    return cells if values.dli is None else [*cells, ("dli", values.dli, values.dli_se, None)]
 
 
 def _with_rows(

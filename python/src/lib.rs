@@ -42,6 +42,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(prospect, module)?)?;
+    module.add_function(wrap_pyfunction!(result::quantities, module)?)?;
     module.add_function(wrap_pyfunction!(scene::load, module)?)?;
     module.add_function(wrap_pyfunction!(scene::sweep_runs, module)?)?;
     module.add_function(wrap_pyfunction!(scene::write_file, module)?)?;

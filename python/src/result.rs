@@ -12,8 +12,8 @@ use phylux::{
     RunResult,
     formats::{FilesRead, OutputFile, OutputFolder},
     results::{
-        Absorbed, AbsorbedByFace, ByLight, CaptorResult, Comparison, FaceResult, Factor,
-        GroupResult, Ratios, ResultsFile,
+        CaptorResult, Column, Comparison, Errors, FaceResult, Factor, GroupResult, Measure, Per,
+        QUANTITIES, Quantity, ResultsFile, Row, When,
     },
     studies::{EvenPlan, Mix, Page, Summary, WORST, summary},
 };
@@ -85,55 +85,31 @@ impl From<Factors> for Factor {
     }
 }
 
-/// A captor or group: its area, its faces, and the power that it absorbed, with standard errors.
-struct Row<'a> {
-    area: f64,
-    faces: [Option<&'a FaceResult>; 2],
-    absorbed: Option<(&'a [f64], &'a [Option<f64>])>,
-    absorbed_model: Option<&'a [f64]>,
-    absorbed_ratios: Option<&'a Ratios>,
-    by_face: Option<&'a AbsorbedByFace>,
-    sunlit: Option<[f64; 2]>,
-}
+/// Name in tables and of arrays, what there is a value for, unit, whether faces have it, whether all
+/// results do, whether it is known by its name alone, and its part of the rows of captors.
+type Entry = (&'static str, &'static str, &'static str, &'static str, bool, bool, bool, Option<u8>);
 
-impl<'a> Row<'a> {
-    fn of_captor(captor: &'a CaptorResult) -> Self {
-        Self {
-            area: captor.area,
-            faces: [Some(&captor.front), captor.back.as_ref()],
-            absorbed: captor.absorbed.as_deref().zip(captor.absorbed_se.as_deref()),
-            absorbed_model: captor.absorbed_model_se.as_deref(),
-            absorbed_ratios: captor.absorbed_ratios.as_ref(),
-            by_face: captor.absorbed_by_face.as_ref(),
-            sunlit: captor.sunlit.zip(captor.sunlit_se).map(|(share, error)| [share, error]),
-        }
-    }
-
-    fn of_group(group: &'a GroupResult) -> Self {
-        Self {
-            area: group.area,
-            faces: [Some(&group.front), group.back.as_ref()],
-            absorbed: group.absorbed.as_deref().zip(group.absorbed_se.as_deref()),
-            absorbed_model: group.absorbed_model_se.as_deref(),
-            absorbed_ratios: group.absorbed_ratios.as_ref(),
-            by_face: group.absorbed_by_face.as_ref(),
-            sunlit: group.sunlit.zip(group.sunlit_se).map(|(share, error)| [share, error]),
-        }
-    }
-
-    /// Returns the same row with the values of one light alone.
-    fn of_light(self, by_light: Option<&'a ByLight<Absorbed>>, light: usize) -> Self {
-        let of_face = |face: &'a FaceResult| Some(face.by_light.as_ref()?.get_index(light)?.1);
-        let absorbed = by_light.and_then(|lights| lights.get_index(light));
-        Self {
-            faces: self.faces.map(|face| face.and_then(of_face)),
-            absorbed: absorbed.map(|(_, a)| (&a.absorbed[..], &a.absorbed_se[..])),
-            absorbed_model: None,
-            absorbed_ratios: absorbed.and_then(|(_, a)| a.absorbed_ratios.as_ref()),
-            by_face: absorbed.and_then(|(_, a)| a.absorbed_by_face.as_ref()),
-            ..self
-        }
-    }
+/// Returns the registry of quantities.
+#[pyfunction]
+pub fn quantities() -> Vec<Entry> {
+    let entry = |quantity: &Quantity| {
+        let per = match quantity.per {
+            Per::Band => "band",
+            Per::Ratio => "ratio",
+            Per::Place => "",
+        };
+        let unit = match quantity.measure {
+            Measure::Flux => "flux",
+            Measure::Irradiance => "irradiance",
+            Measure::Radiance => "radiance",
+            Measure::Dli => "dli",
+            Measure::Number => "",
+        };
+        let (of_faces, always) = (quantity.is_of_faces(), quantity.when == When::Always);
+        let (name, array, part) = (quantity.name, quantity.array, quantity.captor_rows);
+        (name, array, per, unit, of_faces, always, quantity.is_own(), part)
+    };
+    QUANTITIES.iter().map(entry).collect()
 }
 
 /// Numbers for an array of `width` columns; NaN where no value is known.
@@ -152,17 +128,10 @@ impl Numbers {
         into.iter_mut().zip(values).for_each(|(into, value)| *into = *value);
     }
 
-    fn put_known(&mut self, row: usize, values: &[Option<f64>]) {
-        let into = &mut self.values[row * self.width..][..self.width];
-        into.iter_mut().zip(values).for_each(|(into, value)| *into = value.unwrap_or(f64::NAN));
+    fn put_each(&mut self, row: usize, value: impl Fn(usize) -> Option<f64>) {
+        let into = self.values[row * self.width..][..self.width].iter_mut();
+        into.enumerate().for_each(|(i, into)| *into = value(i).unwrap_or(f64::NAN));
     }
-}
-
-/// Puts ratios, their standard errors and their standard deviations by uncertain inputs into a row.
-fn put_ratios([values, errors, model]: &mut [Numbers; 3], row: usize, found: &Ratios) {
-    values.put_known(row, &found.ratio);
-    errors.put_known(row, &found.ratio_se);
-    found.ratio_model_se.iter().for_each(|values| model.put(row, values));
 }
 
 /// A dictionary of flat arrays.
@@ -306,138 +275,26 @@ impl Found {
         groups: bool,
         light: Option<usize>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let rows: Box<dyn Iterator<Item = Row<'_>>> = match groups {
-            true => Box::new(self.result.groups.iter().map(move |group| {
-                let row = Row::of_group(group);
-                match light {
-                    Some(light) => row.of_light(group.by_light.as_ref(), light),
-                    None => row,
-                }
-            })),
-            false => Box::new(self.result.captors.iter().map(move |captor| {
-                let row = Row::of_captor(captor);
-                match light {
-                    Some(light) => row.of_light(captor.by_light.as_ref(), light),
-                    None => row,
-                }
-            })),
+        let rows = self.rows(groups, light);
+        let areas = match groups {
+            true => self.result.groups.iter().map(|group| group.area).collect(),
+            false => self.result.captors.iter().map(|captor| captor.area).collect(),
         };
-        let count = if groups { self.result.groups.len() } else { self.result.captors.len() };
-        let bands = self.result.bands.len();
-        let faces = || Numbers::new(2 * count, bands);
-        let (mut flux, mut flux_se, mut irradiance, mut irradiance_se) =
-            (faces(), faces(), faces(), faces());
-        let (mut min, mut max) = (faces(), faces());
-        let even = ["min_over_mean", "min_over_mean_se", "cv", "cv_se"];
-        let mut even = even.map(|name| (name, faces()));
-        let (mut dli, mut dli_se) = (faces(), faces());
-        // standard deviations by uncertain inputs
-        let (mut flux_model, mut irradiance_model) = (faces(), faces());
-        let mut absorbed_model = Numbers::new(count, bands);
-        let has_model = self.result.budget.is_some() && light.is_none();
-        let ratios = self.result.ratios.len();
-        let mut ratio = [(); 3].map(|()| Numbers::new(2 * count, ratios));
-        let mut absorbed_ratio = [(); 3].map(|()| Numbers::new(count, ratios));
-        let (mut by_face, mut by_face_se, mut has_faces) = (faces(), faces(), false);
-        let mut sunlit = [(); 2].map(|()| Numbers::new(count, 1));
-        let mut has_sunlit = false;
-        let mut absorbed = Numbers::new(count, bands);
-        let mut absorbed_se = Numbers::new(count, bands);
-        let mut area = Numbers::new(count, 1);
-        let (mut photons, mut histories) = (vec![0; 2 * count], vec![0; 2 * count]);
-        let (mut has_back, mut ranges) = (vec![0; count], false);
-        let has_dli = self.result.unit.dli.is_some();
-        for (i, row) in rows.enumerate() {
-            area.put(i, &[row.area]);
-            has_back[i] = i64::from(row.faces[1].is_some());
-            for (f, face) in row.faces.into_iter().enumerate() {
-                let Some(face) = face else { continue };
-                let at = 2 * i + f;
-                flux.put(at, &face.flux);
-                flux_se.put_known(at, &face.flux_se);
-                irradiance.put(at, &face.irradiance);
-                irradiance_se.put_known(at, &face.irradiance_se);
-                face.flux_model_se.iter().for_each(|values| flux_model.put(at, values));
-                face.irradiance_model_se.iter().for_each(|of| irradiance_model.put(at, of));
-                face.dli.iter().for_each(|values| dli.put_known(at, values));
-                face.dli_se.iter().for_each(|values| dli_se.put_known(at, values));
-                face.ratios.iter().for_each(|found| put_ratios(&mut ratio, at, found));
-                photons[at] = face.photons.cast_signed();
-                histories[at] = face.histories.unwrap_or(0).cast_signed();
-                if let (Some(least), Some(most)) = (&face.min, &face.max) {
-                    ranges = true;
-                    min.put(at, least);
-                    max.put(at, most);
-                }
-                for (name, values) in face.uniformity.iter().flat_map(|even| even.columns()) {
-                    let own = even.iter_mut().filter(|(own, _)| *own == name);
-                    own.for_each(|(_, array)| array.put_known(at, values));
-                }
-            }
-            if let Some((power, error)) = row.absorbed {
-                absorbed.put(i, power);
-                absorbed_se.put_known(i, error);
-            }
-            row.absorbed_model.iter().for_each(|values| absorbed_model.put(i, values));
-            if let Some(AbsorbedByFace { front, front_se, back, back_se }) = row.by_face {
-                has_faces = true;
-                by_face.put(2 * i, front);
-                by_face.put(2 * i + 1, back);
-                by_face_se.put_known(2 * i, front_se);
-                by_face_se.put_known(2 * i + 1, back_se);
-            }
-            if let Some(found) = row.sunlit {
-                has_sunlit = true;
-                sunlit.iter_mut().zip(found).for_each(|(array, value)| array.put(i, &[value]));
-            }
-            row.absorbed_ratios.iter().for_each(|found| put_ratios(&mut absorbed_ratio, i, found));
-        }
         let arrays = Arrays::new(py);
-        arrays.add("flux", flux)?;
-        arrays.add("flux_se", flux_se)?;
-        arrays.add("irradiance", irradiance)?;
-        arrays.add("irradiance_se", irradiance_se)?;
-        arrays.add("absorbed", absorbed)?;
-        arrays.add("absorbed_se", absorbed_se)?;
-        arrays.add("area", area)?;
-        arrays.add_counts("photons", photons)?;
-        arrays.add_counts("has_back", has_back)?;
+        arrays.add("area", Numbers { values: areas, width: 1 })?;
+        let faces = || rows.iter().flat_map(|row| row.faces);
+        let count = |of: fn(&FaceResult) -> u64| {
+            faces().map(|face| face.map_or(0, of).cast_signed()).collect()
+        };
+        arrays.add_counts("photons", count(|face| face.photons))?;
+        let has_back = rows.iter().map(|row| i64::from(row.faces[1].is_some()));
+        arrays.add_counts("has_back", has_back.collect())?;
         if !groups {
-            arrays.add_counts("histories", histories)?;
+            arrays.add_counts("histories", count(|face| face.histories.unwrap_or(0)))?;
         }
-        if has_model {
-            arrays.add("flux_model_se", flux_model)?;
-            arrays.add("irradiance_model_se", irradiance_model)?;
-            arrays.add("absorbed_model_se", absorbed_model)?;
-        }
-        for (name, [values, errors, model]) in
-            [("ratios", ratio), ("absorbed_ratios", absorbed_ratio)]
-                .into_iter()
-                .filter(|_| ratios > 0)
-        {
-            arrays.add(name, values)?;
-            arrays.add(&format!("{name}_se"), errors)?;
-            if has_model {
-                arrays.add(&format!("{name}_model_se"), model)?;
-            }
-        }
-        if has_sunlit {
-            let [share, error] = sunlit;
-            arrays.add("sunlit", share)?;
-            arrays.add("sunlit_se", error)?;
-        }
-        if has_faces {
-            arrays.add("absorbed_by_face", by_face)?;
-            arrays.add("absorbed_by_face_se", by_face_se)?;
-        }
-        if has_dli {
-            arrays.add("dli", dli)?;
-            arrays.add("dli_se", dli_se)?;
-        }
-        if ranges {
-            arrays.add("irradiance_min", min)?;
-            arrays.add("irradiance_max", max)?;
-            even.into_iter().try_for_each(|(name, array)| arrays.add(name, array))?;
+        let uncertain = self.result.budget.is_some() && light.is_none();
+        for quantity in QUANTITIES.iter().filter(|quantity| !quantity.is_nearest()) {
+            self.add(&arrays, quantity, &rows, uncertain)?;
         }
         Ok(arrays.0)
     }
@@ -468,9 +325,6 @@ impl Found {
         if !captors.iter().any(|captor| captor.faces().any(|f| matches!(f.knn, Some(Some(_))))) {
             return Ok(arrays.0);
         }
-        let faces = || Numbers::new(2 * captors.len(), self.result.bands.len());
-        let (mut irradiance, mut irradiance_se, mut radiance, mut radiance_se) =
-            (faces(), faces(), faces(), faces());
         let mut k = vec![0; 2 * captors.len()];
         let mut radius = Numbers::new(2 * captors.len(), 1);
         let mut coverage = Numbers::new(2 * captors.len(), 1);
@@ -478,19 +332,15 @@ impl Found {
             for (f, face) in captor.faces().enumerate() {
                 let Some(Some(nearest)) = &face.knn else { continue };
                 let at = 2 * i + f;
-                irradiance.put(at, &nearest.irradiance);
-                irradiance_se.put_known(at, &nearest.irradiance_se);
-                nearest.radiance.iter().for_each(|values| radiance.put(at, values));
-                nearest.radiance_se.iter().for_each(|values| radiance_se.put_known(at, values));
                 k[at] = nearest.k as i64;
                 radius.put(at, &[nearest.radius]);
                 coverage.put(at, &[nearest.coverage]);
             }
         }
-        arrays.add("knn_irradiance", irradiance)?;
-        arrays.add("knn_irradiance_se", irradiance_se)?;
-        arrays.add("knn_radiance", radiance)?;
-        arrays.add("knn_radiance_se", radiance_se)?;
+        let rows = self.rows(false, None);
+        for quantity in QUANTITIES.iter().filter(|quantity| quantity.is_nearest()) {
+            self.add(&arrays, quantity, &rows, false)?;
+        }
         arrays.add("radius", radius)?;
         arrays.add("coverage", coverage)?;
         arrays.add_counts("k", k)?;
@@ -499,6 +349,58 @@ impl Found {
 }
 
 impl Found {
+    /// Returns the rows of captors or groups, for all light or for the light with this index.
+    fn rows(&self, groups: bool, light: Option<usize>) -> Vec<Row<'_>> {
+        let rows: Vec<Row<'_>> = match groups {
+            true => self.result.groups.iter().map(GroupResult::row).collect(),
+            false => self.result.captors.iter().map(CaptorResult::row).collect(),
+        };
+        match light {
+            Some(light) => rows.into_iter().map(|row| row.of_light(light)).collect(),
+            None => rows,
+        }
+    }
+
+    /// Adds the arrays of a quantity, with those of its errors, where these rows have it.
+    fn add(
+        &self,
+        arrays: &Arrays<'_>,
+        quantity: &Quantity,
+        rows: &[Row<'_>],
+        uncertain: bool,
+    ) -> PyResult<()> {
+        let result = &self.result;
+        let faces = if quantity.is_of_faces() { 0..2 } else { 2..3 };
+        let at = rows.iter().flat_map(|row| faces.clone().map(|face| quantity.at(row, face)));
+        let columns: Vec<Option<Column<'_>>> = at.collect();
+        let there = match quantity.when {
+            When::Always => true,
+            When::Daily => result.unit.dli.is_some(),
+            When::Ratios => !result.ratios.is_empty(),
+            When::Found => columns.iter().any(Option::is_some),
+        };
+        if !there {
+            return Ok(());
+        }
+        let width = quantity.width(result.bands.len(), result.ratios.len());
+        let array = |of: &dyn Fn(&Column<'_>, usize) -> Option<f64>| {
+            let mut numbers = Numbers::new(columns.len(), width);
+            for (at, column) in columns.iter().enumerate() {
+                column.iter().for_each(|column| numbers.put_each(at, |i| of(column, i)));
+            }
+            numbers
+        };
+        let name = quantity.array;
+        arrays.add(name, array(&|column, i| column.value(i)))?;
+        if quantity.errors != Errors::No {
+            arrays.add(&format!("{name}_se"), array(&|column, i| column.errors(i)[0]))?;
+        }
+        if quantity.errors == Errors::Inputs && uncertain {
+            arrays.add(&format!("{name}_model_se"), array(&|column, i| column.errors(i)[1]))?;
+        }
+        Ok(())
+    }
+
     fn write_with(
         &self,
         py: Python<'_>,

@@ -23,9 +23,9 @@ use phylux_core::{
     error::{Error, Result},
     math::units::UnitNames,
 };
-use phylux_results::result::{
-    AbsorbedByFace, BandResult, CanopyResult, CaptorResult, Deviations, ElectricityRow, FaceResult,
-    RatioResult, Ratios, RunResult,
+use phylux_results::{
+    quantity::{Column, Per, QUANTITIES, Quantity},
+    result::{BandResult, CanopyResult, CaptorResult, ElectricityRow, RatioResult, Row, RunResult},
 };
 
 pub use read::{parse_json, parse_results, read_json, read_results};
@@ -279,9 +279,23 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     // where inputs are uncertain, the table has a column more
     let model = result.budget.is_some();
     table.write_record(columns.iter().chain(&place).chain(model.then_some(&"model_se")))?;
-    let mut table = Rows { table, model };
-    captor_rows(&mut table, result)?;
-    group_rows(&mut table, result)?;
+    let mut table = Rows { table, model, result };
+    let parts = |rows: fn(&Quantity) -> Option<u8>| {
+        0..=QUANTITIES.iter().filter_map(rows).max().unwrap_or_default()
+    };
+    for part in parts(|quantity| quantity.captor_rows) {
+        for captor in &result.captors {
+            let is_in = |quantity: &Quantity| quantity.captor_rows == Some(part);
+            table.of(&captor.id, &captor.row(), is_in, || place_of(captor))?;
+        }
+    }
+    for group in result.groups.iter().filter(|group| group.captors > 1) {
+        let place = || ["", "", "", &group.area.to_string(), ""].map(String::from);
+        for part in parts(|quantity| quantity.group_rows) {
+            let is_in = |quantity: &Quantity| quantity.group_rows == Some(part);
+            table.of(&group.id, &group.row(), is_in, place)?;
+        }
+    }
     if let Some(found) = &result.electricity {
         for ElectricityRow { of, quantity, band, value, error } in found.rows() {
             let key = [of, "", &result.bands[band].name, quantity];
@@ -292,94 +306,14 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     table.table.flush()
 }
 
-/// Writes the rows of captors: what arrives and is absorbed, then ratios, what each face absorbs, and
-/// sunlit shares.
-fn captor_rows<W: Write>(table: &mut Rows<W>, result: &RunResult) -> io::Result<()> {
-    for captor in &result.captors {
-        let place = place_of(captor);
-        let back = captor.back.as_ref().map(|back| ("back", back));
-        for (face, values) in std::iter::once(("front", &captor.front)).chain(back) {
-            for (b, band) in result.bands.iter().enumerate() {
-                for (quantity, value, errors) in face_rows(values, b) {
-                    let key = [&captor.id, face, &band.name, quantity];
-                    table.write(key, value, errors, &place)?;
-                }
-            }
-        }
-        let (Some(absorbed), Some(errors)) = (&captor.absorbed, &captor.absorbed_se) else {
-            continue;
-        };
-        for (b, band) in result.bands.iter().enumerate() {
-            let key = [&captor.id, "", &band.name, "absorbed"];
-            let model = captor.absorbed_model_se.as_ref().map(|of| of[b]);
-            table.write(key, absorbed[b], [errors[b], model], &place)?;
-        }
-    }
-    for captor in result.captors.iter().filter(|_| !result.ratios.is_empty()) {
-        let faces = [Some(&captor.front), captor.back.as_ref()];
-        let of = (&*captor.id, &place_of(captor));
-        ratio_rows(table, result, of, faces, &captor.absorbed_ratios)?;
-    }
-    for captor in &result.captors {
-        let Some(found) = &captor.absorbed_by_face else { continue };
-        face_absorbed_rows(table, result, (&captor.id, &place_of(captor)), found)?;
-    }
-    for captor in &result.captors {
-        if let Some(share) = captor.sunlit {
-            let key = [&captor.id, "", "", "sunlit"];
-            table.write(key, share, [captor.sunlit_se, None], &place_of(captor))?;
-        }
-    }
-    Ok(())
-}
-
-/// Writes the rows of groups of several captors, and how even the light on groups is.
-fn group_rows<W: Write>(table: &mut Rows<W>, result: &RunResult) -> io::Result<()> {
-    for group in &result.groups {
-        let place = ["", "", "", &group.area.to_string(), ""].map(String::from);
-        if let Some(share) = group.sunlit.filter(|_| group.captors > 1) {
-            table.write([&group.id, "", "", "sunlit"], share, [group.sunlit_se, None], &place)?;
-        }
-        let back = group.back.as_ref().map(|back| ("back", back));
-        for (face, values) in std::iter::once(("front", &group.front)).chain(back) {
-            let Some(even) = &values.uniformity else { continue };
-            for (b, band) in result.bands.iter().enumerate() {
-                for (quantity, values, errors) in [
-                    ("min_over_mean", &even.min_over_mean, &even.min_over_mean_se),
-                    ("cv", &even.cv, &even.cv_se),
-                ] {
-                    if let Some(value) = values[b] {
-                        let key = [&group.id, face, &band.name, quantity];
-                        table.write(key, value, [errors[b], None], &place)?;
-                    }
-                }
-            }
-        }
-        if group.captors > 1 {
-            let faces = [Some(&group.front), group.back.as_ref()];
-            let of = (&*group.id, &place);
-            ratio_rows(table, result, of, faces, &group.absorbed_ratios)?;
-            if let Some(found) = &group.absorbed_by_face {
-                face_absorbed_rows(table, result, of, found)?;
-            }
-        }
-    }
-    Ok(())
-}
-
 /// Writes the rows of the layers of a stand, and its shares of sun and sky.
 fn stand_rows<W: Write>(table: &mut Rows<W>, result: &RunResult) -> io::Result<()> {
     for layer in result.layers.iter().flatten() {
         let (middle, area) = (0.5 * (layer.from + layer.to), layer.area);
-        let place = ["", "", &middle.to_string(), &area.to_string(), ""].map(String::from);
+        let place = || ["", "", &middle.to_string(), &area.to_string(), ""].map(String::from);
         let name = format!("layer {} to {}", layer.from as f32, layer.to as f32);
-        for (b, band) in result.bands.iter().enumerate() {
-            let key = [&name, "", &band.name, "absorbed"];
-            table.write(key, layer.absorbed[b], [layer.absorbed_se[b], None], &place)?;
-        }
-        if let Some(share) = layer.sunlit {
-            table.write([&name, "", "", "sunlit"], share, [layer.sunlit_se, None], &place)?;
-        }
+        table.of(&name, &layer.row(), |quantity| quantity.per == Per::Band, place)?;
+        table.of(&name, &layer.row(), |quantity| quantity.per == Per::Place, place)?;
     }
     for (share, values, errors) in result.canopy.iter().flat_map(CanopyResult::shares) {
         let quantity = format!("share_{share}");
@@ -391,83 +325,45 @@ fn stand_rows<W: Write>(table: &mut Rows<W>, result: &RunResult) -> io::Result<(
     Ok(())
 }
 
-/// Writes each ratio of a captor or group that has a value, with its face, name and quantity.
-fn ratio_rows<W: Write>(
-    table: &mut Rows<W>,
-    result: &RunResult,
-    (id, place): (&str, &[String; 5]),
-    [front, back]: [Option<&FaceResult>; 2],
-    absorbed: &Option<Ratios>,
-) -> io::Result<()> {
-    let of = |face: Option<&'_ FaceResult>| face.and_then(|face| face.ratios.clone());
-    for (face, quantity, found) in [
-        ("front", "ratio", of(front)),
-        ("back", "ratio", of(back)),
-        ("", "absorbed_ratio", absorbed.clone()),
-    ] {
-        for (r, ratio) in result.ratios.iter().enumerate() {
-            let Some(found) = &found else { continue };
-            if let Some((value, error)) = found.get(r) {
-                let model = found.ratio_model_se.as_ref().map(|of| of[r]);
-                table.write([id, face, &ratio.name, quantity], value, [error, model], place)?;
-            }
-        }
-    }
-    Ok(())
-}
-
-fn face_absorbed_rows<W: Write>(
-    table: &mut Rows<W>,
-    result: &RunResult,
-    (id, place): (&str, &[String; 5]),
-    found: &AbsorbedByFace,
-) -> io::Result<()> {
-    let AbsorbedByFace { front, front_se, back, back_se } = found;
-    for (face, values, errors) in [("front", front, front_se), ("back", back, back_se)] {
-        for ((band, value), error) in result.bands.iter().zip(values).zip(errors) {
-            table.write(
-                [id, face, &band.name, "absorbed_by_face"],
-                *value,
-                [*error, None],
-                place,
-            )?;
-        }
-    }
-    Ok(())
-}
-
-/// Name and value of a quantity, and its standard error and its standard deviation by uncertain inputs.
-type Row = (&'static str, f64, [Option<f64>; 2]);
-
-fn face_rows(face: &FaceResult, band: usize) -> Vec<Row> {
-    let model = |of: &Option<Box<Deviations>>| of.as_ref().map(|of| of[band]);
-    let [flux, irradiance] = [&face.flux_model_se, &face.irradiance_model_se].map(model);
-    let mut rows = vec![
-        ("flux", face.flux[band], [face.flux_se[band], flux]),
-        ("irradiance", face.irradiance[band], [face.irradiance_se[band], irradiance]),
-    ];
-    if let (Some(Some(dli)), Some(errors)) = (face.dli.as_ref().map(|dli| dli[band]), &face.dli_se)
-    {
-        rows.push(("dli", dli, [errors[band], None]));
-    }
-    if let Some(Some(knn)) = &face.knn {
-        rows.push(("knn_irradiance", knn.irradiance[band], [knn.irradiance_se[band], None]));
-        let radiance = knn.radiance.iter().zip(&knn.radiance_se);
-        rows.extend(
-            radiance.map(|(value, error)| ("knn_radiance", value[band], [error[band], None])),
-        );
-    }
-    rows
-}
-
 /// A table that is being written.
-struct Rows<W: Write> {
+struct Rows<'r, W: Write> {
+    result: &'r RunResult,
     table: csv::Writer<W>,
     /// Whether it has a column for standard deviations by uncertain inputs.
     model: bool,
 }
 
-impl<W: Write> Rows<W> {
+impl<W: Write> Rows<'_, W> {
+    /// Writes the known values of some quantities of a captor, group or layer, face by face; those of
+    /// one face have values for the same.
+    fn of(
+        &mut self,
+        name: &str,
+        row: &Row,
+        is_in: impl Fn(&Quantity) -> bool,
+        place: impl Fn() -> [String; 5],
+    ) -> io::Result<()> {
+        let result = self.result;
+        let (bands, ratios) = (result.bands.len(), result.ratios.len());
+        let mut known = None;
+        for (face, word) in ["front", "back", ""].into_iter().enumerate() {
+            let quantities = QUANTITIES.iter().filter(|quantity| is_in(quantity));
+            let columns =
+                quantities.filter_map(|quantity| Some((quantity, quantity.at(row, face)?)));
+            let columns: Vec<(&Quantity, Column)> = columns.collect();
+            let Some((first, _)) = columns.first() else { continue };
+            let place = known.get_or_insert_with(&place);
+            for entry in 0..first.width(bands, ratios) {
+                for (quantity, column) in &columns {
+                    let Some(value) = column.value(entry) else { continue };
+                    let key = [name, word, quantity.entry(result, entry), quantity.name];
+                    self.write(key, value, column.errors(entry), place)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Writes a row: captor, face, band and quantity, the value, its standard error and its standard
     /// deviation by uncertain inputs, and position, area and groups.
     fn write(

@@ -1,7 +1,7 @@
 //! Results: the numbers that a run has found, with standard errors.
 //!
 //! Read `result` first: it makes results from sums, groups them, rescales lamps and warns.
-//! `flat` holds the same numbers as arrays, `saved` results that were read from a file.
+//! `quantity` is the registry of what is said of light, from which tables are made. `flat` holds the same numbers as arrays, `saved` results that were read from a file.
 //! `histories` says how light reaches a captor. `compare` compares two results. `year_facts` tells of the tables of a year. `calibration` holds factors on the powers of lamps that were
 //! found from readings.
 //!
@@ -13,6 +13,7 @@ pub mod calibration;
 pub mod compare;
 pub mod flat;
 pub mod histories;
+pub mod quantity;
 pub mod result;
 pub mod saved;
 pub mod year_facts;
@@ -23,13 +24,14 @@ pub use calibration::{
 pub use compare::{Comparison, Difference};
 pub use flat::FlatResult;
 pub use histories::{HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult};
+pub use quantity::{Column, Errors, Measure, Per, QUANTITIES, Quantity, When};
 pub use result::{
     Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CanopyResult, CaptorResult,
     DarkResult, Deviations, Electricity, Energy, FaceResult, Factor, FactorErrors,
     GroupElectricity, GroupResult, InputResult, LampElectricity, LayerResult, MapResult,
-    NearestResult, PerKwh, PlaneElectricity, RatioResult, RatioSensitivity, Ratios, RunResult,
-    RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult, Uniformity, Warning,
-    WorstResult,
+    NearestResult, Own, PerKwh, PlaneElectricity, RatioResult, RatioSensitivity, Ratios, Row,
+    RunResult, RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult, Uniformity,
+    Warning, Whole, WorstResult,
 };
 pub use saved::ResultsFile;
 pub use year_facts::YearFacts;

@@ -2,7 +2,7 @@
 //! or umol/s, errors standard errors (1 sigma).
 //!
 //! `found` makes a result from the sums of a run, `spread` adds how evenly a group is lit, `stand`
-//! what plants do with the light as a whole, `dli` adds daily light integrals, `warnings` adds
+//! what plants do with the light as a whole, `own` holds what the registry of quantities alone knows, `dli` adds daily light integrals, `warnings` adds
 //! warnings, `mix` rescales lamps, `calibrated` adds the errors of a calibration, and `validate`
 //! checks results that were read from a file.
 
@@ -11,6 +11,7 @@ mod dli;
 mod electricity;
 mod found;
 mod mix;
+mod own;
 mod planes;
 mod ratios;
 mod sensitivity;
@@ -24,7 +25,7 @@ mod warnings;
 pub use found::{band_results, light_name};
 pub use spread::Spread;
 
-use std::borrow::Cow;
+use std::{borrow::Cow, ops::Deref};
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -41,6 +42,7 @@ pub use electricity::{
     Electricity, GroupElectricity, LampElectricity, PerKwh, PlaneElectricity, Share, Shares,
 };
 pub use mix::Factor;
+pub use own::{Own, Row};
 pub use ratios::{RatioResult, Ratios};
 pub use sensitivity::{Dependent, LightNames, RatioSensitivity, SensitivityResult};
 pub use settings::RunSettings;
@@ -321,30 +323,9 @@ pub struct CaptorResult {
     /// Light that arrived along the normal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub back: Option<FaceResult>,
-    /// Power absorbed by a surface, per band.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absorbed: Option<Vec<f64>>,
-    /// Standard error of the value above; null where nothing arrived or there was one batch.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absorbed_se: Option<Vec<Option<f64>>>,
-    /// Standard deviation of it by inputs that are uncertain, where the scene has any.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_model_se: Option<Vec<f64>>,
-    /// Power absorbed of each light, where results are kept by light.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub by_light: Option<ByLight<Absorbed>>,
-    /// Fraction of the area on which the sun shines, where the scene asks for it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sunlit: Option<f64>,
-    /// Standard error of the value above.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sunlit_se: Option<f64>,
-    /// What it absorbed of the light on each face, where the scene asks for it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_by_face: Option<AbsorbedByFace>,
-    /// Ratios of the power that the surface absorbed, where the scene asks for ratios.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_ratios: Option<Ratios>,
+    /// What it absorbed, and more.
+    #[serde(flatten)]
+    pub whole: Whole,
     /// Names of the groups that the captor belongs to, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub groups: Option<Vec<String>>,
@@ -364,7 +345,15 @@ pub struct GroupResult {
     /// Light that arrived along the normals, on those captors that count it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub back: Option<FaceResult>,
-    /// Power absorbed by the surfaces, per band.
+    /// What its surfaces absorbed, and more.
+    #[serde(flatten)]
+    pub whole: Whole,
+}
+
+/// What is true of a captor or group as a whole, whichever face its light arrived on.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Whole {
+    /// Power absorbed by surfaces, per band.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbed: Option<Vec<f64>>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
@@ -376,16 +365,13 @@ pub struct GroupResult {
     /// Power absorbed of each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_light: Option<ByLight<Absorbed>>,
-    /// Fraction of the area on which the sun shines, where the scene asks for it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sunlit: Option<f64>,
-    /// Standard error of the value above.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sunlit_se: Option<f64>,
-    /// What the surfaces absorbed of the light on each face, where the scene asks for it.
+    /// Quantities that are known by their names alone.
+    #[serde(flatten)]
+    pub own: Own,
+    /// What surfaces absorbed of the light on each face, where the scene asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbed_by_face: Option<AbsorbedByFace>,
-    /// Ratios of the power that the surfaces absorbed, where the scene asks for ratios.
+    /// Ratios of the power that surfaces absorbed, where the scene asks for ratios.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbed_ratios: Option<Ratios>,
 }
@@ -433,6 +419,34 @@ impl CaptorResult {
     /// Returns the front face and, for two-sided captors, the back face.
     pub fn faces(&self) -> impl Iterator<Item = &FaceResult> {
         std::iter::once(&self.front).chain(&self.back)
+    }
+
+    /// Returns its row in the table of results.
+    pub fn row(&self) -> Row<'_> {
+        self.whole.row([Some(&self.front), self.back.as_ref()])
+    }
+}
+
+impl GroupResult {
+    /// Returns its row in the table of results.
+    pub fn row(&self) -> Row<'_> {
+        self.whole.row([Some(&self.front), self.back.as_ref()])
+    }
+}
+
+impl Deref for CaptorResult {
+    type Target = Whole;
+
+    fn deref(&self) -> &Whole {
+        &self.whole
+    }
+}
+
+impl Deref for GroupResult {
+    type Target = Whole;
+
+    fn deref(&self) -> &Whole {
+        &self.whole
     }
 }
 
@@ -536,14 +550,4 @@ pub struct NearestResult {
     pub radiance: Option<Vec<f64>>,
     /// Standard error of the radiance estimate, with the same shape.
     pub radiance_se: Option<Vec<Option<f64>>>,
-}
-
-/// Power that a captor or group absorbed, of all light and of each light.
-#[derive(Default)]
-struct AllAbsorbed {
-    absorbed: Option<Vec<f64>>,
-    absorbed_se: Option<Vec<Option<f64>>>,
-    by_light: Option<ByLight<Absorbed>>,
-    absorbed_by_face: Option<AbsorbedByFace>,
-    absorbed_ratios: Option<Ratios>,
 }

@@ -1,7 +1,9 @@
 //! Errors of results whose lamps have powers of a calibration: its factors are known with errors
 //! that vary together, on top of those of the simulation.
 
-use super::{AbsorbedByFace, BandResult, ByLight, FaceResult, RatioResult, Ratios, RunResult};
+use super::{
+    AbsorbedByFace, BandResult, ByLight, FaceResult, RatioResult, Ratios, RunResult, Whole,
+};
 use phylux_core::{
     error::Problem,
     math::{pattern, stats::is_possible},
@@ -151,6 +153,25 @@ impl FactorErrors {
         let flux = parts.iter().map(|(l, part)| (l, &part.flux[..]));
         self.add_to_ratios(&mut face.ratios, ratios, flux);
     }
+
+    fn add_to_whole(
+        &self,
+        whole: &mut Whole,
+        weights: &[Vec<(usize, f64)>],
+        ratios: &[RatioResult],
+    ) {
+        let Some(parts) = &whole.by_light else { return };
+        let values = parts.iter().map(|(light, part)| (light, &part.absorbed[..]));
+        let errors = whole.absorbed_se.iter_mut();
+        errors.for_each(|errors| self.add(errors, weights, values.clone()));
+        self.add_to_ratios(&mut whole.absorbed_ratios, ratios, values);
+        let Some(faces) = &mut whole.absorbed_by_face else { return };
+        let of = |part: fn(&AbsorbedByFace) -> &[f64]| {
+            parts.iter().filter_map(move |(l, own)| Some((l, part(own.absorbed_by_face.as_ref()?))))
+        };
+        self.add(&mut faces.front_se, weights, of(|faces| &faces.front));
+        self.add(&mut faces.back_se, weights, of(|faces| &faces.back));
+    }
 }
 
 impl RunResult {
@@ -167,42 +188,15 @@ impl RunResult {
         for captor in &mut self.captors {
             let faces = [Some(&mut captor.front), captor.back.as_mut()];
             faces.into_iter().flatten().for_each(|f| factors.add_to_face(f, &weights, &ratios));
-            if let Some(parts) = &captor.by_light {
-                let values = parts.iter().map(|(light, part)| (light, &part.absorbed[..]));
-                let errors = captor.absorbed_se.iter_mut();
-                errors.for_each(|errors| factors.add(errors, &weights, values.clone()));
-                factors.add_to_ratios(&mut captor.absorbed_ratios, &ratios, values);
-                add_by_face(factors, captor.absorbed_by_face.as_mut(), parts, &weights);
-            }
+            factors.add_to_whole(&mut captor.whole, &weights, &ratios);
         }
         for group in &mut self.groups {
             let faces = [Some(&mut group.front), group.back.as_mut()];
             faces.into_iter().flatten().for_each(|f| factors.add_to_face(f, &weights, &ratios));
-            if let Some(parts) = &group.by_light {
-                let values = parts.iter().map(|(light, part)| (light, &part.absorbed[..]));
-                let errors = group.absorbed_se.iter_mut();
-                errors.for_each(|errors| factors.add(errors, &weights, values.clone()));
-                factors.add_to_ratios(&mut group.absorbed_ratios, &ratios, values);
-                add_by_face(factors, group.absorbed_by_face.as_mut(), parts, &weights);
-            }
+            factors.add_to_whole(&mut group.whole, &weights, &ratios);
         }
         self.calibrated = true;
         self.add_dli();
         self
     }
-}
-
-/// Adds to the errors of what surfaces absorbed of the light on each face.
-fn add_by_face(
-    factors: &FactorErrors,
-    faces: Option<&mut AbsorbedByFace>,
-    parts: &ByLight<super::Absorbed>,
-    weights: &[Vec<(usize, f64)>],
-) {
-    let Some(faces) = faces else { return };
-    let of = |part: fn(&AbsorbedByFace) -> &[f64]| {
-        parts.iter().filter_map(move |(l, own)| Some((l, part(own.absorbed_by_face.as_ref()?))))
-    };
-    factors.add(&mut faces.front_se, weights, of(|faces| &faces.front));
-    factors.add(&mut faces.back_se, weights, of(|faces| &faces.back));
 }

@@ -3,9 +3,10 @@
 use std::borrow::Cow;
 
 use super::{
-    Absorbed, AbsorbedByFace, AllAbsorbed, BandResult, ByLight, CaptorResult, DarkResult,
-    Electricity, Energy, FORMAT, FaceResult, GroupResult, MapResult, NearestResult, RatioResult,
-    Ratios, RunResult, RunSettings, SumUnit, ToleranceResult, WorstResult,
+    Absorbed, AbsorbedByFace, BandResult, ByLight, CaptorResult, DarkResult, Electricity, Energy,
+    FORMAT, FaceResult, GroupResult, MapResult, NearestResult, Own, RatioResult, Ratios, RunResult,
+    RunSettings, SumUnit, ToleranceResult, Whole, WorstResult,
+    own::Means,
     sensitivity::sensitivities,
     spread::Spread,
     stand,
@@ -62,8 +63,8 @@ impl RunResult {
                     Estimator::Paths => Some([None, None]),
                     _ => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
                 };
-                let sunlit = sunlit.as_ref().map(|shares| shares[c]);
-                captor_result(simulation, captor, nearest, sunlit)
+                let own = Own::default().with("sunlit", sunlit.as_ref().map(|shares| shares[c]));
+                captor_result(simulation, captor, nearest, own)
             })
             .collect();
         let bands = band_results(scene);
@@ -268,7 +269,7 @@ fn captor_result(
     simulation: &Simulation,
     captor: &Captor,
     nearest: Option<[Option<NearestEstimate>; 2]>,
-    sunlit: Option<[f64; 2]>,
+    own: Own,
 ) -> CaptorResult {
     let scene = simulation.scene();
     let channel = |channel: Channel| captor.first_channel + channel as usize;
@@ -281,10 +282,7 @@ fn captor_result(
         FaceResult { knn, ..face }
     };
     let counts = captor.kind == CaptorKind::Surface;
-    let absorbed =
-        counts.then(|| all_absorbed(scene, simulation.totals(), channel(Channel::Absorbed)));
-    let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
-        absorbed.unwrap_or_default();
+    let whole = counts.then(|| whole(scene, simulation.totals(), channel(Channel::Absorbed)));
     let groups = captor.groups.iter().map(|&group| scene.groups()[group].clone());
     CaptorResult {
         id: captor.id.clone(),
@@ -298,14 +296,7 @@ fn captor_result(
         normal: captor.normal.to_array(),
         front: face(Channel::Front, nearest_front),
         back: captor.kind.has_back().then(|| face(Channel::Back, nearest_back)),
-        absorbed,
-        absorbed_se,
-        absorbed_model_se: None,
-        by_light,
-        sunlit: sunlit.map(|[share, _]| share),
-        sunlit_se: sunlit.map(|[_, error]| error),
-        absorbed_by_face,
-        absorbed_ratios,
+        whole: Whole { own, ..whole.unwrap_or_default() },
         groups: Some(groups.collect()),
     }
 }
@@ -332,8 +323,7 @@ struct Members<'a> {
     area: f64,
     back_area: f64,
     surfaces: usize,
-    /// The sunlit area, m2, and the square of its standard error.
-    sunlit: Option<[f64; 2]>,
+    means: Means,
     front: Spread<'a>,
     back: Spread<'a>,
 }
@@ -348,11 +338,7 @@ fn group_results(simulation: &Simulation, captors: &[CaptorResult]) -> Vec<Group
             members.area += captor.area;
             members.back_area += if captor.kind.has_back() { captor.area } else { 0.0 };
             members.surfaces += usize::from(captor.kind == CaptorKind::Surface);
-            if let (Some(share), Some(error)) = (found.sunlit, found.sunlit_se) {
-                let [area, variance] = members.sunlit.get_or_insert_default();
-                *area += share * captor.area;
-                *variance += (error * captor.area).powi(2);
-            }
+            members.means.add(&found.own, captor.area);
             members.front.add(&found.front, captor.area);
             found.back.iter().for_each(|back| members.back.add(back, captor.area));
         }
@@ -370,10 +356,7 @@ fn group_result(
     let scene = simulation.scene();
     let channel = |c: Channel| scene.channels() + group * scene.group_channels() + c as usize;
     let counts = members.surfaces > 0;
-    let absorbed =
-        counts.then(|| all_absorbed(scene, simulation.totals(), channel(Channel::Absorbed)));
-    let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
-        absorbed.unwrap_or_default();
+    let whole = counts.then(|| whole(scene, simulation.totals(), channel(Channel::Absorbed)));
     let face = |c: Channel, area, spread: &Spread| spread.on(face(simulation, channel(c), area));
     GroupResult {
         id: name.to_string(),
@@ -382,14 +365,7 @@ fn group_result(
         front: face(Channel::Front, members.area, &members.front),
         back: (members.back_area > 0.0)
             .then(|| face(Channel::Back, members.back_area, &members.back)),
-        absorbed,
-        absorbed_se,
-        absorbed_model_se: None,
-        by_light,
-        sunlit: members.sunlit.map(|[area, _]| area / members.area),
-        sunlit_se: members.sunlit.map(|[_, variance]| variance.sqrt() / members.area),
-        absorbed_by_face,
-        absorbed_ratios,
+        whole: Whole { own: members.means.over(members.area), ..whole.unwrap_or_default() },
     }
 }
 
@@ -465,7 +441,8 @@ fn flux(totals: &Totals, channel: usize, area: f64, split: bool) -> FaceResult {
     }
 }
 
-fn all_absorbed(scene: &Scene, totals: &Totals, channel: usize) -> AllAbsorbed {
+/// Returns what was counted in the channel of absorbed power, of all light and of each light.
+fn whole(scene: &Scene, totals: &Totals, channel: usize) -> Whole {
     let split = !totals.parts().is_empty();
     let of = |totals: &Totals| {
         let Sums { mean, standard_error } = Sums::of(totals, channel);
@@ -483,11 +460,12 @@ fn all_absorbed(scene: &Scene, totals: &Totals, channel: usize) -> AllAbsorbed {
         Absorbed { absorbed: mean, absorbed_se: standard_error, absorbed_by_face, absorbed_ratios }
     };
     let Absorbed { absorbed, absorbed_se, absorbed_by_face, absorbed_ratios } = of(totals);
-    AllAbsorbed {
+    Whole {
         absorbed_by_face,
         absorbed_ratios,
         absorbed: Some(absorbed),
         absorbed_se: Some(absorbed_se),
         by_light: by_light(scene, totals, |_, part| of(part)),
+        ..Whole::default()
     }
 }

@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Absorbed, AbsorbedByFace, AllAbsorbed, BandResult, ByLight, CaptorResult, Energy, FaceResult,
-    GroupResult, RatioResult, Ratios, RunResult,
+    Absorbed, AbsorbedByFace, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult,
+    RatioResult, Ratios, RunResult, Whole,
     ratios::OfLight,
     spread::Spread,
     warnings::{FEW_HISTORIES, rests_on_few},
@@ -336,17 +336,10 @@ impl<'a> Mix<'a> {
     }
 
     fn captor(&self, captor: &CaptorResult) -> CaptorResult {
-        let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
-            self.absorbed(captor.by_light.as_ref());
         CaptorResult {
             front: self.face(&captor.front),
             back: captor.back.as_ref().map(|face| self.face(face)),
-            absorbed,
-            absorbed_se,
-            absorbed_model_se: None,
-            by_light,
-            absorbed_by_face,
-            absorbed_ratios,
+            whole: self.whole(&captor.whole),
             id: captor.id.clone(),
             kind: captor.kind.clone(),
             groups: captor.groups.clone(),
@@ -355,18 +348,11 @@ impl<'a> Mix<'a> {
     }
 
     fn group(&self, group: &GroupResult, [front, back]: &[Spread; 2]) -> GroupResult {
-        let AllAbsorbed { absorbed, absorbed_se, by_light, absorbed_by_face, absorbed_ratios } =
-            self.absorbed(group.by_light.as_ref());
         let face = |face: &FaceResult, spread: &Spread| spread.on(self.face(face));
         GroupResult {
             front: face(&group.front, front),
             back: group.back.as_ref().map(|of| face(of, back)),
-            absorbed,
-            absorbed_se,
-            absorbed_model_se: None,
-            by_light,
-            absorbed_by_face,
-            absorbed_ratios,
+            whole: self.whole(&group.whole),
             id: group.id.clone(),
             ..*group
         }
@@ -425,8 +411,10 @@ impl<'a> Mix<'a> {
         }
     }
 
-    fn absorbed(&self, parts: Option<&ByLight<Absorbed>>) -> AllAbsorbed {
-        let Some(before) = parts else { return AllAbsorbed::default() };
+    fn whole(&self, whole: &Whole) -> Whole {
+        // quantities of the place alone do not depend on powers
+        let rest = Whole { own: whole.own.clone(), ..Whole::default() };
+        let Some(before) = &whole.by_light else { return rest };
         let parts = self.scaled(before, |part, scale| Absorbed {
             absorbed: scale.times(&part.absorbed),
             absorbed_se: scale.error_times(&part.absorbed, &part.absorbed_se),
@@ -452,12 +440,13 @@ impl<'a> Mix<'a> {
         });
         let absorbed = sum(parts.values().map(|part| &part.absorbed[..]), bands);
         let errors = parts.values().map(|part| (&part.absorbed[..], &part.absorbed_se[..]));
-        AllAbsorbed {
+        Whole {
             absorbed: Some(absorbed),
             absorbed_se: Some(error(errors, bands)),
             absorbed_by_face: by_face,
             absorbed_ratios: ratios,
             by_light: Some(parts),
+            ..rest
         }
     }
 }

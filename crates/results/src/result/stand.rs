@@ -4,7 +4,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::validate::{are_errors, are_values};
+use super::{
+    Own,
+    validate::{are_errors, are_values},
+};
 use phylux_core::{
     math::stats::{Estimate, is_possible},
     scene::stand::{Balance, LayerBins},
@@ -24,13 +27,9 @@ pub struct LayerResult {
     pub absorbed: Vec<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     pub absorbed_se: Vec<Option<f64>>,
-    /// Share of the area on which the sun shines, straight or through thin panes, 0 to 1; absent
-    /// unless the scene asks for it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sunlit: Option<f64>,
-    /// Standard error of the value above.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sunlit_se: Option<f64>,
+    /// Quantities that are known by their names alone.
+    #[serde(flatten)]
+    pub own: Own,
 }
 
 /// Where the light of sun and sky goes in a scene that repeats along x and y, as shares of what
@@ -68,8 +67,8 @@ pub(super) fn layers(simulation: &Simulation) -> Option<Vec<LayerResult>> {
         let at = (first + bin as i64) as f64;
         let (from, to) = (at * dz, (at + 1.0) * dz);
         let share = sunlit.as_ref().and_then(|shares| shares[bin]);
-        let [sunlit, sunlit_se] = [0, 1].map(|i| share.map(|found| found[i]));
-        LayerResult { from, to, area, absorbed, absorbed_se, sunlit, sunlit_se }
+        let own = Own::default().with("sunlit", share);
+        LayerResult { from, to, area, absorbed, absorbed_se, own }
     };
     Some(areas.iter().enumerate().map(layer).collect())
 }
@@ -122,9 +121,7 @@ fn of_stand(
 impl LayerResult {
     pub(super) fn is_valid(&self, bands: usize) -> bool {
         [self.from.abs(), self.to.abs(), self.area].into_iter().all(is_possible)
-            && are_values(&self.absorbed, bands)
-            && are_errors(&self.absorbed_se, bands)
-            && [self.sunlit, self.sunlit_se].into_iter().flatten().all(is_possible)
+            && self.row().is_valid(bands, 0)
     }
 }
 

@@ -202,16 +202,14 @@ impl RunResult {
                 let (of_bands, of_ratios) = all.split_at(columns);
                 let per_area = || of_bands.iter().map(|flux| flux / face.per).collect();
                 let boxed = |values: Vec<f64>| Some(Box::new(Deviations(values)));
-                let (front, back, absorbed, absorbed_ratios) = match p < of_captors {
+                let (front, back, whole) = match p < of_captors {
                     true => {
                         let of = &mut self.captors[p];
-                        let absorbed = &mut of.absorbed_model_se;
-                        (&mut of.front, &mut of.back, absorbed, &mut of.absorbed_ratios)
+                        (&mut of.front, &mut of.back, &mut of.whole)
                     }
                     false => {
                         let of = &mut self.groups[p - of_captors];
-                        let absorbed = &mut of.absorbed_model_se;
-                        (&mut of.front, &mut of.back, absorbed, &mut of.absorbed_ratios)
+                        (&mut of.front, &mut of.back, &mut of.whole)
                     }
                 };
                 let of_face = match face.kind {
@@ -226,8 +224,8 @@ impl RunResult {
                         &mut found.ratios
                     }
                     None => {
-                        *absorbed = Some(of_bands.to_vec());
-                        absorbed_ratios
+                        whole.absorbed_model_se = Some(of_bands.to_vec());
+                        &mut whole.absorbed_ratios
                     }
                 };
                 if let Some(found) = ratios {

@@ -1,9 +1,10 @@
 //! Checks that a result which was read from a file is complete.
 
 use super::{
-    Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CaptorResult, Deviations, Energy,
-    FaceResult, Factor, GroupResult, NearestResult, Ratios, RunResult, ToleranceResult,
+    BandResult, BudgetResult, ByLight, CaptorResult, Deviations, Energy, Factor, GroupResult, Row,
+    RunResult, ToleranceResult,
 };
+use crate::quantity::QUANTITIES;
 use phylux_core::math::stats::is_possible;
 
 impl RunResult {
@@ -11,26 +12,12 @@ impl RunResult {
     /// number is so large that sums and squares of such numbers are infinite.
     pub fn is_valid(&self) -> bool {
         let (bands, ratios) = (self.bands.len(), self.ratios.len());
-        let of_captors = |captor: &CaptorResult| {
-            let CaptorResult { area, center, normal, absorbed, absorbed_se, by_light, .. } = captor;
-            let mut numbers = center.iter().chain(normal).chain([area]);
-            numbers.all(|number| is_possible(*number))
-                && captor.faces().all(|face| face.is_valid(bands, ratios))
-                && fits(absorbed, absorbed_se, by_light, bands)
-                && captor.absorbed_model_se.iter().all(|of| are_values(of, bands))
-                && are_ratios(&captor.absorbed_ratios, by_light, ratios)
-                && are_faces(&captor.absorbed_by_face, by_light, bands)
+        let of_captor = |captor: &CaptorResult| {
+            let CaptorResult { area, center, normal, .. } = captor;
+            center.iter().chain(normal).chain([area]).all(|number| is_possible(*number))
         };
-        let of_groups = |group: &GroupResult| {
-            is_possible(group.area)
-                && std::iter::once(&group.front)
-                    .chain(&group.back)
-                    .all(|f| f.is_valid(bands, ratios))
-                && fits(&group.absorbed, &group.absorbed_se, &group.by_light, bands)
-                && group.absorbed_model_se.iter().all(|of| are_values(of, bands))
-                && are_ratios(&group.absorbed_ratios, &group.by_light, ratios)
-                && are_faces(&group.absorbed_by_face, &group.by_light, bands)
-        };
+        let rows = self.captors.iter().map(CaptorResult::row);
+        let mut rows = rows.chain(self.groups.iter().map(GroupResult::row)).flat_map(Row::parts);
         let parts = self.energy.by_light.iter().flat_map(ByLight::values);
         let own = self.bands.iter().filter(|band| band.sum_of.is_none()).count();
         let mut factors = self.mixed.iter().flat_map(ByLight::values);
@@ -43,8 +30,9 @@ impl RunResult {
             && self.electricity.iter().all(|found| found.is_valid(bands))
             && self.ratios.iter().all(|ratio| ratio.is_valid(own))
             && self.bands.iter().all(BandResult::is_valid)
-            && self.captors.iter().all(of_captors)
-            && self.groups.iter().all(of_groups)
+            && self.captors.iter().all(of_captor)
+            && self.groups.iter().all(|group| is_possible(group.area))
+            && rows.all(|row| row.is_valid(bands, ratios))
             && self.layers.iter().flatten().all(|layer| layer.is_valid(bands))
             && self
                 .sensitivity
@@ -98,62 +86,19 @@ impl BandResult {
     }
 }
 
-impl FaceResult {
-    fn is_valid(&self, bands: usize, ratios: usize) -> bool {
-        let mut values =
-            [&self.flux, &self.irradiance].into_iter().chain(&self.min).chain(&self.max);
-        let mut errors = [&self.flux_se, &self.irradiance_se].into_iter();
-        values.all(|values| are_values(values, bands))
-            && errors.all(|errors| are_errors(errors, bands))
-            && are_model_errors(self.flux_model_se.as_deref(), bands)
-            && are_model_errors(self.irradiance_model_se.as_deref(), bands)
-            && self.dli.iter().chain(&self.dli_se).all(|values| are_errors(values, bands))
-            && self.uniformity.iter().all(|even| even.is_valid(bands))
-            && self
-                .by_light
-                .iter()
-                .flat_map(|lights| lights.values())
-                .all(|part| part.is_valid(bands, ratios))
-            && self.ratios.iter().all(|found| found.is_valid(ratios))
-            && self.knn.iter().flatten().all(|knn| knn.is_valid(bands))
+impl Row<'_> {
+    /// Returns whether every list has an entry for each band or ratio, and no number is too large.
+    pub(super) fn is_valid(&self, bands: usize, ratios: usize) -> bool {
+        let columns = QUANTITIES.iter().flat_map(|quantity| {
+            let faces = (0..3).filter_map(|face| quantity.at(self, face));
+            faces.map(|column| (column, quantity.width(bands, ratios)))
+        });
+        let found = self.faces.iter().flatten().filter_map(|face| face.ratios.as_ref());
+        let knn = self.faces.iter().flatten().filter_map(|face| face.knn.as_ref()?.as_deref());
+        columns.into_iter().all(|(column, width)| column.is_valid(width))
+            && found.chain(self.absorbed_ratios).all(|found| found.is_valid(ratios))
+            && knn.into_iter().all(|knn| [knn.radius, knn.coverage].into_iter().all(is_possible))
     }
-}
-
-impl NearestResult {
-    fn is_valid(&self, bands: usize) -> bool {
-        let Self { radius, coverage, irradiance, irradiance_se, radiance, radiance_se, .. } = self;
-        [radius, coverage].into_iter().all(|number| is_possible(*number))
-            && radiance.iter().chain([irradiance]).all(|values| are_values(values, bands))
-            && radiance_se.iter().chain([irradiance_se]).all(|errors| are_errors(errors, bands))
-    }
-}
-
-fn fits(
-    absorbed: &Option<Vec<f64>>,
-    errors: &Option<Vec<Option<f64>>>,
-    parts: &Option<ByLight<Absorbed>>,
-    bands: usize,
-) -> bool {
-    let parts = || parts.iter().flat_map(ByLight::values);
-    absorbed.iter().chain(parts().map(|p| &p.absorbed)).all(|values| are_values(values, bands))
-        && errors.iter().chain(parts().map(|p| &p.absorbed_se)).all(|e| are_errors(e, bands))
-}
-
-fn are_ratios(all: &Option<Ratios>, parts: &Option<ByLight<Absorbed>>, ratios: usize) -> bool {
-    let parts = parts.iter().flat_map(ByLight::values).filter_map(|p| p.absorbed_ratios.as_ref());
-    all.iter().chain(parts).all(|found| found.is_valid(ratios))
-}
-
-fn are_faces(
-    all: &Option<AbsorbedByFace>,
-    parts: &Option<ByLight<Absorbed>>,
-    bands: usize,
-) -> bool {
-    let parts = parts.iter().flat_map(ByLight::values).filter_map(|p| p.absorbed_by_face.as_ref());
-    all.iter().chain(parts).all(|of| {
-        [&of.front, &of.back].iter().all(|values| are_values(values, bands))
-            && [&of.front_se, &of.back_se].iter().all(|errors| are_errors(errors, bands))
-    })
 }
 
 /// Returns whether these are values of so many bands.

@@ -15,6 +15,7 @@ use phylux_core::{
     transport::settings::{Estimator, Guiding},
     words,
 };
+use phylux_results::quantity::{Per, Quantity};
 use phylux_results::result::{
     AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult, PerKwh,
     RunResult, Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
@@ -302,9 +303,11 @@ fn group_rows<'a>(page: &Page, groups: &[&'a GroupResult]) -> Vec<GroupRow<'a>> 
     let many = |thing: &str| groups.iter().filter(|g| copied(&g.id) == Some(thing)).count() >= MANY;
     // only groups of the same captors have the same light to all digits, but for dark ones
     let same = |a: &GroupResult, b: &GroupResult| {
-        let of = |group: &GroupResult| (group.captors, group.area, group.sunlit);
         let is_lit = a.front.flux.iter().any(|flux| *flux > 0.0);
-        is_lit && of(a) == of(b) && a.front.flux == b.front.flux && a.absorbed == b.absorbed
+        is_lit
+            && (a.captors, a.area) == (b.captors, b.area)
+            && a.front.flux == b.front.flux
+            && (&a.absorbed, &a.own) == (&b.absorbed, &b.own)
     };
     for &group in groups {
         if let Some(row) =
@@ -375,19 +378,27 @@ fn groups(page: &Page, text: &mut String, result: &RunResult) {
                 _ => (kind.clone(), String::new()),
             };
             table.row(name, [captors].into_iter().chain(cells), percent_of(relative.collect()));
-            let sunlit: Option<Vec<(f64, f64)>> =
-                groups.iter().map(|group| group.sunlit.zip(group.sunlit_se)).collect();
-            if let (0, Some(sunlit)) = (k, sunlit) {
-                let relative = sunlit.iter().filter(|(share, _)| *share > 0.0);
-                let relative = relative.map(|(share, error)| error / share).collect();
-                let share = Spread::of(sunlit.iter().map(|(share, _)| *share).collect()).range();
-                let cells = [String::new(), share];
-                table.row("    sunlit, of the area", cells, percent_of(relative));
+            if k == 0 {
+                own_rows(&mut table, groups);
             }
         }
     }
     table.below(text, page);
     text.push_str(&page.more(rows.len(), SHOWN_GROUPS));
+}
+
+/// Adds a row for each quantity of groups as a whole that has one value, a share of their area.
+fn own_rows(table: &mut Table, groups: &[&GroupResult]) {
+    for quantity in Quantity::own().filter(|quantity| quantity.per == Per::Place) {
+        let found: Option<Vec<(f64, Option<f64>)>> =
+            groups.iter().map(|group| group.own.one(quantity.name)).collect();
+        let Some(found) = found else { continue };
+        let relative = found.iter().filter(|(share, _)| *share > 0.0);
+        let relative = relative.filter_map(|(share, error)| Some((*error)? / share)).collect();
+        let share = Spread::of(found.iter().map(|(share, _)| *share).collect()).range();
+        let name = format!("    {}, of the area", quantity.name);
+        table.row(name, [String::new(), share], percent_of(relative));
+    }
 }
 
 /// Writes what the light of each lamp costs, where it goes, and what groups have of it.
@@ -537,8 +548,11 @@ fn canopy(page: &Page, text: &mut String, result: &RunResult) {
 fn layers(page: &Page, text: &mut String, result: &RunResult) {
     let Some(layers) = &result.layers else { return };
     let bands = shown_bands(page, result);
-    let sunlit = layers.iter().any(|layer| layer.sunlit.is_some());
-    let heads = ["area, m2".to_string()].into_iter().chain(sunlit.then(|| "sunlit".into()));
+    let own = Quantity::own().filter(|quantity| quantity.per == Per::Place);
+    let has = |quantity: &&Quantity| layers.iter().any(|l| l.own.one(quantity.name).is_some());
+    let own: Vec<&Quantity> = own.filter(has).collect();
+    let own_heads = own.iter().map(|quantity| quantity.name.to_string());
+    let heads = ["area, m2".to_string()].into_iter().chain(own_heads);
     let heads = heads.chain(bands.iter().map(|&b| result.bands[b].name.clone()));
     let title = format!("absorbed by layer, m: {}", result.unit.irradiance);
     let mut table = Table::new(title, heads, "");
@@ -547,8 +561,11 @@ fn layers(page: &Page, text: &mut String, result: &RunResult) {
             true => short(layer.absorbed[b] / layer.area),
             false => "-".into(),
         };
-        let share = layer.sunlit.map_or("-".into(), |share| format!("{:.1} %", 100.0 * share));
-        let cells = [short(layer.area)].into_iter().chain(sunlit.then_some(share));
+        let share = |quantity: &&Quantity| {
+            let found = layer.own.one(quantity.name);
+            found.map_or("-".into(), |(share, _)| format!("{:.1} %", 100.0 * share))
+        };
+        let cells = [short(layer.area)].into_iter().chain(own.iter().map(share));
         let name = format!("  {} to {}", short(layer.from), short(layer.to));
         table.row(name, cells.chain(bands.iter().map(per_area)), "");
     }

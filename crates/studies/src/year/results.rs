@@ -10,7 +10,8 @@ use super::{
 };
 use phylux_core::{error::Result, scene::captor::Channel, transport::settings::Estimator};
 use phylux_results::result::{
-    CaptorResult, Energy, FEW_HISTORIES, FORMAT, FaceResult, GroupResult, Ratios, RunResult, Spread,
+    CaptorResult, Energy, FEW_HISTORIES, FORMAT, FaceResult, GroupResult, Own, Ratios, RunResult,
+    Spread, Whole,
 };
 
 impl Year {
@@ -135,18 +136,24 @@ impl Mean<'_> {
         Some(Ratios { ratio, ratio_se, ..Ratios::default() })
     }
 
-    /// Returns the share of the area that the sun shines on, and its error, on average over the time
-    /// in which it shines.
-    fn sunlit(&self, id: usize) -> Option<(f64, f64)> {
-        self.values.sunlit(id).map(|share| (share.mean, share.variance.sqrt()))
+    /// Returns what an id has as a whole, with the share of its area that the sun shines on, on
+    /// average over the time in which it shines.
+    fn whole(&self, id: usize) -> Whole {
+        let (absorbed, absorbed_se) = self.absorbed(id).unzip();
+        let sunlit = self.values.sunlit(id).map(|share| [share.mean, share.variance.sqrt()]);
+        Whole {
+            absorbed,
+            absorbed_se,
+            own: Own::default().with("sunlit", sunlit),
+            absorbed_ratios: self.ratios(id, Channel::Absorbed),
+            ..Whole::default()
+        }
     }
 
     fn captor(&self, id: usize) -> CaptorResult {
         let places = &self.year.places;
         let shape = &places.shapes[id];
         let [front, back] = self.year.head.arrived[id];
-        let (absorbed, absorbed_se) = self.absorbed(id).unzip();
-        let (sunlit, sunlit_se) = self.sunlit(id).unzip();
         CaptorResult {
             id: places.ids[id].clone(),
             kind: Cow::Borrowed(shape.kind),
@@ -155,14 +162,7 @@ impl Mean<'_> {
             normal: shape.normal.unwrap_or_default().to_array(),
             front: self.face(id, Channel::Front, front).unwrap_or_else(nothing),
             back: self.face(id, Channel::Back, back),
-            absorbed,
-            absorbed_se,
-            absorbed_model_se: None,
-            by_light: None,
-            sunlit,
-            sunlit_se,
-            absorbed_by_face: None,
-            absorbed_ratios: self.ratios(id, Channel::Absorbed),
+            whole: self.whole(id),
             groups: Some(shape.groups.clone()),
         }
     }
@@ -178,8 +178,6 @@ impl Mean<'_> {
             let arrived = self.year.head.arrived[captor];
             photons.iter_mut().zip(arrived).for_each(|(sum, own)| *sum += own);
         }
-        let (absorbed, absorbed_se) = self.absorbed(id).unzip();
-        let (sunlit, sunlit_se) = self.sunlit(id).unzip();
         let front = self.face(id, Channel::Front, photons[0]).unwrap_or_else(nothing);
         GroupResult {
             id: places.ids[id].clone(),
@@ -187,14 +185,7 @@ impl Mean<'_> {
             area: places.areas[id][Channel::Front as usize],
             front: fronts.on(front),
             back: self.face(id, Channel::Back, photons[1]).map(|back| backs.on(back)),
-            absorbed,
-            absorbed_se,
-            absorbed_model_se: None,
-            by_light: None,
-            sunlit,
-            sunlit_se,
-            absorbed_by_face: None,
-            absorbed_ratios: self.ratios(id, Channel::Absorbed),
+            whole: self.whole(id),
         }
     }
 }
