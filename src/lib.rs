@@ -89,8 +89,8 @@ pub mod results {
         GroupResult, HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult,
         LampElectricity, LayerResult, Lit, MapResult, Measure, Model, ModelErrors, NearestResult,
         Own, Per, PerKwh, PlaneElectricity, QUANTITIES, Quantity, RatioResult, RatioSensitivity,
-        Ratios, ReadingResult, ResultsFile, Row, RunResult, RunSettings, SensitivityResult, Share,
-        Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity, Varied, Warning, When, Whole,
+        Ratios, ReadingResult, Row, RunResult, RunSettings, SensitivityResult, Share, Shares,
+        SlopeIntercept, SumUnit, ToleranceResult, Uniformity, Varied, Warning, When, Whole,
         WorstResult, YearFacts,
     };
 }
@@ -122,8 +122,7 @@ pub mod formats {
         OutputFolder, Parameter, Run, SceneBuilder, SceneSource, SeriesFile, SkyDivision,
         SpectrumAverage, StateControl, Sweep, TableNote, TableSettings, TrackerControl, Turn,
         WhenKeys, YearTable, iso8601, load, load_by_hour, load_from, load_with, parse_json,
-        parse_readings, parse_results, read_arguments, read_json, read_results, spec, weather,
-        write_csv, write_json,
+        parse_readings, read_arguments, read_json, spec, weather, write_csv, write_json,
     };
 }
 

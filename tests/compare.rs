@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use phylux::{formats::read_results, results::Comparison};
+use phylux::{formats::read_json, results::Comparison};
 
 use crate::{
     bad_input::phylux,
@@ -28,7 +28,7 @@ fn run(folder: &TestScene, name: &str, reflectance: f64, more: &[&str]) {
 }
 
 fn compare(folder: &TestScene, a: &str, b: &str) -> Comparison {
-    let read = |name| read_results(&folder.path(name)).unwrap_or_else(|e| panic!("{e}"));
+    let read = |name| read_json(&folder.path(name)).unwrap_or_else(|e| panic!("{e}"));
     Comparison::new(&read(a), &read(b)).unwrap_or_else(|e| panic!("{e}"))
 }
 

@@ -83,3 +83,21 @@ fn the_page_of_results_is_made_from_the_registry() {
         );
     }
 }
+
+/// Names are names of one quantity alone, and what results only carry has all that is read from its
+/// entry.
+#[test]
+fn the_registry_of_quantities_is_whole() {
+    for (i, quantity) in QUANTITIES.iter().enumerate() {
+        let Quantity { name, array, .. } = quantity;
+        let same = |other: &Quantity| other.name == *name || other.array == *array;
+        assert!(!QUANTITIES[..i].iter().any(same), "{name}");
+        assert!(std::ptr::eq(Quantity::named(name), quantity));
+        if quantity.is_own() {
+            assert!(!quantity.meaning.is_empty() && !quantity.docs[0].is_empty(), "{name}");
+            // the first part is that of light by band
+            assert!(quantity.captor_rows.is_some_and(|part| part > 0), "{name}");
+            assert!(!quantity.is_of_faces() && !name.ends_with("_se"), "{name}");
+        }
+    }
+}

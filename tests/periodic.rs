@@ -4,7 +4,12 @@
 
 use std::f64::consts::PI;
 
-use phylux::{RunResult, results::FaceResult, transport::PhotonCount};
+use phylux::{
+    RunResult,
+    formats::{parse_json, write_json},
+    results::FaceResult,
+    transport::PhotonCount,
+};
 use serde_json::{Value, json};
 
 use crate::{
@@ -547,6 +552,11 @@ fn the_sunlit_share_is_known() {
                     "{zenith}, {group}, {how}: {share} {error}"
                 );
             }
+            let mut written = [Vec::new(), Vec::new()];
+            write_json(&result, &mut written[0]).expect("memory");
+            let read = parse_json(&written[0]).expect("results");
+            write_json(&read, &mut written[1]).expect("memory");
+            assert_eq!(written[0], written[1]);
             let layers = result.layers.as_ref().expect("layers");
             for (layer, exact) in layers.iter().zip([0.7, 1.0]) {
                 let (share, error) = sunlit(&layer.own);

@@ -52,8 +52,8 @@ class _Quantity(NamedTuple):
 
 
 _QUANTITIES = [_Quantity(*entry) for entry in _native.quantities()]
-#: arrays that `Values` does not name
-_MORE = {f"{quantity.array}{ending}" for quantity in _QUANTITIES if quantity.own for ending in ("", "_se")}
+#: arrays of quantities that are known by their names alone
+OWN = {f"{quantity.array}{ending}" for quantity in _QUANTITIES if quantity.own for ending in ("", "_se")}
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Values:
     more: Mapping[str, Floats] = field(default_factory=dict)
 
     def __getattr__(self, name: str) -> Floats | None:
-        if name in _MORE:
+        if name in OWN:
             return self.more.get(name)
         raise AttributeError(f"no quantity `{name}`", name=name, obj=self)
 
@@ -816,7 +816,7 @@ class Result:
 
     def _values(self, groups: bool, light: int | None) -> Values:
         arrays = {name: _fixed(array) for name, array in self._arrays(groups, light).items()}
-        more = {name: array for name, array in arrays.items() if name in _MORE}
+        more = {name: array for name, array in arrays.items() if name in OWN}
         ids = self._found.ids(True) if groups else list(self._ids)
         return Values(ids, **{name: arrays[name] for name in _FIELDS if name in arrays}, more=more)
 

@@ -13,7 +13,7 @@ import numpy as np
 from . import _native, html
 from .errors import missing, say, wrong
 from .errors import pandas as _pandas
-from .result import Result
+from .result import OWN, Result
 from .values import finite
 from .values import arguments as _arguments
 
@@ -138,9 +138,8 @@ class Year:
             units = [(own.get(band) or facts["unit"])["irradiance"] for band in bands]
         units = units[:1] if len(set(units)) == 1 else units
         data: dict[str, Any] = {}
-        for name in ("sunlit", "sunlit_se"):
-            if name in values:
-                data[name] = (("time", "captor"), values[name], _attributes(name, "1"))
+        for name in (name for name in values if name in OWN):
+            data[name] = (("time", "captor"), values[name], _attributes(name, "1"))
         for face in ("front", "back", "absorbed"):
             for name in (face, f"{face}_se"):
                 if f"{bands[0]}_{name}" in values:

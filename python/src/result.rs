@@ -1,6 +1,5 @@
 //! The results of a run as flat arrays for numpy, and as files.
 
-use phylux::formats::parse_results;
 use std::{
     collections::BTreeMap,
     io::{self, Write},
@@ -13,7 +12,7 @@ use phylux::{
     formats::{FilesRead, OutputFile, OutputFolder},
     results::{
         CaptorResult, Column, Comparison, Errors, FaceResult, Factor, GroupResult, Measure, Per,
-        QUANTITIES, Quantity, ResultsFile, Row, When,
+        QUANTITIES, Quantity, Row, When,
     },
     studies::{EvenPlan, Mix, Page, Summary, WORST, summary},
 };
@@ -49,12 +48,6 @@ impl Found {
         let mut bytes = Vec::new();
         phylux::formats::write_json(&self.result, &mut bytes)?;
         Ok(bytes)
-    }
-
-    /// Returns the results as they are read from their file.
-    pub fn results_file(&self) -> PyResult<ResultsFile> {
-        let bytes = self.json_bytes()?;
-        Python::attach(|py| raised(py, parse_results(&bytes)))
     }
 }
 
@@ -248,9 +241,9 @@ impl Found {
     /// those that only one of them has; the number that is left out because their errors say little;
     /// the limit of |z|; and whether both agree, and share random numbers.
     fn compare(&self, py: Python<'_>, other: &Self, width: usize) -> PyResult<Compared> {
-        let (a, b) = (self.results_file()?, other.results_file()?);
-        let comparison = raised(py, py.detach(|| Comparison::new(&a, &b)))?;
-        let text = phylux::studies::comparison(&page(width), &a, &b, &comparison, WORST);
+        let (a, b) = (&self.result, &other.result);
+        let comparison = raised(py, py.detach(|| Comparison::new(a, b)))?;
+        let text = phylux::studies::comparison(&page(width), a, b, &comparison, WORST);
         let agree = comparison.agrees();
         let Comparison { differences, few_paths, unmatched, limit, dependent } = comparison;
         let values = serde_json::to_string(&differences).unwrap_or_default();

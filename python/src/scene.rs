@@ -216,7 +216,7 @@ impl Loaded {
         threads: Option<usize>,
         to: Option<String>,
     ) -> PyResult<()> {
-        let plan = plan(results, trace)?;
+        let plan = plan(results, trace);
         let check = move |scene: &Scene| {
             let following = match trace {
                 true => following(scene, to.as_deref())?,
@@ -250,7 +250,7 @@ impl Loaded {
         raised(py, colours.check(format))?;
         let plan = match format {
             ExportFormat::Ply => RenderPlan::Photons,
-            _ => plan(results, trace)?,
+            _ => plan(results, trace),
         };
         let of_check = colours.clone();
         let check = move |scene: &Scene| {
@@ -303,10 +303,11 @@ impl Loaded {
 }
 
 /// Returns where the light of a picture comes from: from a result, or from a run of its own.
-fn plan(results: Option<&Found>, trace: bool) -> PyResult<RenderPlan> {
-    let Some(found) = results else { return Ok(RenderPlan::Run) };
-    let results = found.results_file()?;
-    Ok(RenderPlan::Results { results: Box::new(results), trace })
+fn plan(results: Option<&Found>, trace: bool) -> RenderPlan {
+    results.map_or(RenderPlan::Run, |found| RenderPlan::Results {
+        results: Box::new(found.result.clone()),
+        trace,
+    })
 }
 
 /// Returns the runs of a sweep: for each, the values of its parameters and its scene, as JSON.

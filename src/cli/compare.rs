@@ -1,6 +1,6 @@
 //! `phylux compare`: compares two results captor by captor.
 
-use phylux_files::result_file::read_results;
+use phylux_files::result_file::read_json;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -41,7 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let place = csv.as_ref().and_then(OutputFile::place).map(Path::to_path_buf);
     let read = FilesRead::new([&arguments.a, &arguments.b]);
     check_places(place.as_slice(), &read)?;
-    let (a, b) = (read_results(&arguments.a)?, read_results(&arguments.b)?);
+    let (a, b) = (read_json(&arguments.a)?, read_json(&arguments.b)?);
     let comparison = Comparison::new(&a, &b)?;
     if let Some(csv) = csv {
         csv.write(&read, |writer| {

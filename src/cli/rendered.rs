@@ -1,7 +1,7 @@
 //! What `view` and `export` have in common: they read a scene and perhaps the results of a run,
 //! trace what these results do not tell, and write a file.
 
-use phylux_files::result_file::read_results;
+use phylux_files::result_file::read_json;
 use std::{
     io::{self, Write},
     path::{Path, PathBuf},
@@ -71,7 +71,7 @@ pub(super) fn write(
     let file = desk.file(output)?;
     let place = file.place().map(Path::to_path_buf);
     let (results, loaded) = desk.during("reading the scene", |_| -> Result<_> {
-        let results = source.results.as_deref().map(read_results).transpose()?;
+        let results = source.results.as_deref().map(read_json).transpose()?;
         Ok((results, scene_file::load(&source.scene)?))
     })?;
     let LoadedScene { scene, settings, warnings, files, .. } = loaded;

@@ -57,9 +57,7 @@ pub use json::read_arguments;
 pub use measured_csv::{MeasuredAt, MeasuredRow, parse as parse_readings};
 pub use obj::{Mesh, MeshGroup};
 pub use output::{FilesRead, OutputFile};
-pub use result_file::{
-    OutputFolder, parse_json, parse_results, read_json, read_results, write_csv, write_json,
-};
+pub use result_file::{OutputFolder, parse_json, read_json, write_csv, write_json};
 pub use scene_file::{
     HourlyLight, HourlyLights, HourlySun, InMemory, LoadedScene, OpenField, SceneBuilder,
     SceneSource, SkyDivision, SpectrumAverage, TableNote, load, load_by_hour, load_from, load_with,

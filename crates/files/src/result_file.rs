@@ -28,7 +28,7 @@ use phylux_results::{
     result::{BandResult, CanopyResult, CaptorResult, ElectricityRow, RatioResult, Row, RunResult},
 };
 
-pub use read::{parse_json, parse_results, read_json, read_results};
+pub use read::{parse_json, read_json};
 
 fn buffered<W: Write>(
     file: W,

@@ -2,8 +2,8 @@
 //! whole period.
 //!
 //! The first columns are `captor` and `time`, `day`, `month` or `period`; sums have `unit` after
-//! them. For each band there are columns such as `PAR_front` and `PAR_front_se`, at last `sunlit`
-//! and `sunlit_se`. The rows go time by time; within a time captor by captor, then group by group.
+//! them. For each band there are columns such as `PAR_front` and `PAR_front_se`, at last those of a
+//! quantity of the place as a whole. The rows go time by time; within a time captor by captor, then group by group.
 
 #[cfg(feature = "parquet")]
 mod parquet_rows;

@@ -4,44 +4,41 @@ use std::collections::{HashMap, HashSet};
 
 use serde::Serialize;
 
-use crate::saved::ResultsFile;
-use phylux_core::error::{Error, Result};
+use crate::{quantity::QUANTITIES, result::RunResult};
+use phylux_core::{
+    error::{Error, Result},
+    transport::settings::{Estimator, Guiding},
+};
 
 /// Odds of a false alarm over all values of a comparison.
 pub const ODDS: f64 = 1e-3;
 /// Half the width of an interval of 95 %, in standard errors.
 const HALF_WIDTH: f64 = 1.98;
-/// Names of an estimator, and of a kind of guiding, in results.
-const PHOTONS: &str = "photons";
-const FULL: &str = "full";
 
-impl ResultsFile {
-    /// Returns every value with its captor, face and band, in the order of the file.
+impl RunResult {
+    /// Returns every value that is compared with its captor, face and band, in the order of the file.
     fn values(&self) -> Vec<(Key<'_>, Value)> {
         let mut all = Vec::new();
+        let compared = || QUANTITIES.iter().filter(|quantity| quantity.is_compared);
         for captor in &self.captors {
-            let mut add = |what, values: &[f64], errors: &[Option<f64>], area, few_paths| {
-                let powers = self.energy.power.iter();
-                for (((band, power), &mean), &error) in
-                    self.bands.iter().zip(powers).zip(values).zip(errors)
-                {
+            let row = captor.row();
+            let few = |face: usize| row.faces[face].is_some_and(|face| face.few_paths);
+            for (face, quantity) in (0..3).flat_map(|face| compared().map(move |of| (face, of))) {
+                let Some(column) = quantity.at(&row, face) else { continue };
+                let (what, area, few_paths) = match face {
+                    0 | 1 => (["front", "back"][face], captor.area, few(face)),
+                    _ => (quantity.name, 1.0, few(0) || few(1)),
+                };
+                for (b, (band, power)) in self.bands.iter().zip(&self.energy.power).enumerate() {
+                    let (Some(mean), [error, _]) = (column.value(b), column.errors(b)) else {
+                        continue;
+                    };
                     let nothing = mean == 0.0 && error.is_none() && *power > 0.0;
                     let error = if nothing { self.of_nothing(*power, area) } else { error };
                     let unknown = nothing && error.is_none();
                     let key = (captor.id.as_str(), what, band.name.as_str());
                     all.push((key, Value { mean, error, few_paths, unknown }));
                 }
-            };
-            let mut few_paths = false;
-            for (what, face) in [("front", Some(&captor.front)), ("back", captor.back.as_ref())] {
-                if let Some(face) = face {
-                    let (values, errors) = (&face.irradiance, &face.irradiance_se);
-                    add(what, values, errors, captor.area, face.few_paths);
-                    few_paths |= face.few_paths;
-                }
-            }
-            if let (Some(values), Some(errors)) = (&captor.absorbed, &captor.absorbed_se) {
-                add("absorbed", values, errors, 1.0, few_paths);
             }
         }
         all
@@ -51,7 +48,7 @@ impl ResultsFile {
     /// per area, m2: so large that the interval of 95 % ends at the bound 3 power / photons. `None`
     /// where no bound is known: for paths, and where splitting changes the power of photons.
     fn of_nothing(&self, power: f64, area: f64) -> Option<f64> {
-        let is_plain = self.estimator == PHOTONS && self.guiding.as_deref() != Some(FULL);
+        let is_plain = self.estimator == Estimator::Photons && self.guiding != Some(Guiding::Full);
         let bound = 3.0 * power / self.photons as f64 / area;
         (is_plain && bound > 0.0).then_some(bound / HALF_WIDTH)
     }
@@ -108,8 +105,8 @@ pub struct Comparison {
 impl Comparison {
     /// Compares the values that both results have. Errors: they have nothing in common; their units
     /// differ.
-    pub fn new(a: &ResultsFile, b: &ResultsFile) -> Result<Self> {
-        if a.unit != b.unit {
+    pub fn new(a: &RunResult, b: &RunResult) -> Result<Self> {
+        if [&a.unit.flux, &a.unit.irradiance] != [&b.unit.flux, &b.unit.irradiance] {
             let problem = format!("one is in {}, the other in {}", a.unit.flux, b.unit.flux);
             return Err(Error::input("results", problem).remedy("compare results of one unit"));
         }
@@ -134,7 +131,7 @@ impl Comparison {
         // by Gauss's tail, P(|z| > x) <= exp(-x^2 / 2), for all of them together
         let limit = (2.0 * (differences.len().max(1) as f64 / ODDS).ln()).sqrt();
         differences.sort_by(|p, q| q.weight().total_cmp(&p.weight()));
-        let dependent = (&a.estimator, a.seed) == (&b.estimator, b.seed);
+        let dependent = (a.estimator, a.seed) == (b.estimator, b.seed);
         Ok(Self { differences, few_paths, unmatched, limit, dependent })
     }
 

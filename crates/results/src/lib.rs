@@ -1,9 +1,10 @@
 //! Results: the numbers that a run has found, with standard errors.
 //!
 //! Read `result` first: it makes results from sums, groups them, rescales lamps and warns.
-//! `quantity` is the registry of what is said of light, from which tables are made. `flat` holds the same numbers as arrays, `saved` results that were read from a file.
-//! `histories` says how light reaches a captor. `compare` compares two results. `year_facts` tells of the tables of a year. `calibration` holds factors on the powers of lamps that were
-//! found from readings.
+//! `quantity` is the registry of what they say of light, from which tables are made. `flat` holds the
+//! same numbers as arrays. `histories` says how light reaches a captor. `compare` compares two
+//! results. `year_facts` tells of the tables of a year. `calibration` holds factors on the powers of
+//! lamps that were found from readings.
 //!
 //! Nothing in this crate reads or writes files.
 
@@ -13,9 +14,9 @@ pub mod calibration;
 pub mod compare;
 pub mod flat;
 pub mod histories;
+pub mod lists;
 pub mod quantity;
 pub mod result;
-pub mod saved;
 pub mod year_facts;
 
 pub use calibration::{
@@ -33,5 +34,4 @@ pub use result::{
     RunResult, RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult, Uniformity,
     Warning, Whole, WorstResult,
 };
-pub use saved::ResultsFile;
 pub use year_facts::YearFacts;

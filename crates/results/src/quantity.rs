@@ -5,10 +5,8 @@
 //! the results; all others are kept by [`Own`](crate::result::Own) under their names, so that a new
 //! one is an entry here and the line that finds it.
 
-use crate::result::{
-    AbsorbedByFace, FaceResult, Ratios, Row, RunResult, Uniformity,
-    validate::{are_errors, are_values},
-};
+use crate::lists::{are_errors, are_values};
+use crate::result::{AbsorbedByFace, FaceResult, Ratios, Row, RunResult, Uniformity};
 
 /// What results say of the light on a face, or on a captor, group or layer as a whole.
 #[derive(Debug)]
@@ -116,57 +114,56 @@ enum Values<'a> {
     Perhaps(&'a [Option<f64>]),
 }
 
-/// An entry of which all is as most often.
-const PLAIN: Quantity = Quantity {
-    name: "",
-    array: "",
-    per: Per::Band,
-    measure: Measure::Number,
-    errors: Errors::Chance,
-    when: When::Found,
-    captor_rows: None,
-    group_rows: None,
-    is_compared: false,
-    is_mean: false,
-    meaning: "",
-    docs: [""; 2],
-    find: Find::Own,
-};
+/// Returns an entry of a quantity of faces, of which all else is as most often.
+const fn of_faces(
+    name: &'static str,
+    measure: Measure,
+    find: for<'a> fn(&'a FaceResult) -> Option<Column<'a>>,
+) -> Quantity {
+    Quantity { measure, ..entry(name, Find::Face(find)) }
+}
+
+const fn entry(name: &'static str, find: Find) -> Quantity {
+    Quantity {
+        name,
+        array: name,
+        per: Per::Band,
+        measure: Measure::Number,
+        errors: Errors::Chance,
+        when: When::Found,
+        captor_rows: None,
+        group_rows: None,
+        is_compared: false,
+        is_mean: false,
+        meaning: "",
+        docs: [""; 2],
+        find,
+    }
+}
 
 /// All quantities, in the order of tables.
 pub static QUANTITIES: [Quantity; 14] = [
     Quantity {
-        name: "flux",
-        array: "flux",
-        measure: Measure::Flux,
         errors: Errors::Inputs,
         when: When::Always,
         captor_rows: Some(0),
-        find: Find::Face(|face| {
+        ..of_faces("flux", Measure::Flux, |face| {
             let found = Column::known(&face.flux, Some(&face.flux_se));
             Some(found.with(face.flux_model_se.as_deref().map(|of| &of.0)))
-        }),
-        ..PLAIN
+        })
     },
     Quantity {
-        name: "irradiance",
-        array: "irradiance",
-        measure: Measure::Irradiance,
         errors: Errors::Inputs,
         when: When::Always,
         captor_rows: Some(0),
         is_compared: true,
         docs: ["`irradiance`, `irradiance_se`", "flux / area: the mean over the captor"],
-        find: Find::Face(|face| {
+        ..of_faces("irradiance", Measure::Irradiance, |face| {
             let found = Column::known(&face.irradiance, Some(&face.irradiance_se));
             Some(found.with(face.irradiance_model_se.as_deref().map(|of| &of.0)))
-        }),
-        ..PLAIN
+        })
     },
     Quantity {
-        name: "dli",
-        array: "dli",
-        measure: Measure::Dli,
         when: When::Daily,
         captor_rows: Some(0),
         docs: [
@@ -177,86 +174,65 @@ pub static QUANTITIES: [Quantity; 14] = [
              weights](scene-format.md#sums-and-ratios) of your own; sums of photons by wavelength \
              (`YPF`, `ePAR`, ...) in any scene, lumens never",
         ],
-        find: Find::Face(|face| Some(Column::perhaps(face.dli.as_ref()?, face.dli_se.as_deref()))),
-        ..PLAIN
+        ..of_faces("dli", Measure::Dli, |face| {
+            Some(Column::perhaps(face.dli.as_ref()?, face.dli_se.as_deref()))
+        })
     },
     Quantity {
-        name: "knn_irradiance",
-        array: "knn_irradiance",
-        measure: Measure::Irradiance,
         captor_rows: Some(0),
-        find: Find::Face(|face| {
+        ..of_faces("knn_irradiance", Measure::Irradiance, |face| {
             let nearest = face.knn.as_ref()?.as_ref()?;
             Some(Column::known(&nearest.irradiance, Some(&nearest.irradiance_se)))
-        }),
-        ..PLAIN
+        })
     },
     Quantity {
-        name: "knn_radiance",
-        array: "knn_radiance",
-        measure: Measure::Radiance,
         captor_rows: Some(0),
-        find: Find::Face(|face| {
+        ..of_faces("knn_radiance", Measure::Radiance, |face| {
             let nearest = face.knn.as_ref()?.as_ref()?;
             Some(Column::known(nearest.radiance.as_ref()?, nearest.radiance_se.as_deref()))
-        }),
-        ..PLAIN
+        })
     },
     Quantity {
-        name: "irradiance_min",
-        array: "irradiance_min",
-        measure: Measure::Irradiance,
         errors: Errors::No,
-        find: Find::Face(|face| Some(Column::known(face.min.as_ref()?, None))),
-        ..PLAIN
+        ..of_faces("irradiance_min", Measure::Irradiance, |face| {
+            Some(Column::known(face.min.as_ref()?, None))
+        })
     },
     Quantity {
-        name: "irradiance_max",
-        array: "irradiance_max",
-        measure: Measure::Irradiance,
         errors: Errors::No,
-        find: Find::Face(|face| Some(Column::known(face.max.as_ref()?, None))),
-        ..PLAIN
+        ..of_faces("irradiance_max", Measure::Irradiance, |face| {
+            Some(Column::known(face.max.as_ref()?, None))
+        })
     },
     Quantity {
-        name: "min_over_mean",
-        array: "min_over_mean",
         group_rows: Some(1),
         docs: ["`min_over_mean`", "the lowest irradiance of a captor over the mean of the group"],
-        find: Find::Face(|face| {
+        ..of_faces("min_over_mean", Measure::Number, |face| {
             let Uniformity { min_over_mean, min_over_mean_se, .. } = face.uniformity.as_deref()?;
             Some(Column::perhaps(min_over_mean, Some(min_over_mean_se)))
-        }),
-        ..PLAIN
+        })
     },
     Quantity {
-        name: "cv",
-        array: "cv",
         group_rows: Some(1),
         docs: [
             "`cv`",
             "coefficient of variation: the standard deviation of the captors' irradiances, \
              weighted by their areas, over the mean",
         ],
-        find: Find::Face(|face| {
+        ..of_faces("cv", Measure::Number, |face| {
             let Uniformity { cv, cv_se, .. } = face.uniformity.as_deref()?;
             Some(Column::perhaps(cv, Some(cv_se)))
-        }),
-        ..PLAIN
+        })
     },
     Quantity {
-        name: "absorbed",
-        array: "absorbed",
         measure: Measure::Flux,
         errors: Errors::Inputs,
         when: When::Always,
         captor_rows: Some(0),
         is_compared: true,
-        find: Find::Whole(|row| row.absorbed),
-        ..PLAIN
+        ..entry("absorbed", Find::Whole(|row| row.absorbed))
     },
     Quantity {
-        name: "ratio",
         array: "ratios",
         per: Per::Ratio,
         errors: Errors::Inputs,
@@ -268,23 +244,18 @@ pub static QUANTITIES: [Quantity; 14] = [
             "numerator / denominator of the light that arrived (was absorbed); null where the \
              denominator found nothing",
         ],
-        find: Find::Face(|face| face.ratios.as_ref().map(Column::of_ratios)),
-        ..PLAIN
+        ..of_faces("ratio", Measure::Number, |face| face.ratios.as_ref().map(Column::of_ratios))
     },
     Quantity {
-        name: "absorbed_ratio",
         array: "absorbed_ratios",
         per: Per::Ratio,
         errors: Errors::Inputs,
         when: When::Ratios,
         captor_rows: Some(1),
         group_rows: Some(2),
-        find: Find::Whole(|row| row.absorbed_ratios.map(Column::of_ratios)),
-        ..PLAIN
+        ..entry("absorbed_ratio", Find::Whole(|row| row.absorbed_ratios.map(Column::of_ratios)))
     },
     Quantity {
-        name: "absorbed_by_face",
-        array: "absorbed_by_face",
         measure: Measure::Flux,
         captor_rows: Some(2),
         group_rows: Some(3),
@@ -293,15 +264,15 @@ pub static QUANTITIES: [Quantity; 14] = [
             "with [`absorbed_by_face`](scene-format.md#top-level): what was absorbed of the light \
              on `front` and `back` (with `_se`, which are not independent)",
         ],
-        find: Find::ByFace(|row| {
-            let AbsorbedByFace { front, front_se, back, back_se } = row.absorbed_by_face?;
-            Some([Column::known(front, Some(front_se)), Column::known(back, Some(back_se))])
-        }),
-        ..PLAIN
+        ..entry(
+            "absorbed_by_face",
+            Find::ByFace(|row| {
+                let AbsorbedByFace { front, front_se, back, back_se } = row.absorbed_by_face?;
+                Some([Column::known(front, Some(front_se)), Column::known(back, Some(back_se))])
+            }),
+        )
     },
     Quantity {
-        name: "sunlit",
-        array: "sunlit",
         per: Per::Place,
         captor_rows: Some(3),
         group_rows: Some(0),
@@ -315,9 +286,12 @@ pub static QUANTITIES: [Quantity; 14] = [
              rays from 64 points (fewer with more than 5,000 captors, at least 8); the error is at \
              least one point",
         ],
-        ..PLAIN
+        ..entry("sunlit", Find::Own)
     },
 ];
+
+/// The number that stands for a place as a whole, behind those of its front and back.
+pub const WHOLE: usize = 2;
 
 impl Quantity {
     /// Returns the quantity with this name. Panics where none has it.
@@ -364,13 +338,13 @@ impl Quantity {
         }
     }
 
-    /// Returns the values at a face of a place, front (0) or back (1); of the place as a whole (2).
+    /// Returns the values at a face of a place: front (0), back (1) or the [`WHOLE`].
     pub fn at<'a>(&self, row: &Row<'a>, face: usize) -> Option<Column<'a>> {
         match (&self.find, face) {
             (Find::Face(find), 0 | 1) => find(row.faces[face]?),
             (Find::ByFace(find), 0 | 1) => Some(find(row)?[face]),
-            (Find::Whole(find), 2) => find(row),
-            (Find::Own, 2) => row.own?.get(self.name),
+            (Find::Whole(find), WHOLE) => find(row),
+            (Find::Own, WHOLE) => row.own?.get(self.name),
             _ => None,
         }
     }

@@ -2,7 +2,7 @@
 //! or umol/s, errors standard errors (1 sigma).
 //!
 //! `found` makes a result from the sums of a run, `spread` adds how evenly a group is lit, `stand`
-//! what plants do with the light as a whole, `own` holds what the registry of quantities alone knows, `dli` adds daily light integrals, `warnings` adds
+//! what plants do with the light as a whole, `own` what the registry of quantities alone knows, `row` what it reads, `dli` adds daily light integrals, `warnings` adds
 //! warnings, `mix` rescales lamps, `calibrated` adds the errors of a calibration, and `validate`
 //! checks results that were read from a file.
 
@@ -11,9 +11,11 @@ mod dli;
 mod electricity;
 mod found;
 mod mix;
+mod of_scene;
 mod own;
 mod planes;
 mod ratios;
+mod row;
 mod sensitivity;
 mod settings;
 mod spread;
@@ -42,8 +44,9 @@ pub use electricity::{
     Electricity, GroupElectricity, LampElectricity, PerKwh, PlaneElectricity, Share, Shares,
 };
 pub use mix::Factor;
-pub use own::{Own, Row};
+pub use own::Own;
 pub use ratios::{RatioResult, Ratios};
+pub use row::Row;
 pub use sensitivity::{Dependent, LightNames, RatioSensitivity, SensitivityResult};
 pub use settings::RunSettings;
 pub use spread::{Evenness, Uniformity};
@@ -111,6 +114,10 @@ pub struct RunResult {
     /// What a user should know before trusting the result, one sentence each.
     #[serde(default)]
     pub warnings: Vec<String>,
+    /// In the files of a sweep, where they were read: the kinds of the warnings.
+    #[serde(default, skip_serializing)]
+    #[schemars(skip)]
+    pub warning_kinds: Option<Vec<String>>,
     /// Names of the units.
     pub unit: UnitNames,
     /// Length of the period, h, whose mean the daylight is; absent for an instant.
@@ -353,7 +360,7 @@ pub struct GroupResult {
 /// What is true of a captor or group as a whole, whichever face its light arrived on.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Whole {
-    /// Power absorbed by surfaces, per band.
+    /// Power absorbed by the surfaces, per band.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbed: Option<Vec<f64>>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
@@ -368,10 +375,10 @@ pub struct Whole {
     /// Quantities that are known by their names alone.
     #[serde(flatten)]
     pub own: Own,
-    /// What surfaces absorbed of the light on each face, where the scene asks for it.
+    /// What the surfaces absorbed of the light on each face, where the scene asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbed_by_face: Option<AbsorbedByFace>,
-    /// Ratios of the power that surfaces absorbed, where the scene asks for ratios.
+    /// Ratios of the power that the surfaces absorbed, where the scene asks for ratios.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbed_ratios: Option<Ratios>,
 }
@@ -415,6 +422,19 @@ impl RunResult {
     }
 }
 
+/// The faces and the whole of a captor or group, to change them.
+type Parts<'a> = ([Option<&'a mut FaceResult>; 2], &'a mut Whole);
+
+impl RunResult {
+    /// Returns the parts of all captors, then of all groups.
+    fn parts_mut(&mut self) -> impl Iterator<Item = Parts<'_>> {
+        let captors = self.captors.iter_mut();
+        let captors = captors.map(|c| ([Some(&mut c.front), c.back.as_mut()], &mut c.whole));
+        let groups = self.groups.iter_mut();
+        captors.chain(groups.map(|g| ([Some(&mut g.front), g.back.as_mut()], &mut g.whole)))
+    }
+}
+
 impl CaptorResult {
     /// Returns the front face and, for two-sided captors, the back face.
     pub fn faces(&self) -> impl Iterator<Item = &FaceResult> {
@@ -423,14 +443,14 @@ impl CaptorResult {
 
     /// Returns its row in the table of results.
     pub fn row(&self) -> Row<'_> {
-        self.whole.row([Some(&self.front), self.back.as_ref()])
+        self.whole.row(self.area, [Some(&self.front), self.back.as_ref()])
     }
 }
 
 impl GroupResult {
     /// Returns its row in the table of results.
     pub fn row(&self) -> Row<'_> {
-        self.whole.row([Some(&self.front), self.back.as_ref()])
+        self.whole.row(self.area, [Some(&self.front), self.back.as_ref()])
     }
 }
 
@@ -452,7 +472,7 @@ impl Deref for GroupResult {
 
 /// Light that arrived on one face of a captor. There is one for each light of each captor, where
 /// results are kept by light: what these do not have takes a pointer's place at most.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct FaceResult {
     /// Number of photons counted here, or of paths that started here.
     pub photons: u64,

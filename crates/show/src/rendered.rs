@@ -23,9 +23,8 @@ use phylux_core::{
         surface_light::SurfaceLight,
     },
 };
-use phylux_results::{
-    result::{BudgetResult, ByLight, RunResult, SensitivityResult},
-    saved::{CaptorValues, FaceValues, GroupValues, ResultsFile},
+use phylux_results::result::{
+    BudgetResult, ByLight, CaptorResult, FaceResult, GroupResult, RunResult, SensitivityResult,
 };
 
 /// A scene with its light.
@@ -37,9 +36,9 @@ pub struct RenderedScene<'a> {
     /// Description of the origin of the captors' results, in words.
     pub source: String,
     /// Results of the captors, in the order of the scene.
-    pub captors: Vec<CaptorValues>,
+    pub captors: Vec<CaptorResult>,
     /// Results of the groups of captors: entries, objects, their instances.
-    pub groups: Vec<GroupValues>,
+    pub groups: Vec<GroupResult>,
     /// How much these depend on materials and lights; empty where that is not known.
     pub sensitivity: Vec<SensitivityResult>,
     /// How uncertain they are because inputs are; empty where that is not known.
@@ -67,7 +66,7 @@ pub enum RenderPlan {
     /// The captors' results are given.
     Results {
         /// Results of this scene.
-        results: Box<ResultsFile>,
+        results: Box<RunResult>,
         /// Whether photons are traced if some surface is not a captor.
         trace: bool,
     },
@@ -111,7 +110,7 @@ impl<'a> RenderedScene<'a> {
         let (captors, groups, source) = match plan {
             RenderPlan::Results { results, .. } => {
                 results.check_scene(scene)?;
-                let source = source(results.photons, &results.estimator, results.seed);
+                let source = source(results.photons, results.estimator, results.seed);
                 (sensitivity, budget) = (results.sensitivity, results.budget);
                 (results.captors, results.groups, source)
             }
@@ -124,9 +123,8 @@ impl<'a> RenderedScene<'a> {
                 let simulation = simulate(scene, &settings, &control)?;
                 let result = RunResult::new(&simulation);
                 let source = source(result.photons, result.estimator, result.seed);
-                let captors = result.captors.iter().map(CaptorValues::from).collect();
                 (sensitivity, budget) = (result.sensitivity, result.budget);
-                (captors, result.groups.iter().map(GroupValues::from).collect(), source)
+                (result.captors, result.groups, source)
             }
             RenderPlan::Run | RenderPlan::Photons => (Vec::new(), Vec::new(), String::new()),
         };
@@ -177,10 +175,10 @@ impl<'a> RenderedScene<'a> {
 
     /// Returns whether the captors' results are split by the lights of the scene.
     pub fn is_by_light(&self) -> bool {
-        let same = |lights: &ByLight<FaceValues>| {
+        let same = |lights: &ByLight<FaceResult>| {
             lights.keys().eq(self.scene.lights().iter().map(|light| &light.name))
         };
-        let split = |captor: &CaptorValues| captor.front.by_light.as_ref().is_some_and(same);
+        let split = |captor: &CaptorResult| captor.front.by_light.as_deref().is_some_and(same);
         splits(self.scene) && !self.captors.is_empty() && self.captors.iter().all(split)
     }
 
@@ -193,7 +191,7 @@ impl<'a> RenderedScene<'a> {
     /// Returns the flux per area on a captor's face, or its absorbed power per area, in a band or
     /// sum, W/m2 or umol/m2/s.
     pub fn captor(&self, captor: usize, channel: Channel, band: usize) -> Option<Estimate> {
-        self.captors.get(captor)?.value(channel, band)
+        self.captors.get(captor)?.row().per_area(channel, band)
     }
 
     /// Returns the value that is shown for a tile in a band or sum: the light at its place where

@@ -35,7 +35,7 @@ use phylux_core::{
     },
     transport::surface_light::SurfaceLight,
 };
-use phylux_results::saved::CaptorValues;
+use phylux_results::result::{CaptorResult, GroupResult, Row};
 use shapes::{Shape, quantised, shapes};
 pub use year::YearLight;
 use year::{Series, daily_unit};
@@ -183,12 +183,13 @@ fn arrays(
         false => arrays.add("local", shorts(local))?,
     }
     let bands = rendered.scene.band_names().count();
-    let groups = rendered.groups.iter().map(|group| &group.values);
-    arrays.add("captors", floats(received(&rendered.captors, bands)))?;
+    let captors = rendered.captors.iter().map(CaptorResult::row);
+    let groups = rendered.groups.iter().map(GroupResult::row);
+    arrays.add("captors", floats(received(captors.clone(), bands)))?;
     arrays.add("groups", floats(received(groups.clone(), bands)))?;
     if rendered.is_by_light() {
         let lights = rendered.scene.lights().len();
-        let both = rendered.captors.iter().chain(groups);
+        let both = captors.chain(groups);
         arrays.add("byLight", floats(received_of_lights(both, lights, bands)))?;
     }
     arrays.add("shares", shares(rendered))?;
@@ -260,7 +261,11 @@ fn facts(
         facts
     });
     let materials = scene.materials().iter();
-    let few_paths = rendered.captors.iter().enumerate().filter(|(_, captor)| captor.few_paths());
+    let few_paths = rendered
+        .captors
+        .iter()
+        .enumerate()
+        .filter(|(_, captor)| captor.faces().any(|face| face.few_paths));
     // lights that have a place
     let lights = scene.lights().iter().filter(|light| light.entrance().is_none());
     let lights = lights.take(MOST_LIGHTS).map(|light| {
@@ -286,7 +291,7 @@ fn facts(
         "lights": lights.collect::<Vec<_>>(),
         "lamps": lamps.collect::<Vec<_>>(),
         "groups": rendered.groups.iter().map(|group| {
-            json!({ "name": group.values.id, "area": group.values.area })
+            json!({ "name": group.id, "area": group.area })
         }).collect::<Vec<_>>(),
         "periods": scene.lattice().map(|lattice| [0, 1].map(|axis| lattice.period(axis).map(
             |Period { from, length, rise }| json!({ "from": from, "length": length, "rise": rise })
@@ -403,26 +408,23 @@ fn shares<'a>(rendered: &'a RenderedScene) -> impl Iterator<Item = u8> + 'a {
 
 /// Returns the values of captors or groups per area: for each one channel after channel, in it band
 /// after band and sums, value before error; NaN where a number is not known.
-fn received<'a>(
-    all: impl IntoIterator<Item = &'a CaptorValues>,
-    bands: usize,
-) -> impl Iterator<Item = f32> {
-    all.into_iter().flat_map(move |captor| {
+fn received<'a>(all: impl Iterator<Item = Row<'a>>, bands: usize) -> impl Iterator<Item = f32> {
+    all.flat_map(move |row| {
         let each = CHANNELS.into_iter().flat_map(move |c| (0..bands).map(move |b| (c, b)));
-        each.flat_map(move |(channel, band)| numbers(captor.value(channel, band)))
+        each.flat_map(move |(channel, band)| numbers(row.per_area(channel, band)))
     })
 }
 
 /// Returns the same values for each light, one light after the other within a band.
 fn received_of_lights<'a>(
-    all: impl IntoIterator<Item = &'a CaptorValues>,
+    all: impl Iterator<Item = Row<'a>>,
     lights: usize,
     bands: usize,
 ) -> impl Iterator<Item = f32> {
-    all.into_iter().flat_map(move |captor| {
+    all.flat_map(move |row| {
         let each = CHANNELS.into_iter().flat_map(move |c| (0..bands).map(move |b| (c, b)));
         each.flat_map(move |(channel, band)| {
-            (0..lights).flat_map(move |light| numbers(captor.of_light(light, channel, band)))
+            (0..lights).flat_map(move |light| numbers(row.of_light(light).per_area(channel, band)))
         })
     })
 }

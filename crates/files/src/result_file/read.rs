@@ -2,52 +2,27 @@
 
 use std::{fmt::Display, path::Path};
 
-use serde::de::DeserializeOwned;
-
 use crate::{input::read_bytes, json};
 use phylux_core::{
     error::{Error, Result, call},
     math::stats::LARGEST,
     words,
 };
-use phylux_results::{result::RunResult, saved::ResultsFile};
+use phylux_results::result::RunResult;
 
-/// Reads the results at `path`, as far as comparisons and tables need them. Errors: the file cannot
-/// be read, or is not a results file.
-pub fn read_results(path: &Path) -> Result<ResultsFile> {
-    read(path, ResultsFile::is_valid)
-}
-
-/// Reads the `bytes` of a results file, as far as comparisons and tables need them. Error: they are
-/// not results.
-pub fn parse_results(bytes: &[u8]) -> Result<ResultsFile> {
-    parse(bytes, IN_MEMORY, ResultsFile::is_valid)
-}
-
-/// Reads the complete results at `path`. Errors: the file cannot be read, or is not a results file.
+/// Reads the results at `path`. Errors: the file cannot be read, or is not a results file.
 pub fn read_json(path: &Path) -> Result<RunResult> {
-    read(path, RunResult::is_valid)
-}
-
-/// Reads complete results from bytes that [`write_json`](super::write_json) has written. Error:
-/// they are not results.
-pub fn parse_json(bytes: &[u8]) -> Result<RunResult> {
-    parse(bytes, IN_MEMORY, RunResult::is_valid)
-}
-
-/// The place of errors in bytes that do not come from a file.
-const IN_MEMORY: &str = "results";
-
-fn read<T: DeserializeOwned>(path: &Path, is_valid: impl Fn(&T) -> bool) -> Result<T> {
     let bytes = read_bytes(path).map_err(|why| Error::unreadable(path.display(), why))?;
-    parse(&bytes, path.display(), is_valid)
+    parse(&bytes, path.display())
 }
 
-fn parse<T: DeserializeOwned>(
-    bytes: &[u8],
-    place: impl Display,
-    is_valid: impl Fn(&T) -> bool,
-) -> Result<T> {
+/// Reads results from bytes that [`write_json`](super::write_json) has written. Error: they are not
+/// results.
+pub fn parse_json(bytes: &[u8]) -> Result<RunResult> {
+    parse(bytes, "results")
+}
+
+fn parse(bytes: &[u8], place: impl Display) -> Result<RunResult> {
     let none = |why: &dyn Display| {
         Error::input(&place, format!("is no results file: {why}")).remedy(words![
             "name a file that ",
@@ -56,8 +31,8 @@ fn parse<T: DeserializeOwned>(
         ])
     };
     json::check_memory(bytes).map_err(|why| Error::too_large(&place, why))?;
-    let result = serde_json::from_slice(bytes).map_err(|e| none(&e))?;
-    match is_valid(&result) {
+    let result: RunResult = serde_json::from_slice(bytes).map_err(|e| none(&e))?;
+    match result.is_valid() {
         true => Ok(result),
         false => Err(none(&format!(
             "a list has not one entry for each band, or a number is above {LARGEST:e}"
@@ -146,21 +121,16 @@ mod tests {
         ) {
             let (sound, path) = (FOLDER.path().join("sound.json"), FOLDER.path().join("r.json"));
             std::fs::write(&path, &bytes).expect("a file");
-            match read_results(&path) {
+            match read_json(&path) {
                 Err(error) => check_error(&error, &path),
-                Ok(results) => {
-                    let sound = read_results(&sound).expect("results");
-                    for pair in [[&results, &sound], [&sound, &results], [&results, &results]] {
+                Ok(result) => {
+                    let sound = read_json(&sound).expect("results");
+                    for pair in [[&result, &sound], [&sound, &result], [&result, &result]] {
                         if let Ok(comparison) = Comparison::new(pair[0], pair[1]) {
                             check_finite(&comparison);
                             check_finite(&comparison.rms());
                         }
                     }
-                }
-            }
-            match read_json(&path) {
-                Err(error) => check_error(&error, &path),
-                Ok(result) => {
                     let lights = result.energy.by_light.iter().flatten();
                     let factors = lights.map(|(name, _)| (name.clone(), factor)).collect();
                     if let Ok(mixed) = result.mix(&factors) {

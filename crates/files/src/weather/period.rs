@@ -98,8 +98,9 @@ impl Weather {
     /// forward: the times of the slots are those of the mended clock.
     ///
     /// For an instant, the position of the sun is that of the instant. For a record the sun moves
-    /// through it, or through its sunlit part where it rises or sets in it. A record that lies in the period in part counts by that part. Hours in which the sun
-    /// does not rise may be missing. The years in the rows of a typical year matter only for the
+    /// through it or, where it rises or sets in it, through the part in which it is up. A record that
+    /// lies in the period in part counts by that part. Hours in which the sun does not rise may be
+    /// missing. The years in the rows of a typical year matter only for the
     /// position of the sun. Its rows of 29 February count where the period meets that day, and in
     /// `Year`; without such rows the day is left out of periods, and an instant takes 28 February.
     ///

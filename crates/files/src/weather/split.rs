@@ -7,7 +7,7 @@ use phylux_core::scene::daylight::{SunCourse, SunPosition, Timestamp, eccentrici
 /// The sun of a record.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OwnSun {
-    /// Its position in the middle of the record, or in the middle of the record's sunlit part.
+    /// Its position in the middle of the record, or of the part in which it is up.
     pub(super) at: SunPosition,
     /// Its positions in that part; `None` while it is below the horizon.
     pub(super) course: Option<SunCourse>,

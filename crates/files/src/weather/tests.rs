@@ -127,7 +127,7 @@ fn a_period_takes_its_part() {
         + sum(span("2024-12-31T12:00Z", "2025-01-10T00:00Z"));
     let whole = sum(span("2024-12-20T00:00Z", "2025-01-10T00:00Z"));
     assert!((halves / whole - 1.0).abs() < 1e-9, "{halves} {whole}");
-    // the sun is taken in the sunlit part of the hour in which it rises
+    // of the hour in which the sun rises, it is taken in the part in which it is up
     let rise = select(span("2025-06-21T05:00+01:00", "2025-06-21T06:00+01:00")).unwrap();
     assert!(rise.hours.iter().all(|h| h.sun.elevation > 0.0));
     for (period, start) in [

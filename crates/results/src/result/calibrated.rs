@@ -185,15 +185,9 @@ impl RunResult {
         };
         let weights: Vec<Vec<(usize, f64)>> = self.bands.iter().enumerate().map(weights).collect();
         let ratios = self.ratios.clone();
-        for captor in &mut self.captors {
-            let faces = [Some(&mut captor.front), captor.back.as_mut()];
+        for (faces, whole) in self.parts_mut() {
             faces.into_iter().flatten().for_each(|f| factors.add_to_face(f, &weights, &ratios));
-            factors.add_to_whole(&mut captor.whole, &weights, &ratios);
-        }
-        for group in &mut self.groups {
-            let faces = [Some(&mut group.front), group.back.as_mut()];
-            faces.into_iter().flatten().for_each(|f| factors.add_to_face(f, &weights, &ratios));
-            factors.add_to_whole(&mut group.whole, &weights, &ratios);
+            factors.add_to_whole(whole, &weights, &ratios);
         }
         self.calibrated = true;
         self.add_dli();

@@ -41,10 +41,8 @@ impl RunResult {
         let photons = self.unit.flux == "umol/s";
         let has = |band: &BandResult| band.has_dli(&self.bands, photons);
         let par: Vec<bool> = self.bands.iter().map(has).collect();
-        let of_captors =
-            self.captors.iter_mut().flat_map(|c| [Some(&mut c.front), c.back.as_mut()]);
-        let of_groups = self.groups.iter_mut().flat_map(|g| [Some(&mut g.front), g.back.as_mut()]);
-        of_captors.chain(of_groups).flatten().for_each(|face| face.add_dli(dli, &par));
+        let faces = self.parts_mut().flat_map(|(faces, _)| faces).flatten();
+        faces.for_each(|face| face.add_dli(dli, &par));
     }
 }
 

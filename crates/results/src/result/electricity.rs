@@ -6,7 +6,8 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ByLight, planes::sampled_areas, validate::are_errors};
+use super::{ByLight, planes::sampled_areas};
+use crate::lists::are_errors;
 use phylux_core::{
     math::{stats::Running, units::Quantity, weighting::WeightedUnit},
     scene::{

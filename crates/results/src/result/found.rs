@@ -6,7 +6,7 @@ use super::{
     Absorbed, AbsorbedByFace, BandResult, ByLight, CaptorResult, DarkResult, Electricity, Energy,
     FORMAT, FaceResult, GroupResult, MapResult, NearestResult, Own, RatioResult, Ratios, RunResult,
     RunSettings, SumUnit, ToleranceResult, Whole, WorstResult,
-    own::Means,
+    own::{self, Means},
     sensitivity::sensitivities,
     spread::Spread,
     stand,
@@ -23,7 +23,6 @@ use phylux_core::{
         world::Scene,
     },
     transport::{
-        direct_sun::sunlit_shares,
         nearest::{self, NearestEstimate},
         paths::Unseen,
         settings::{Estimator, Guiding, NearestCount},
@@ -53,7 +52,7 @@ impl RunResult {
             true => Energy { power: scene.with_sums(&powers), ..Energy::default() },
         };
         let estimates = map.map(|map| (map, settings.k.map(NearestCount::get)));
-        let sunlit = scene.sunlit().then(|| sunlit_shares(scene, settings.seed)).flatten();
+        let own = own::of_captors(simulation);
         let captors: Vec<CaptorResult> = scene
             .captors()
             .iter()
@@ -63,8 +62,7 @@ impl RunResult {
                     Estimator::Paths => Some([None, None]),
                     _ => estimates.map(|(map, k)| nearest::estimate(scene, map, captor, k)),
                 };
-                let own = Own::default().with("sunlit", sunlit.as_ref().map(|shares| shares[c]));
-                captor_result(simulation, captor, nearest, own)
+                captor_result(simulation, captor, nearest, own(c))
             })
             .collect();
         let bands = band_results(scene);
@@ -91,6 +89,7 @@ impl RunResult {
             calibrated: false,
             settings: Some(RunSettings::new(simulation)),
             warnings: Vec::new(),
+            warning_kinds: None,
             unit,
             period_h: scene.period_h(),
             bands,
@@ -424,20 +423,10 @@ fn flux(totals: &Totals, channel: usize, area: f64, split: bool) -> FaceResult {
         histories: totals.histories_in(channel),
         irradiance: flux.mean.iter().map(|f| f / area).collect(),
         irradiance_se: flux.standard_error.iter().map(|se| se.map(|se| se / area)).collect(),
-        flux_model_se: None,
-        irradiance_model_se: None,
-        dli: None,
-        dli_se: None,
         ratios: Ratios::of(totals, channel, split),
         flux: flux.mean,
         flux_se: flux.standard_error,
-        few_paths: false,
-        by_photons: false,
-        min: None,
-        max: None,
-        uniformity: None,
-        knn: None,
-        by_light: None,
+        ..FaceResult::default()
     }
 }
 

@@ -109,6 +109,7 @@ impl RunResult {
             chosen: self.chosen.clone(),
             settings: self.settings.clone(),
             warnings: self.warnings.clone(),
+            warning_kinds: None,
             unit: self.unit.clone(),
             bands: self.bands.clone(),
             ratios: self.ratios.clone(),
@@ -393,21 +394,14 @@ impl<'a> Mix<'a> {
                 values().map(|part| (&part.irradiance[..], &part.irradiance_se[..])),
                 bands,
             ),
-            flux_model_se: None,
-            irradiance_model_se: None,
-            dli: None,
-            dli_se: None,
             ratios: Ratios::mixed(
                 self.ratios,
                 before.iter().map(|(light, part)| on_face(part, self.scale(light))),
             ),
             few_paths: face.few_paths || few,
-            by_photons: false,
-            min: None,
-            max: None,
-            uniformity: None,
             knn: face.knn.as_ref().map(|_| None),
             by_light: Some(parts.into()),
+            ..FaceResult::default()
         }
     }
 

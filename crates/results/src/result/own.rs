@@ -1,5 +1,4 @@
-//! Quantities of a captor, group or layer that the registry alone knows, and rows of the table of
-//! results.
+//! Quantities of a captor, group or layer that the registry alone knows.
 
 use std::{borrow::Cow, fmt};
 
@@ -11,8 +10,11 @@ use serde::{
     ser::SerializeMap,
 };
 
-use super::{Absorbed, AbsorbedByFace, ByLight, FaceResult, LayerResult, Ratios, Whole};
 use crate::quantity::{Column, Per, Quantity};
+use phylux_core::transport::{
+    direct_sun::{sunlit_layers, sunlit_shares},
+    simulate::Simulation,
+};
 
 /// The ending of keys of standard errors.
 const ERROR: &str = "_se";
@@ -59,6 +61,20 @@ impl Own {
         });
         &mut self.0[at]
     }
+}
+
+/// Returns what a captor, by its index, has where the scene asks for it.
+pub(super) fn of_captors(simulation: &Simulation) -> impl Fn(usize) -> Own {
+    let (scene, seed) = (simulation.scene(), simulation.settings().seed);
+    let sunlit = scene.sunlit().then(|| sunlit_shares(scene, seed)).flatten();
+    move |captor| Own::default().with("sunlit", sunlit.as_ref().map(|shares| shares[captor]))
+}
+
+/// Returns what a layer, by its index, has where the scene asks for it.
+pub(super) fn of_layers(simulation: &Simulation) -> impl Fn(usize) -> Own {
+    let (scene, seed) = (simulation.scene(), simulation.settings().seed);
+    let sunlit = scene.sunlit().then(|| sunlit_layers(scene, seed)).flatten();
+    move |layer| Own::default().with("sunlit", sunlit.as_ref().and_then(|shares| shares[layer]))
 }
 
 impl Serialize for Own {
@@ -172,79 +188,5 @@ impl Means {
     pub fn over(&self, area: f64) -> Own {
         let mean = |[sum, variance]: [f64; 2]| Some([sum / area, variance.sqrt() / area]);
         self.0.iter().fold(Own::default(), |own, (name, sums)| own.with(name, mean(*sums)))
-    }
-}
-
-/// A row of the table of results: a captor, a group or a layer, or what it has of one light.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Row<'a> {
-    /// Its front and, where it counts the back, that.
-    pub faces: [Option<&'a FaceResult>; 2],
-    /// Power that it absorbed.
-    pub absorbed: Option<Column<'a>>,
-    /// The parts of it by face.
-    pub absorbed_by_face: Option<&'a AbsorbedByFace>,
-    /// Ratios of it.
-    pub absorbed_ratios: Option<&'a Ratios>,
-    /// Power that it absorbed of each light.
-    pub by_light: Option<&'a ByLight<Absorbed>>,
-    /// Further quantities.
-    pub own: Option<&'a Own>,
-}
-
-impl Whole {
-    /// Returns the row of a captor or group with these faces.
-    pub(super) fn row<'a>(&'a self, faces: [Option<&'a FaceResult>; 2]) -> Row<'a> {
-        let errors = self.absorbed_se.as_deref();
-        let absorbed = self.absorbed.as_deref().map(|values| Column::known(values, errors));
-        Row {
-            faces,
-            absorbed: absorbed.map(|column| column.with(self.absorbed_model_se.as_ref())),
-            absorbed_by_face: self.absorbed_by_face.as_ref(),
-            absorbed_ratios: self.absorbed_ratios.as_ref(),
-            by_light: self.by_light.as_ref(),
-            own: Some(&self.own),
-        }
-    }
-}
-
-impl LayerResult {
-    /// Returns its row in the table of results.
-    pub fn row(&self) -> Row<'_> {
-        let absorbed = Some(Column::known(&self.absorbed, Some(&self.absorbed_se)));
-        Row { absorbed, own: Some(&self.own), ..Row::default() }
-    }
-}
-
-impl<'a> Row<'a> {
-    /// Returns what it has of one light, by its index.
-    pub fn of_light(self, light: usize) -> Self {
-        let face = |face: &'a FaceResult| Some(face.by_light.as_ref()?.get_index(light)?.1);
-        let part = self.by_light.and_then(|lights| Some(lights.get_index(light)?.1));
-        Self {
-            faces: self.faces.map(|of| of.and_then(face)),
-            by_light: None,
-            own: self.own,
-            ..part.map(Absorbed::row).unwrap_or_default()
-        }
-    }
-
-    /// Returns it and what it has of each light.
-    pub fn parts(self) -> impl Iterator<Item = Self> {
-        let of_faces = self.faces.iter().flatten().filter_map(|face| face.by_light.as_ref());
-        let lights =
-            of_faces.map(|lights| lights.len()).chain(self.by_light.map(ByLight::len)).max();
-        std::iter::once(self).chain((0..lights.unwrap_or(0)).map(move |light| self.of_light(light)))
-    }
-}
-
-impl Absorbed {
-    fn row(&self) -> Row<'_> {
-        Row {
-            absorbed: Some(Column::known(&self.absorbed, Some(&self.absorbed_se))),
-            absorbed_by_face: self.absorbed_by_face.as_ref(),
-            absorbed_ratios: self.absorbed_ratios.as_ref(),
-            ..Row::default()
-        }
     }
 }

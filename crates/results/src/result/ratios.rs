@@ -3,10 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    BandResult, Deviations,
-    validate::{are_errors, are_model_errors},
-};
+use super::{BandResult, Deviations};
 use phylux_core::{
     math::stats::{error_of_ratio, is_possible, ratio},
     scene::world::{BandRatio, BandSum, Scene},
@@ -280,17 +277,14 @@ impl Ratios {
         Some((value, self.ratio_se.get(ratio).copied()?))
     }
 
-    /// Returns whether there are so many ratios, and all numbers are possible.
-    pub fn is_valid(&self, ratios: usize) -> bool {
+    /// Returns whether there are covariances of so many ratios, and all their numbers are possible.
+    pub(super) fn has_covariances(&self, ratios: usize) -> bool {
         // a covariance is a square of two values
         let is_valid = |all: &Vec<Option<[f64; 3]>>| {
             let mut numbers = all.iter().flatten().flatten();
             all.len() == ratios && numbers.all(|number| is_possible(number.abs().sqrt()))
         };
-        are_errors(&self.ratio, ratios)
-            && are_errors(&self.ratio_se, ratios)
-            && are_model_errors(self.ratio_model_se.as_deref(), ratios)
-            && self.covariance.iter().all(is_valid)
+        self.covariance.iter().all(is_valid)
     }
 }
 

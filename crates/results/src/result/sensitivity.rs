@@ -5,7 +5,8 @@ use std::{borrow::Cow, collections::BTreeMap};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{CaptorResult, FaceResult, GroupResult, Ratios, RunResult, validate::are_errors};
+use super::{CaptorResult, FaceResult, GroupResult, Ratios, RunResult};
+use crate::lists::are_errors;
 use phylux_core::{
     math::stats::{difference_of_ratios, ratio},
     scene::{

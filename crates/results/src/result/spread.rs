@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{FaceResult, validate::are_errors};
+use super::FaceResult;
 use phylux_core::math::stats::least_of_normals;
 
 /// How evenly a group is lit, per band. Values are null where nothing arrived, standard errors
@@ -21,23 +21,6 @@ pub struct Uniformity {
     /// Standard error of the value above. It includes the amount by which noise alone makes the
     /// value larger.
     pub cv_se: Vec<Option<f64>>,
-}
-
-impl Uniformity {
-    /// Returns the names of the values and of their standard errors, each with its list.
-    pub fn columns(&self) -> [(&'static str, &[Option<f64>]); 4] {
-        [
-            ("min_over_mean", &self.min_over_mean),
-            ("min_over_mean_se", &self.min_over_mean_se),
-            ("cv", &self.cv),
-            ("cv_se", &self.cv_se),
-        ]
-    }
-
-    /// Returns whether there are so many bands, and all numbers are possible results.
-    pub fn is_valid(&self, bands: usize) -> bool {
-        self.columns().iter().all(|(_, values)| are_errors(values, bands))
-    }
 }
 
 /// A value with its standard error, if that is known; `None` where nothing arrived.

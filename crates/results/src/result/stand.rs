@@ -4,14 +4,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Own,
-    validate::{are_errors, are_values},
-};
+use super::{Own, own};
+use crate::lists::{are_errors, are_values};
 use phylux_core::{
     math::stats::{Estimate, is_possible},
     scene::stand::{Balance, LayerBins},
-    transport::{direct_sun::sunlit_layers, settings::Estimator, simulate::Simulation},
+    transport::{settings::Estimator, simulate::Simulation},
 };
 
 /// Light that the surface captors of a layer absorbed, without those of the ground.
@@ -59,16 +57,14 @@ pub struct CanopyResult {
 
 /// Returns what each layer absorbed, from the lowest up; `None` where no layers were asked for.
 pub(super) fn layers(simulation: &Simulation) -> Option<Vec<LayerResult>> {
-    let (scene, seed) = (simulation.scene(), simulation.settings().seed);
+    let scene = simulation.scene();
     let LayerBins { dz, first, areas, .. } = scene.stand().layers.as_ref()?;
-    let sunlit = scene.sunlit().then(|| sunlit_layers(scene, seed)).flatten();
+    let own = own::of_layers(simulation);
     let layer = |(bin, &area): (usize, &f64)| {
         let (absorbed, absorbed_se) = of_stand(simulation, bin, None);
         let at = (first + bin as i64) as f64;
         let (from, to) = (at * dz, (at + 1.0) * dz);
-        let share = sunlit.as_ref().and_then(|shares| shares[bin]);
-        let own = Own::default().with("sunlit", share);
-        LayerResult { from, to, area, absorbed, absorbed_se, own }
+        LayerResult { from, to, area, absorbed, absorbed_se, own: own(bin) }
     };
     Some(areas.iter().enumerate().map(layer).collect())
 }

@@ -1,10 +1,13 @@
 //! Checks that a result which was read from a file is complete.
 
 use super::{
-    BandResult, BudgetResult, ByLight, CaptorResult, Deviations, Energy, Factor, GroupResult, Row,
-    RunResult, ToleranceResult,
+    BandResult, BudgetResult, ByLight, CaptorResult, Energy, Factor, GroupResult, Row, RunResult,
+    ToleranceResult,
 };
-use crate::quantity::QUANTITIES;
+use crate::{
+    lists::{are_errors, are_values},
+    quantity::QUANTITIES,
+};
 use phylux_core::math::stats::is_possible;
 
 impl RunResult {
@@ -96,22 +99,7 @@ impl Row<'_> {
         let found = self.faces.iter().flatten().filter_map(|face| face.ratios.as_ref());
         let knn = self.faces.iter().flatten().filter_map(|face| face.knn.as_ref()?.as_deref());
         columns.into_iter().all(|(column, width)| column.is_valid(width))
-            && found.chain(self.absorbed_ratios).all(|found| found.is_valid(ratios))
+            && found.chain(self.absorbed_ratios).all(|found| found.has_covariances(ratios))
             && knn.into_iter().all(|knn| [knn.radius, knn.coverage].into_iter().all(is_possible))
     }
-}
-
-/// Returns whether these are values of so many bands.
-pub fn are_values(values: &[f64], bands: usize) -> bool {
-    values.len() == bands && values.iter().all(|value| is_possible(*value))
-}
-
-/// Returns whether these are standard errors of so many bands, some of which may be unknown.
-pub fn are_errors(errors: &[Option<f64>], bands: usize) -> bool {
-    errors.len() == bands && errors.iter().flatten().all(|error| is_possible(*error))
-}
-
-/// Returns whether these are standard deviations of so many values, where there are any.
-pub fn are_model_errors(errors: Option<&Deviations>, values: usize) -> bool {
-    errors.is_none_or(|errors| are_values(errors, values))
 }

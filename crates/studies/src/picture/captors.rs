@@ -9,7 +9,7 @@ use phylux_core::{
     },
     words,
 };
-use phylux_files::result_file::read_results;
+use phylux_files::result_file::read_json;
 use phylux_files::scene_file::LoadedScene;
 use phylux_results::result::RunResult;
 use phylux_show::render::Viewpoint;
@@ -22,7 +22,7 @@ impl Task<'_> {
         loaded.check_captors()?;
         let (faces, words) = match &self.job.results {
             Some(path) => {
-                let results = read_results(path)?;
+                let results = read_json(path)?;
                 let words = format!("{} {}\n", results.photons, results.estimator);
                 results.check_scene(self.scene).map_err(|e| e.at(path.display()))?;
                 let faces = results.captors.into_iter().map(|captor| {

@@ -25,7 +25,7 @@ use phylux_files::{
     unfinished::{is_unfinished, remove_leftovers},
     written::{OwnFile, Written},
 };
-use phylux_results::{result::RunResult, saved::ResultsFile};
+use phylux_results::result::RunResult;
 
 /// File that names the sweep to which a folder belongs.
 const MANIFEST: &str = "sweep.json";
@@ -303,10 +303,7 @@ fn read_head(path: &Path) -> std::result::Result<Option<Head>, Damaged> {
     let bytes = read_bytes(path).map_err(|_| Damaged)?;
     json::check_memory(&bytes).map_err(|_| Damaged)?;
     let head: Head = serde_json::from_slice(&bytes).map_err(|_| Damaged)?;
-    let results = || {
-        serde_json::from_slice(&bytes).is_ok_and(|r: RunResult| r.is_valid())
-            && serde_json::from_slice(&bytes).is_ok_and(|r: ResultsFile| r.is_valid())
-    };
+    let results = || serde_json::from_slice(&bytes).is_ok_and(|r: RunResult| r.is_valid());
     let whole = match (&head.sha256, &head.error) {
         (Some(_), _) => is_valid(&bytes),
         (None, Some(_)) => true,
@@ -417,7 +414,7 @@ mod tests {
 
     use super::*;
     use phylux_core::transport::settings::{NearestCount, Settings};
-    use phylux_files::{result_file::read_results, sweep_file::hash};
+    use phylux_files::{result_file::read_json, sweep_file::hash};
     use phylux_testing::{SCENE, check_error, check_finite, small_run, spoiled};
 
     #[rustfmt::skip]
@@ -496,7 +493,7 @@ mod tests {
                 }));
                 if state == State::Done {
                     let path = result_path(folder.path(), &SWEEP.key(&SWEEP.run(0)));
-                    check_finite(&read_results(&path).expect("results"));
+                    check_finite(&read_json(&path).expect("results"));
                 }
             }
         }

@@ -4,7 +4,7 @@ use std::{cmp::Reverse, collections::BTreeMap};
 
 use phylux_core::math::pattern::without_copies;
 use phylux_files::sweep_file::{Parameter, Run, Sweep};
-use phylux_results::{result::light_name, saved::ResultsFile};
+use phylux_results::result::{RunResult, light_name};
 use phylux_show::chart::{Chart, Series, Stroke};
 
 /// The largest number of groups that are drawn: as many as there are colours.
@@ -42,21 +42,21 @@ struct Sum {
 impl Responses {
     /// Adds a run. The first run decides which groups are drawn: those with the most captors, and
     /// copies only where there is no group of all of them.
-    pub fn add(&mut self, sweep: &Sweep, run: &Run, results: &ResultsFile) {
+    pub fn add(&mut self, sweep: &Sweep, run: &Run, results: &RunResult) {
         if self.lights.is_empty() {
             let all = results.groups.iter().collect();
-            let mut largest = without_copies(all, |group| group.values.id.as_str());
+            let mut largest = without_copies(all, |group| group.id.as_str());
             self.all_groups = largest.len();
             largest.sort_by_key(|group| Reverse(group.captors));
             largest.truncate(GROUPS);
             self.drawn = sweep.parameters().iter().map(is_drawn).collect();
             let light = |of: usize| {
                 let unit = results.bands[of].unit.as_ref().map(|unit| unit.irradiance.to_string());
-                let unit = unit.unwrap_or_else(|| results.unit.irradiance.clone());
+                let unit = unit.unwrap_or_else(|| results.unit.irradiance.to_string());
                 [light_name(&results.bands, Some(of), &results.unit.flux), unit]
             };
             self.lights = (0..results.bands.len()).map(light).collect();
-            self.groups = largest.iter().map(|group| group.values.id.clone()).collect();
+            self.groups = largest.iter().map(|group| group.id.clone()).collect();
             self.bands = results.bands.iter().map(|band| band.name.clone()).collect();
         }
         for (p, &index) in run.choices.iter().enumerate() {
@@ -66,7 +66,7 @@ impl Responses {
         }
     }
 
-    fn add_value(&mut self, parameter: usize, value: usize, results: &ResultsFile) {
+    fn add_value(&mut self, parameter: usize, value: usize, results: &RunResult) {
         for (b, band) in results.bands.iter().enumerate() {
             let own = self.bands.iter().position(|name| *name == band.name);
             let Some(own) = own.filter(|own| parameter * self.bands.len() + own < PICTURES) else {
@@ -74,8 +74,8 @@ impl Responses {
             };
             let sums = self.sums.entry((parameter, own)).or_default();
             for group in &results.groups {
-                let front = &group.values.front;
-                let of = self.groups.iter().position(|name| *name == group.values.id);
+                let front = &group.front;
+                let of = self.groups.iter().position(|name| *name == group.id);
                 let (Some(g), Some(mean)) = (of, front.irradiance.get(b)) else { continue };
                 let error = front.irradiance_se.get(b).copied().flatten();
                 let end = |ends: &Option<Vec<f64>>| ends.as_ref()?.get(b).copied();
@@ -189,6 +189,8 @@ mod tests {
 
     use serde_json::json;
 
+    use phylux_core::math::units::Quantity;
+
     use super::*;
 
     /// Two seeds at each of two values; the expected means and errors are computed by hand.
@@ -199,10 +201,12 @@ mod tests {
         let mut responses = Responses::default();
         for (run, mean) in sweep.runs().zip([1.0, 3.0, 4.0, 6.0]) {
             let none: [f64; 0] = [];
-            let face = json!({ "irradiance": [mean], "irradiance_se": [0.3 + 0.1 * (mean - 1.0) / 2.0],
+            let face = json!({ "photons": 1, "flux": [mean], "flux_se": [null],
+                "irradiance": [mean], "irradiance_se": [0.3 + 0.1 * (mean - 1.0) / 2.0],
                 "min": [mean - 1.0], "max": [mean + 2.0] });
-            let results = json!({ "scene": "s", "seed": run.seed, "photons": 1, "estimator": "photons",
-                "unit": { "flux": "W", "irradiance": "W/m2" }, "bands": [{ "name": "all" }],
+            let results = json!({ "phylux": "0.1.0", "scene": "s", "seed": run.seed, "photons": 1,
+                "blocks": 1, "estimator": "photons", "unit": Quantity::Watt.unit_names(),
+                "bands": [{ "name": "all" }],
                 "energy": { "power": [1], "emitted": null, "absorbed": null, "escaped": null, "lost": null },
                 "captors": none, "groups": [{ "id": "g", "captors": 2, "area": 1, "front": face }] });
             let results = serde_json::from_value(results).expect("results");

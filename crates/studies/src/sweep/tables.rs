@@ -1,7 +1,7 @@
 //! Tables and plots of a whole sweep, made from the files of its runs. There are tables with one
 //! row for each run, one for each captor, face and band, and one for each group, face and band.
 
-use phylux_files::result_file::read_results;
+use phylux_files::result_file::read_json;
 use std::{collections::BTreeMap, io::Write};
 
 use super::{
@@ -17,10 +17,13 @@ use phylux_files::{
     sweep_file::{BALANCE, Run, Sweep},
 };
 use phylux_results::{
-    result::Uniformity,
-    saved::{CaptorValues, EnergyValues, FaceValues, ResultsFile},
+    quantity::{Per, QUANTITIES, Quantity, WHOLE},
+    result::{Energy, Row, RunResult},
 };
 
+/// Names of the faces in tables.
+const FRONT: &str = "front";
+const BACK: &str = "back";
 /// Names of the tables, without endings.
 const TABLES: [&str; 3] = ["captors", "groups", "runs"];
 /// Names of the tables, without endings, that only sweeps of scenes with ratios have, and with lamps
@@ -107,8 +110,8 @@ pub fn write(
             balance.runs.push(None);
             continue;
         }
-        let results = read_results(&result_path(folder.path(), &sweep.key(&run)))?;
-        for kind in results.warning_kinds() {
+        let results = read_json(&result_path(folder.path(), &sweep.key(&run)))?;
+        for kind in results.warning_kinds.as_ref().unwrap_or(&results.warnings) {
             *warned.entry(kind.clone()).or_default() += 1;
         }
         tables.add(&run, &results)?;
@@ -164,21 +167,23 @@ impl<'a> Tables<'a> {
     }
 
     /// Adds the rows of a run.
-    fn add(&mut self, run: &Run, results: &ResultsFile) -> Result<()> {
+    fn add(&mut self, run: &Run, results: &RunResult) -> Result<()> {
         for captor in &results.captors {
-            rows(&mut self.captors, results, run, captor, None)?;
+            rows(&mut self.captors, results, run, (&captor.id, captor.row()), None)?;
         }
         for group in &results.groups {
-            rows(&mut self.groups, results, run, &group.values, Some(group.captors))?;
+            let members = Some(group.captors as u64);
+            rows(&mut self.groups, results, run, (&group.id, group.row()), members)?;
         }
         let (folder, sweep) = (self.folder, self.sweep);
         let create =
             |name, own| Table::create(folder.written(), name, &columns(sweep, &[], &[own]));
         if !results.ratios.is_empty() {
             let table = opened(&mut self.ratios, || create(RATIOS, OF_RATIOS))?;
+            let captors = results.captors.iter().map(|captor| (&captor.id, captor.row()));
             let groups = results.groups.iter().filter(|group| group.captors > 1);
-            for captor in results.captors.iter().chain(groups.map(|group| &group.values)) {
-                ratio_rows(table, results, run, captor)?;
+            for of in captors.chain(groups.map(|group| (&group.id, group.row()))) {
+                ratio_rows(table, results, run, of)?;
             }
         }
         if let Some(found) = &results.electricity {
@@ -252,40 +257,33 @@ fn begun<'r>(run: &'r Run) -> Vec<Cell<'r>> {
 /// Adds one row for each face and band of a captor or group.
 fn rows(
     table: &mut Table,
-    results: &ResultsFile,
+    results: &RunResult,
     run: &Run,
-    captor: &CaptorValues,
+    (id, row): (&str, Row),
     members: Option<u64>,
 ) -> Result<()> {
-    let faces: [(&str, Option<&FaceValues>); 2] =
-        [("front", Some(&captor.front)), ("back", captor.back.as_ref())];
-    for (face, values) in faces.into_iter().filter_map(|(name, face)| Some((name, face?))) {
+    for (face, word) in [FRONT, BACK].into_iter().enumerate() {
+        let Some(values) = row.faces[face] else { continue };
         for (b, band) in results.bands.iter().enumerate() {
             let mut cells = begun(run);
-            cells.push(Cell::Text(&captor.id));
+            cells.push(Cell::Text(id));
             cells.extend(members.map(Cell::Whole));
-            cells.extend([Cell::Text(face), Cell::Text(&band.name)]);
-            let at = |values: &[f64]| Cell::number(values.get(b).copied());
-            let error = |errors: &[Option<f64>]| Cell::number(errors.get(b).copied().flatten());
-            cells.extend([at(&values.irradiance), error(&values.irradiance_se)]);
-            // absorbed power is that of both faces: it is written once, so that sums over the table
-            // are right
-            let absorbed = captor.absorbed.as_deref().filter(|_| face == "front");
-            let absorbed_se = captor.absorbed_se.as_deref().filter(|_| face == "front");
-            cells.extend([
-                absorbed.map_or(Cell::Nothing, at),
-                absorbed_se.map_or(Cell::Nothing, error),
-                Cell::Whole(values.few_paths.into()),
-            ]);
+            cells.extend([Cell::Text(word), Cell::Text(&band.name)]);
+            let found = |name: &str| {
+                let quantity = Quantity::named(name);
+                // absorbed power is that of both faces: it is written once, so that sums over the
+                // table are right
+                let whole = || quantity.at(&row, WHOLE).filter(|_| word == FRONT);
+                let column = quantity.at(&row, face).or_else(whole);
+                let error = column.and_then(|column| column.errors(b)[0]);
+                [column.and_then(|column| column.value(b)), error].map(Cell::number)
+            };
+            cells.extend(["irradiance", "absorbed"].into_iter().flat_map(found));
+            cells.push(Cell::Whole(values.few_paths.into()));
             if members.is_some() {
-                let end = |values: &Option<Vec<f64>>| values.as_deref().map_or(Cell::Nothing, at);
-                cells.extend([end(&values.min), end(&values.max)]);
-                let even = values.uniformity.as_ref();
-                let of = |list: fn(&Uniformity) -> &[Option<f64>]| {
-                    even.map_or(Cell::Nothing, |even| error(list(even)))
-                };
-                cells.extend([of(|u| &u.min_over_mean), of(|u| &u.min_over_mean_se)]);
-                cells.extend([of(|u| &u.cv), of(|u| &u.cv_se)]);
+                let ends = ["irradiance_min", "irradiance_max"].map(|end| found(end)[0].clone());
+                cells.extend(ends);
+                cells.extend(["min_over_mean", "cv"].into_iter().flat_map(found));
             }
             table.row(&cells)?;
         }
@@ -297,22 +295,20 @@ fn rows(
 /// power have the face `absorbed`.
 fn ratio_rows(
     table: &mut Table,
-    results: &ResultsFile,
+    results: &RunResult,
     run: &Run,
-    captor: &CaptorValues,
+    (id, row): (&String, Row),
 ) -> Result<()> {
-    let back = captor.back.as_ref().and_then(|back| back.ratios.as_ref());
-    let faces = [
-        ("front", captor.front.ratios.as_ref()),
-        ("back", back),
-        ("absorbed", captor.absorbed_ratios.as_ref()),
-    ];
-    for (face, found) in faces.into_iter().filter_map(|(name, found)| Some((name, found?))) {
+    let quantities = || QUANTITIES.iter().filter(|quantity| quantity.per == Per::Ratio);
+    for (face, word) in [FRONT, BACK, "absorbed"].into_iter().enumerate() {
+        let Some(column) = quantities().find_map(|quantity| quantity.at(&row, face)) else {
+            continue;
+        };
         for (r, ratio) in results.ratios.iter().enumerate() {
-            let Some((value, error)) = found.get(r) else { continue };
+            let Some(value) = column.value(r) else { continue };
             let mut cells = begun(run);
-            cells.extend([Cell::Text(&captor.id), Cell::Text(face), Cell::Text(&ratio.name)]);
-            cells.extend([Cell::number(Some(value)), Cell::number(error)]);
+            cells.extend([Cell::Text(id), Cell::Text(word), Cell::Text(&ratio.name)]);
+            cells.extend([Cell::number(Some(value)), Cell::number(column.errors(r)[0])]);
             table.row(&cells)?;
         }
     }
@@ -330,12 +326,12 @@ struct Balance {
 struct RunBalance {
     photons: u64,
     bands: Vec<String>,
-    energy: EnergyValues,
+    energy: Energy,
 }
 
 impl Balance {
-    fn add(&mut self, results: ResultsFile) {
-        let ResultsFile { photons, energy, bands, .. } = results;
+    fn add(&mut self, results: RunResult) {
+        let RunResult { photons, energy, bands, .. } = results;
         let bands: Vec<String> = bands.into_iter().map(|band| band.name).collect();
         for band in &bands {
             if !self.bands.contains(band) {
@@ -353,11 +349,10 @@ impl Balance {
 
 impl RunBalance {
     fn value(&self, word: &str, band: &str) -> Option<f64> {
-        let EnergyValues { power, emitted, absorbed, escaped, lost } = &self.energy;
-        let all =
-            [Some(power), emitted.as_ref(), absorbed.as_ref(), escaped.as_ref(), lost.as_ref()];
+        let Energy { power, emitted, absorbed, escaped, lost, .. } = &self.energy;
+        let all = [power, emitted, absorbed, escaped, lost];
         let of = BALANCE.iter().position(|entry| *entry == word)?;
         let band = self.bands.iter().position(|name| name == band)?;
-        all[of]?.get(band).copied()
+        all[of].get(band).copied()
     }
 }

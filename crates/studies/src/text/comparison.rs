@@ -6,7 +6,7 @@ use super::{Page, short, table::Table};
 use phylux_core::{error::setting, words};
 use phylux_results::{
     compare::{Comparison, ODDS},
-    saved::ResultsFile,
+    result::RunResult,
 };
 
 /// How many values are listed if nobody says how many.
@@ -15,16 +15,15 @@ pub const WORST: usize = 10;
 /// Returns a text that lists the worst values, so many of them.
 pub fn text(
     page: &Page,
-    a: &ResultsFile,
-    b: &ResultsFile,
+    a: &RunResult,
+    b: &RunResult,
     comparison: &Comparison,
     worst: usize,
 ) -> String {
     let mut text = String::new();
     for (name, file) in [("a", a), ("b", b)] {
-        let ResultsFile { scene, photons, estimator, seed, .. } = file;
-        let what = if estimator == "complete" { "complete paths" } else { estimator };
-        let _ = writeln!(text, "{name}: {scene}, {photons} {what}, seed {seed}");
+        let RunResult { scene, photons, estimator, seed, .. } = file;
+        let _ = writeln!(text, "{name}: {scene}, {photons} {estimator}, seed {seed}");
     }
     describe(page, &mut text, comparison, worst);
     text

@@ -56,7 +56,7 @@ impl Shape {
 
 /// The captors, then the groups that have no captor's id, and how their values stand in a row: id
 /// by id; for each id channel by channel, as many as any captor has; for each channel the bands and
-/// then the sums over bands. A row of results has one more value for each id, the sunlit share.
+/// then the sums over bands. A row of results has one more value for each id, that of [`OWN`](super::value::OWN).
 #[derive(Clone, Debug)]
 pub struct Places {
     /// Ids of captors, then of groups.
@@ -170,7 +170,7 @@ impl Places {
         of(0, self.captors).chain(of(self.captors, self.ids.len())).collect()
     }
 
-    /// Returns the numbers of values of the blocks, without the sunlit share.
+    /// Returns the numbers of values of the blocks, without its own.
     pub(super) fn widths(&self) -> Vec<usize> {
         self.blocks().iter().map(|ids| ids.len() * self.light()).collect()
     }
@@ -183,7 +183,7 @@ impl Places {
         }
     }
 
-    /// Returns the number of values of an id without the sunlit share.
+    /// Returns the number of values of an id without its own.
     pub(super) fn light(&self) -> usize {
         self.channels * self.columns
     }

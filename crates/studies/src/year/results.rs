@@ -6,7 +6,7 @@ use super::{
     Year,
     hours::HOUR,
     places::Of,
-    value::{Value, Values},
+    value::{OWN, Value, Values},
 };
 use phylux_core::{error::Result, scene::captor::Channel, transport::settings::Estimator};
 use phylux_results::result::{
@@ -50,6 +50,7 @@ impl Year {
             calibrated: false,
             settings: None,
             warnings: self.warnings.clone(),
+            warning_kinds: None,
             unit: self.units(),
             period_h: Some(hours),
             bands: self.bands.clone(),
@@ -99,23 +100,13 @@ impl Mean<'_> {
         let (flux, flux_se) = self.light(id, channel, area)?;
         Some(FaceResult {
             photons,
-            histories: None,
             flux,
             flux_se,
             irradiance,
             irradiance_se,
-            flux_model_se: None,
-            irradiance_model_se: None,
-            dli: None,
-            dli_se: None,
             ratios: self.ratios(id, channel),
             few_paths: photons < FEW_HISTORIES,
-            by_photons: false,
-            min: None,
-            max: None,
-            uniformity: None,
-            knn: None,
-            by_light: None,
+            ..FaceResult::default()
         })
     }
 
@@ -140,11 +131,11 @@ impl Mean<'_> {
     /// average over the time in which it shines.
     fn whole(&self, id: usize) -> Whole {
         let (absorbed, absorbed_se) = self.absorbed(id).unzip();
-        let sunlit = self.values.sunlit(id).map(|share| [share.mean, share.variance.sqrt()]);
+        let share = self.values.own(id).map(|share| [share.mean, share.variance.sqrt()]);
         Whole {
             absorbed,
             absorbed_se,
-            own: Own::default().with("sunlit", sunlit),
+            own: Own::default().with(OWN, share),
             absorbed_ratios: self.ratios(id, Channel::Absorbed),
             ..Whole::default()
         }

@@ -12,6 +12,7 @@ use super::{
     Values, Year,
     hours::{Lamp, time},
     kept::{KeptLight, LIGHT},
+    value::OWN,
 };
 use crate::table::{Cell as Entry, Kind, TableFile};
 use phylux_core::{
@@ -277,7 +278,7 @@ fn values<'y>(
         let error = format!("{name}_se");
         [name, error]
     };
-    let numbers: Vec<String> = of_bands.chain(["sunlit".into()]).flat_map(with_error).collect();
+    let numbers: Vec<String> = of_bands.chain([OWN.into()]).flat_map(with_error).collect();
     let texts = [Some("captor"), Some(of), sums.then_some("unit")].into_iter().flatten();
     let numbers = numbers.iter().map(|name| (name.as_str(), Kind::Single));
     let columns: Vec<(&str, Kind)> = texts.map(|name| (name, Kind::Text)).chain(numbers).collect();
@@ -293,7 +294,7 @@ fn values<'y>(
                     let values = &values;
                     faces.iter().map(move |face| values.light_pair(id, face.0, band))
                 });
-                for pair in light.chain([values.sunlit_pair(id)]) {
+                for pair in light.chain([values.own_pair(id)]) {
                     let both = pair.map(|pair| pair.map(Entry::Single));
                     cells.extend(both.unwrap_or([Entry::Nothing, Entry::Nothing]));
                 }

@@ -3,6 +3,9 @@
 use super::places::{Places, RATIO};
 use phylux_core::{math::stats, scene::captor::Channel};
 
+/// The quantity of captors and groups as a whole that a year knows beside their light.
+pub(super) const OWN: &str = "sunlit";
+
 /// A value, and the square of its standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Value {
@@ -61,7 +64,12 @@ impl Values<'_> {
     /// Returns the fraction of the area of an id that has a straight path to the sun, on average
     /// over the time in which the sun shines. `None` if it does not shine.
     pub fn sunlit(&self, id: usize) -> Option<Value> {
-        self.sunlit_pair(id).map(Value::of_pair)
+        self.own(id)
+    }
+
+    /// Returns the value of [`OWN`], if it has one.
+    pub(super) fn own(&self, id: usize) -> Option<Value> {
+        self.own_pair(id).map(Value::of_pair)
     }
 
     /// Returns the same as [`light`](Self::light), as a value and its standard error.
@@ -72,7 +80,7 @@ impl Values<'_> {
     }
 
     /// Returns the same as [`sunlit`](Self::sunlit), as a value and its standard error.
-    pub(super) fn sunlit_pair(&self, id: usize) -> Option<[f32; 2]> {
+    pub(super) fn own_pair(&self, id: usize) -> Option<[f32; 2]> {
         let pair = self.values[self.first(id)? + self.places.light()];
         (!pair[0].is_nan()).then_some(pair)
     }
