@@ -53,6 +53,13 @@ pub struct ResultsFile {
 }
 
 impl ResultsFile {
+    /// Returns how many of what were traced and with which seed, in words.
+    pub fn origin(&self) -> String {
+        let Self { photons, estimator, seed, .. } = self;
+        let what = if estimator == "complete" { "complete paths" } else { estimator };
+        format!("{photons} {what}, seed {seed}")
+    }
+
     /// Returns the kinds of the warnings. Only results of sweeps hold them; those without a format
     /// version hold them in place of the warnings.
     pub fn warning_kinds(&self) -> &[String] {

@@ -111,7 +111,7 @@ impl<'a> RenderedScene<'a> {
         let (captors, groups, source) = match plan {
             RenderPlan::Results { results, .. } => {
                 results.check_scene(scene)?;
-                let source = source(results.photons, &results.estimator, results.seed);
+                let source = results.origin();
                 (sensitivity, budget) = (results.sensitivity, results.budget);
                 (results.captors, results.groups, source)
             }

@@ -22,9 +22,7 @@ pub fn text(
 ) -> String {
     let mut text = String::new();
     for (name, file) in [("a", a), ("b", b)] {
-        let ResultsFile { scene, photons, estimator, seed, .. } = file;
-        let what = if estimator == "complete" { "complete paths" } else { estimator };
-        let _ = writeln!(text, "{name}: {scene}, {photons} {what}, seed {seed}");
+        let _ = writeln!(text, "{name}: {}, {}", file.scene, file.origin());
     }
     describe(page, &mut text, comparison, worst);
     text
