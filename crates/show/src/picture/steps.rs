@@ -9,7 +9,7 @@ const ROUGH: [f64; 9] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
 /// Numbers and contours are apart by one of these, if that is at most so many times what is asked for,
 /// or else by so many steps, or ten times as many and so on.
 const ROUNDEST: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
-const FARTHER: f64 = 2.5;
+const FARTHER: f64 = 2.0;
 const TOGETHER: [f64; 4] = [1.0, 2.0, 4.0, 5.0];
 
 /// A linear scale in steps, each of one colour.

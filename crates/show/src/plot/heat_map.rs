@@ -635,7 +635,7 @@ mod tests {
         let rough = map(|x, _| 400.0 + 100.0 * x, 40.0);
         let maps = HeatMaps::new(vec![own, rough], None, "light".into()).unwrap();
         let steps = &maps.steps;
-        assert!(steps.ends.len() < COLOURS / 3);
+        assert!(steps.ends.len() < COLOURS);
         let own = steps.ends.windows(2).position(|ends| (ends[0]..ends[1]).contains(&429.08));
         let known = colour(&steps.scale, steps.middles()[own.expect("its colour")]);
         assert_eq!(maps.regions(&maps.maps[0])[0].0, known);
