@@ -124,8 +124,8 @@ fn a_map_has_the_sensors_their_colours_and_contours() {
             (xs.iter().sum::<f64>() / xs.len() as f64, [byte(0), byte(1), byte(2)])
         })
         .collect();
-    // one for each of the 32 colours, on those below it
-    assert_eq!(polygons.len(), 32);
+    // one for each colour, on those below it: steps of 10 are the finest round ones of at most 32
+    assert_eq!(polygons.len(), 20);
     let colour = |least: bool| {
         let order = |a: &&(f64, [u8; 3]), b: &&(f64, [u8; 3])| a.0.total_cmp(&b.0);
         if least { polygons.iter().min_by(order) } else { polygons.iter().max_by(order) }
@@ -136,6 +136,10 @@ fn a_map_has_the_sensors_their_colours_and_contours() {
     // without `--range`, the range is chosen to fit the sensors
     let (texts, _) = plotted(&scene, &[]);
     has(&texts, &["100", "300"]);
+    // sensors in a row by themselves are on no map, and a note says why
+    let output = phylux(&scene.path(""), &["plot", "r.json", "-o", "p.svg"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("3 sensors are on no map: 3 of `shelf` (a map takes three"), "{said}");
     // far red is not photosynthetic, so its map is not called PPFD
     let (texts, _) = plotted(&scene, &["--band", "far red"]);
     has(&texts, &["irradiance, far red, µmol/m²/s"]);
@@ -469,7 +473,7 @@ fn what_results_depend_on_is_drawn() {
     refused(
         &results().path(""),
         &["plot", "r.json", "--show", "sensitivity"],
-        &["do not say what they depend on"],
+        &["nothing says what the results depend on"],
     );
 }
 
@@ -586,9 +590,9 @@ fn what_cannot_be_plotted_is_refused() {
         (&["-o", "p.pdf"][..], &["p.pdf", ".svg"][..]),
         (&["--band", "PUR"], &["no band or sum `PUR`", "PAR, far red"]),
         (&["--captors", "nobody"], &["no captor or group `nobody`", "grid/0"]),
-        (&["--show", "map", "--captors", "shelf/0"], &["r.json", "no three sensors in a plane"]),
-        (&["--range", "0:1", "--captors", "tomato/*"], &["r.json", "no three sensors in a plane"]),
-        (&["--show", "plants", "--captors", "grid/*"], &["no surface that is a captor"]),
+        (&["--show", "map", "--captors", "shelf/0"], &["r.json", "no three sensors"]),
+        (&["--range", "0:1", "--captors", "tomato/*"], &["r.json", "no three sensors"]),
+        (&["--show", "plants", "--captors", "grid/*"], &["no surface is a captor"]),
         (&["--show", "profile", "--range", "0:1"], &["--range", "--show map"]),
         (&["--range", "2:1"], &["2 to 1"]),
         (&["--width", "5"], &["--width"]),

@@ -502,6 +502,19 @@ fn the_page_is_whole_and_the_same_each_time() {
     assert_eq!(markup("<script"), markup("</script>"));
 }
 
+/// The head says what was traced, also where it stands in a results file by a short name.
+#[test]
+fn the_head_says_what_was_traced() {
+    let scene = scene();
+    let run = ["run", "scene.json", "--estimator", "complete", "--photons", "2000"];
+    done(&scene.path(""), &[&run[..], &["-o", "results.json"]].concat());
+    done(&scene.path(""), &["view", "scene.json", "--results", "results.json", "--no-trace"]);
+    let text = fs::read_to_string(scene.path("view.html")).expect("the page");
+    let (_, rest) = text.split_once("\"source\":\"").expect("its source");
+    let source = rest.split('"').next().expect("its end");
+    assert!(source.contains(" complete paths, seed "), "{source}");
+}
+
 /// The scripts are copied into script elements unchanged, so none of them may contain text that
 /// ends such an element.
 #[test]

@@ -49,6 +49,10 @@ mod tests {
                 "wall, reflectance with light 0, power",
             ),
             ("/materials/wall/reflectance", "wall, reflectance"),
+            (
+                "/materials/leaf, young/reflectance, /materials/leaf, young/transmittance",
+                "leaf, young, reflectance and transmittance",
+            ),
         ] {
             assert_eq!(named(inputs, &lights), words);
         }

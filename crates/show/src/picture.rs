@@ -1,6 +1,6 @@
 //! Pictures: coloured pixels, text on them, and files (PNG; EXR for numbers).
 //!
-//! `spectral` and `scale` turn values into colours, `glow` spreads bright light, `raster` makes
+//! `spectral` and `scale` turn values into colours, `steps` cuts a scale, `glow` spreads bright light, `raster` makes
 //! pixels of drawings, `bar` adds a colour bar and `key` a key of colours, and `splats` draws soft
 //! discs of light or ink.
 
@@ -13,6 +13,7 @@ mod raster;
 mod scale;
 mod spectral;
 mod splats;
+mod steps;
 
 use std::io::{self, Write};
 
@@ -27,6 +28,7 @@ pub use scale::Scale;
 pub(super) use scale::label;
 pub use spectral::{BandColours, Exposure, WhiteBalance, encoded, linear};
 pub use splats::{Crowd, Ground, Splats};
+pub use steps::Steps;
 
 /// Pixels in 8-bit sRGB, row by row from the upper left.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -16,6 +16,7 @@ mod layers;
 mod line;
 mod map;
 mod months;
+mod panels;
 mod plants;
 mod profile;
 mod rows;
@@ -61,6 +62,8 @@ impl Plot {
         let others = [
             ("layers", layers::layers(chosen)),
             ("plants", plants::plants_of_many(chosen)),
+            ("profile", profile::profile_of_many(chosen)),
+            ("spectrum", spectrum::spectrum(chosen)),
             ("profile", profile::profile(chosen)),
         ];
         let found = others.into_iter().find_map(|(name, plot)| Some((name, plot.ok()?)));

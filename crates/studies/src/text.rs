@@ -10,4 +10,4 @@ pub mod scene;
 pub mod summary;
 pub mod table;
 
-pub use page::{Page, short, with_error};
+pub use page::{Page, in_digits, short, with_error};

@@ -196,9 +196,16 @@ impl LightNames {
         format!("/lights/{}{key}", name.replace('~', "~0").replace('/', "~1"))
     }
 
-    /// Returns all parameters, separated by commas, of a set that varies together.
+    /// Returns all parameters, separated by commas, of a set that varies together. A name in a pointer
+    /// may hold a comma, but no slash, with which the next pointer begins.
     pub fn pointers<'a>(&self, parameters: &'a str) -> impl Iterator<Item = String> + use<'a, '_> {
-        parameters.split(", ").map(|one| self.pointer(one))
+        let between = if parameters.starts_with('/') { ", /" } else { ", " };
+        let slash = &between[2..];
+        let parts = parameters.split(between).enumerate();
+        parts.map(move |(i, one)| match i {
+            0 => self.pointer(one),
+            _ => self.pointer(&format!("{slash}{one}")),
+        })
     }
 }
 

@@ -74,34 +74,6 @@ impl Scale {
         Self { low: low * step, high: high * step, log: false }
     }
 
-    /// Returns the scale with the number of steps that it is cut into: `most`, or fewer so that none
-    /// is finer than `finest`, but one at least.
-    pub fn in_steps(self, most: usize, finest: f64) -> (Self, usize) {
-        let fit = (self.high - self.low) / finest + 1e-9;
-        (self, if fit < most as f64 { fit.max(1.0) as usize } else { most })
-    }
-
-    /// Chooses a scale as [`around`](Self::around) does, and the number of steps that it is cut into.
-    /// If `most` steps would be finer than `finest`, steps are round numbers that are not.
-    pub fn around_in_steps(
-        values: impl Iterator<Item = f64>,
-        most: usize,
-        finest: f64,
-    ) -> (Self, usize) {
-        let values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-        let scale = Self::around(values.iter().copied());
-        let span = scale.high - scale.low;
-        if span >= finest * most as f64 || !finest.is_finite() {
-            return (scale, most);
-        }
-        let step = round_up(finest);
-        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let greatest = values.into_iter().fold(0.0, f64::max);
-        let low = if scale.low > 0.0 { (least / step + 1e-9).floor() } else { 0.0 };
-        let high = (greatest / step - 1e-9).ceil().max(low + 1.0);
-        (Self { low: low * step, high: high * step, log: false }, (high - low) as usize)
-    }
-
     /// Returns the place of a number on the bar: 0 at the lower end and below, 1 at the upper end
     /// and above.
     pub fn place(&self, value: f64) -> f64 {
@@ -120,11 +92,6 @@ impl Scale {
 
     /// Returns round numbers along the bar, at most `most` or a few more.
     pub fn ticks(&self, most: usize) -> Vec<f64> {
-        self.ticks_apart(most, 0.0)
-    }
-
-    /// Returns the same, but on a linear bar none that are closer to each other than `finest`.
-    pub fn ticks_apart(&self, most: usize, finest: f64) -> Vec<f64> {
         let most = most.max(2) as f64;
         if self.log && self.high / self.low >= 10.0 {
             let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
@@ -139,7 +106,7 @@ impl Scale {
                 .filter(|t| (self.low * (1.0 - 1e-9)..=self.high * (1.0 + 1e-9)).contains(t))
                 .collect();
         }
-        let step = round_up(((self.high - self.low) / most).max(finest));
+        let step = round_up((self.high - self.low) / most);
         let first = (self.low / step - 1e-9).ceil() as i64;
         let last = (self.high / step + 1e-9).floor() as i64;
         // the steps of an extreme range may vanish in rounding
@@ -155,10 +122,15 @@ pub(super) fn colour_at(place: f64) -> Vec3 {
 
 /// Returns the least of 1, 2, 2.5, 5 or 10 times a power of ten that is not below `value`.
 fn round_up(value: f64) -> f64 {
+    round_up_among(&[1.0, 2.0, 2.5, 5.0], value)
+}
+
+/// Returns the least of these rising factors, the first of which is 1, times a power of ten that is
+/// not below `value`.
+pub(super) fn round_up_among(factors: &[f64], value: f64) -> f64 {
     let power = 10f64.powf(value.log10().floor());
-    let steps = [1.0, 2.0, 2.5, 5.0, 10.0];
-    let step = steps.into_iter().find(|s| s * power >= value * (1.0 - 1e-9));
-    step.unwrap_or(10.0) * power
+    let fits = |factor: &&f64| **factor * power >= value * (1.0 - 1e-9);
+    factors.iter().find(fits).copied().unwrap_or(10.0) * power
 }
 
 /// Formats a number of a bar, short.
@@ -227,22 +199,6 @@ mod tests {
         for none in [&[][..], &[0.0], &[-1.0], &[f64::NAN, f64::INFINITY]] {
             assert_eq!(of(none), (0.0, 1.0), "{none:?}");
         }
-    }
-
-    /// Steps are round numbers not below the finest, hold all values, and are one at least.
-    #[test]
-    fn steps_are_not_too_fine() {
-        let of = |values: &[f64], finest: f64| {
-            let (scale, steps) = Scale::around_in_steps(values.iter().copied(), 32, finest);
-            (scale.low, scale.high, steps)
-        };
-        assert_eq!(of(&[412.0, 1004.0], 0.0), (0.0, 1200.0, 32));
-        assert_eq!(of(&[412.0, 1004.0], 37.0), (0.0, 1200.0, 32));
-        assert_eq!(of(&[412.0, 1004.0], 45.0), (0.0, 1050.0, 21));
-        assert_eq!(of(&[418.0, 436.0], 14.0), (400.0, 440.0, 2));
-        assert_eq!(of(&[418.0, 436.0], 3000.0), (0.0, 5000.0, 1));
-        let (_, steps) = Scale::new(0.0, 10.0, false).expect("a range").in_steps(32, 3.0);
-        assert_eq!(steps, 3);
     }
 
     #[test]

@@ -10,15 +10,16 @@ use plotters::{
 };
 
 use super::{
-    heat_map::{BAR, colour, draw_bar},
+    heat_map::{colour, draw_bar},
     months::month_name,
+    panels::BAR,
 };
 use crate::{
     chart::{
         axes::{Axis, BELOW, Frame},
         paper::{Area, Failure, LARGE, Width, drawn, font, px, small},
     },
-    picture::Scale,
+    picture::{Scale, Steps},
 };
 
 /// Height of a carpet, and the least height, which the colour bar needs, layout units.
@@ -28,10 +29,9 @@ const LEAST: i32 = px(240);
 const HIGHEST: i32 = px(400);
 /// Margins around the colours: left, right, above, below, layout units.
 const ROOM: (i32, i32, i32, i32) = (px(52), px(10), px(28), BELOW);
-/// Number of colours: finer than the eye can distinguish.
-const STEPS: f64 = 64.0;
-/// Hours without light have a colour of their own, which leaves those with light in view.
-const DARK: f64 = -1.0;
+/// The most colours: finer than the eye can distinguish.
+const STEPS: usize = 64;
+/// The colour of hours without light.
 const NIGHT: RGBColor = RGBColor(226, 226, 226);
 
 /// The light of a captor or group by the hour.
@@ -69,24 +69,19 @@ impl Carpets {
     /// Returns the carpets, one below the other, with their colour bar as SVG text.
     pub fn svg(&self, width: Width) -> Result<String, Failure> {
         let down = (HEIGHT * self.carpets.len() as i32).max(LEAST);
+        let steps = Steps::of(self.scale, STEPS, 0.0);
         drawn((width.units(), down), |area| {
             let (carpets, bar) = area.split_horizontally(width.units() - BAR);
             let parts = carpets.split_evenly((self.carpets.len().max(1), 1));
             for (carpet, part) in self.carpets.iter().zip(&parts) {
-                self.draw(carpet, part)?;
+                self.draw(carpet, &steps, part)?;
             }
             let high = down.min(HIGHEST);
             let values =
                 self.carpets.iter().flat_map(|carpet| carpet.cells.iter().map(|cell| cell.value));
             // hours without light are not below the bar
             let lit = values.filter(|value| *value > 0.0);
-            draw_bar(
-                &bar,
-                (&self.scale, STEPS as usize),
-                &self.label,
-                [ROOM.2, high - BELOW],
-                lit,
-            )?;
+            draw_bar(&bar, &steps, &self.label, [ROOM.2, high - BELOW], lit)?;
             let dark = |carpet: &Carpet| {
                 carpet.cells.iter().any(|cell| cell.value.is_nan() || cell.value <= 0.0)
             };
@@ -100,7 +95,7 @@ impl Carpets {
         })
     }
 
-    fn draw(&self, carpet: &Carpet, area: &Area) -> Result<(), Failure> {
+    fn draw(&self, carpet: &Carpet, steps: &Steps, area: &Area) -> Result<(), Failure> {
         let (left, right, above, below) = ROOM;
         area.draw(&Text::new(carpet.title.as_str(), (left, px(8)), font(LARGE)))?;
         let (width, height) = area.dim_in_pixel();
@@ -114,16 +109,12 @@ impl Carpets {
             x: self.named(Axis::linear("day", 0.0..days)),
             y: Axis::linear("hour of the day", 0.0..24.0).with_names(hours.to_vec()),
         };
-        let paint = |level: f64| {
-            let Scale { low, high, .. } = self.scale;
-            match level {
-                DARK => NIGHT.filled(),
-                _ => colour(&self.scale, low + (level + 0.5) / STEPS * (high - low)).filled(),
-            }
-        };
-        let level = |value: f64| match value > 0.0 {
-            true => (self.scale.place(value) * STEPS).floor().min(STEPS - 1.0),
-            false => DARK,
+        // hours without light have a colour of their own, which leaves those with light in view
+        let level = |value: f64| (value > 0.0).then(|| steps.at(value));
+        let middles = steps.middles();
+        let paint = |value: f64| match level(value) {
+            None => NIGHT.filled(),
+            Some(level) => colour(&self.scale, middles[level]).filled(),
         };
         let mut rectangles = Vec::new();
         // rectangles reach a little below those that are drawn after them, so that no pale lines are
@@ -139,7 +130,7 @@ impl Carpets {
             let (Cell { day, from, value, .. }, to) = (run[0], run[run.len() - 1].to);
             let end = (day as f64 + 1.0 + more[0], to + more[1]);
             let corners = [(day as f64, from), (end.0.min(days), end.1.min(24.0))];
-            rectangles.push(Rectangle::new(corners.map(|at| frame.place(at)), paint(level(value))));
+            rectangles.push(Rectangle::new(corners.map(|at| frame.place(at)), paint(value)));
         }
         rectangles.iter().try_for_each(|rectangle| area.draw(rectangle))?;
         frame.draw(area, false)

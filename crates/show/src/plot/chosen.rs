@@ -1,5 +1,6 @@
 //! The request for a plot, and the results that it selects.
 
+use indexmap::IndexMap;
 use phylux_core::{
     error::{Error, Result, ToWords, Words, setting},
     math::pattern::fits,
@@ -202,24 +203,31 @@ pub(super) fn set_of(id: &str) -> &str {
     id.rsplit_once('/').map_or("", |(set, _)| set)
 }
 
-/// Says how many sensors are in none of the parts drawn, and the names of the first of their sets.
-pub(super) fn left_out<'a>(ids: impl Iterator<Item = &'a str>, parts: &str) -> Option<Words> {
-    let ids: Vec<&str> = ids.collect();
-    let mut names: Vec<&str> = ids
-        .iter()
-        .map(|id| match set_of(id) {
-            "" => id,
-            set => set,
-        })
-        .collect();
-    names.dedup();
-    let more = if names.len() > 3 { ", ..." } else { "" };
-    let named = names.iter().take(3).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    match ids.len() {
-        0 => None,
-        1 => Some(words![format!("one sensor is in none of the {parts} drawn: {named}")]),
-        n => Some(words![format!("{n} sensors are in none of the {parts} drawn: {named}{more}")]),
+/// Says how many sensors are on none of the `parts` that are drawn, and why, with the first of their
+/// sets.
+pub(super) fn left_out<'a>(
+    ids: impl Iterator<Item = &'a str>,
+    parts: &str,
+    why: &str,
+) -> Option<Words> {
+    let mut sets: IndexMap<&str, usize> = IndexMap::new();
+    for id in ids {
+        let name = if set_of(id).is_empty() { id } else { set_of(id) };
+        *sets.entry(name).or_default() += 1;
     }
+    let named = |(name, count): (&&str, &usize)| match count {
+        1 => format!("`{name}`"),
+        _ => format!("{count} of `{name}`"),
+    };
+    let more = if sets.len() > 3 { ", ..." } else { "" };
+    let names = sets.iter().take(3).map(named).collect::<Vec<_>>().join(", ");
+    let what = match sets.values().sum::<usize>() {
+        0 => return None,
+        1 => format!("one sensor is on no {parts}: {names}"),
+        n => format!("{n} sensors are on no {parts}: {names}{more}"),
+    };
+    let profile = setting("show").is("profile");
+    Some(words![format!("{what} ({why}; "), profile, " has all heights)"])
 }
 
 /// Makes the error that the results do not have what a plot needs.

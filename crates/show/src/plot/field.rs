@@ -133,8 +133,8 @@ impl Field {
         all
     }
 
-    /// Returns the field on a finer grid, along both axes of which values follow [`smoothly`] drawn
-    /// cubics; `None` if the points are no grid.
+    /// Returns the field on a finer grid, where values follow a smooth [`Surface`]; `None` if the points
+    /// are no grid.
     fn smooth(points: &[Corner]) -> Option<Self> {
         let [across, up] =
             [|p: &Corner| p.0, |p: &Corner| p.1].map(|axis| lines(points.iter().map(axis)));
@@ -160,16 +160,12 @@ impl Field {
             places.windows(2).flat_map(between).chain(places.last().copied()).collect()
         };
         let (x, y) = (finer(&across), finer(&up));
-        let along: Vec<Vec<f64>> =
-            values.chunks(columns).map(|row| smoothly(&across, row, &x)).collect();
-        let column = |i: usize| {
-            let values: Vec<f64> = along.iter().map(|row| row[i]).collect();
-            smoothly(&up, &values, &y)
-        };
         let (wide, high) = (x.len(), y.len());
-        let corners = (0..wide)
-            .flat_map(|i| column(i).into_iter().enumerate().map(move |(j, value)| (i, j, value)))
-            .map(|(i, j, value)| (x[i], y[j], value))
+        let surface = Surface::through(across, up, values);
+        let corners = x
+            .iter()
+            .flat_map(|&x| y.iter().map(move |&y| (x, y)))
+            .map(|at| surface.at(at))
             .collect();
         let at = |i: usize, j: usize| i * high + j;
         let all = (1..wide).flat_map(|i| (1..high).map(move |j| (i - 1, j - 1)));
@@ -304,12 +300,79 @@ fn nearest(places: &[f64], at: f64) -> usize {
     if at - places[before] < places[next] - at { before } else { next }
 }
 
-/// Interpolates `values` at the rising places `x`, two at least, by cubics; `at` are rising places
-/// between the ends of `x`. The cubics rise and fall only where the values do (Fritsch and Butland
-/// 1984), but for hills and hollows that are smooth, where the values of neighbours curve the same
-/// way: there they follow the parabola through three places, so that the top between two equal values
-/// is round, and above these by at most an eighth of what the slope changes. Amounts stay above 0.
-fn smoothly(x: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
+/// A smooth surface through values at the crossings of a grid: cubics along both axes, with slopes at
+/// the crossings that [`slopes`] finds, and none that turns between them.
+struct Surface {
+    /// The places of columns and rows, rising.
+    across: Vec<f64>,
+    up: Vec<f64>,
+    /// At each crossing, row by row: the value, its slopes along both axes, and how the one changes
+    /// along the other.
+    knots: Vec<[f64; 4]>,
+    /// Amounts stay above 0.
+    least: f64,
+}
+
+impl Surface {
+    fn through(across: Vec<f64>, up: Vec<f64>, values: Vec<f64>) -> Self {
+        let columns = across.len();
+        let along_rows = |of: &[f64]| {
+            of.chunks(columns).flat_map(|row| slopes(&across, row)).collect::<Vec<_>>()
+        };
+        let along_columns = |of: &[f64]| {
+            let mut all = vec![0.0; of.len()];
+            for i in 0..columns {
+                let column: Vec<f64> = of.iter().skip(i).step_by(columns).copied().collect();
+                for (j, slope) in slopes(&up, &column).into_iter().enumerate() {
+                    all[j * columns + i] = slope;
+                }
+            }
+            all
+        };
+        let (rising, steep) = (along_rows(&values), along_columns(&values));
+        let twists = along_columns(&rising).into_iter().zip(along_rows(&steep));
+        let twists = twists.map(|(a, b)| 0.5 * (a + b));
+        let slopes = rising.iter().zip(&steep).zip(twists);
+        let knots =
+            values.iter().zip(slopes).map(|(v, ((x, y), twist))| [*v, *x, *y, twist]).collect();
+        let least = if values.iter().all(|v| *v >= 0.0) { 0.0 } else { f64::NEG_INFINITY };
+        Self { across, up, knots, least }
+    }
+
+    /// Returns a place with the value there.
+    fn at(&self, (x, y): (f64, f64)) -> Corner {
+        let (column, wide, of_x) = cubic(&self.across, x);
+        let (row, high, of_y) = cubic(&self.up, y);
+        let mut value = 0.0;
+        for (j, [height, slope]) in of_y.into_iter().enumerate() {
+            for (i, [own, along]) in of_x.into_iter().enumerate() {
+                let [v, x, y, twist] = self.knots[(row + j) * self.across.len() + column + i];
+                value += height * (own * v + along * wide * x);
+                value += slope * high * (own * y + along * wide * twist);
+            }
+        }
+        (x, y, value.max(self.least))
+    }
+}
+
+/// Returns the number of the step between rising places in which a place lies, the length of the step,
+/// and what the values and slopes at its two ends weigh there (Hermite's cubics of length 1).
+fn cubic(places: &[f64], at: f64) -> (usize, f64, [[f64; 2]; 2]) {
+    let i = places.partition_point(|place| *place <= at).clamp(1, places.len() - 1) - 1;
+    let length = places[i + 1] - places[i];
+    let t = (at - places[i]) / length;
+    let rest = 1.0 - t;
+    let from = [(1.0 + 2.0 * t) * rest * rest, t * rest * rest];
+    let to = [(3.0 - 2.0 * t) * t * t, -rest * t * t];
+    (i, length, [from, to])
+}
+
+/// Returns the slopes of a smooth curve through `values` at the rising places `x`, two at least. The
+/// curve rises and falls only where the values do (Fritsch and Butland 1984), but for hills and hollows
+/// that are smooth, where the values of neighbours curve the same way: there it follows the parabola
+/// through three places, so that the top between two equal values is round, and above these by at most
+/// an eighth of what the slope changes.
+fn slopes(x: &[f64], values: &[f64]) -> Vec<f64> {
     let width: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let slope: Vec<f64> =
         values.windows(2).zip(&width).map(|(pair, width)| (pair[1] - pair[0]) / width).collect();
@@ -349,15 +412,7 @@ fn smoothly(x: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
             (before + after) / (before / slope[i - 1] + after / slope[i])
         }
     };
-    let least = if values.iter().all(|value| *value >= 0.0) { 0.0 } else { f64::NEG_INFINITY };
-    let value = |&at: &f64| {
-        let i = x.partition_point(|x| *x <= at).clamp(1, last + 1) - 1;
-        let (h, t) = (width[i], (at - x[i]) / width[i]);
-        let from = (1.0 + 2.0 * t) * values[i] + h * t * tangent(i);
-        let to = (3.0 - 2.0 * t) * values[i + 1] - h * (1.0 - t) * tangent(i + 1);
-        (from * (1.0 - t).powi(2) + to * t.powi(2)).max(least)
-    };
-    at.iter().map(value).collect()
+    (0..=last + 1).map(tangent).collect()
 }
 
 #[cfg(test)]

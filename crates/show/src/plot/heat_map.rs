@@ -10,39 +10,30 @@ use plotters::{
     },
 };
 
-use super::field::{Corner, Field, Path};
+use super::{
+    field::{Corner, Field, Path},
+    panels::{self, LINE, Panel, Panels},
+};
 use crate::{
     chart::{
-        axes::{Axis, BELOW, Frame},
+        axes::{Axis, Frame},
         paper::{Area, Failure, LARGE, Place, Width, drawn, font, length, length_of, px, small},
     },
-    picture::{Scale, label},
+    picture::{Scale, Steps, label},
 };
 use phylux_core::{
     error,
     math::units::{printed, rounded},
 };
 
-/// The greatest height of the colours of a map, layout units.
-const HIGHEST: i32 = px(420);
-/// Margins around the colours of a map: left, right, above, below, layout units; and the height of
-/// a second line of the title.
-const ROOM: (i32, i32, i32, i32) = (px(52), px(12), px(30), BELOW);
-const LINE: i32 = px(15);
-/// A map whose height is less than this part of its width needs the whole width of a page, and so
-/// many of these stand one below the other.
-const LONG: f64 = 0.3;
-const LONG_IN_A_COLUMN: usize = 4;
-/// The least height of a map's colours and of the colour bar, and the greatest of the bar.
-const LEAST: i32 = px(26);
-const BARS: [i32; 2] = [px(100), px(420)];
 /// Space between the outermost points and the axes, as a part of the longer side.
 const MARGIN: f64 = 0.03;
-/// Width of the colour bar with its numbers, layout units.
-pub(super) const BAR: i32 = px(92);
+/// Maps that are no more than so many times as wide and as high together as each of them are all of the
+/// same part of a plane.
+const SAME: f64 = 1.5;
 /// The most colours between the ends of the bar: finer than the eye can distinguish.
 pub(super) const COLOURS: usize = 32;
-/// The most contours of a map, and the most colours whose ends all have a number.
+/// The most contours between the least and the greatest value, and the most numbers at the bar.
 const CONTOURS: usize = 6;
 const NUMBERED: usize = 10;
 /// The most parts of a contour, the longest, on which its number may stand, and about the most places
@@ -76,9 +67,12 @@ pub(super) struct HeatMap {
 #[derive(Clone, Debug)]
 pub(super) struct HeatMaps {
     maps: Vec<HeatMap>,
-    scale: Scale,
-    /// The number of colours.
-    colours: usize,
+    /// The colours.
+    steps: Steps,
+    /// The ends of the axes of each map.
+    ends: Vec<[(f64, f64); 2]>,
+    /// Whether these are the same for all of several maps.
+    same: bool,
     /// The label of the bar.
     label: String,
 }
@@ -97,96 +91,56 @@ impl HeatMaps {
         let all_even = maps.iter().all(|map| map.even.is_some());
         let values = maps.iter().flat_map(HeatMap::values).chain(all_even.then_some(0.0));
         let values: Vec<f64> = values.collect();
-        let (scale, colours) = match range {
-            Some((low, high)) => Scale::new(low, high, false)?.in_steps(COLOURS, finest),
-            None => Scale::around_in_steps(values.into_iter(), COLOURS, finest),
+        let steps = match range {
+            Some((low, high)) => Steps::of(Scale::new(low, high, false)?, COLOURS, finest),
+            None => Steps::around(values.into_iter(), COLOURS, finest),
         };
-        Ok(Self { maps, scale, colours, label })
-    }
-
-    /// Returns how many maps are side by side in a picture of this width; those of long beds stand one
-    /// below the other.
-    fn columns(&self, width: Width) -> usize {
-        let is_long = |map: &HeatMap| {
-            let [x, y] = map.ends().map(|(low, high)| high - low);
-            y < LONG * x
-        };
-        let most = match width {
-            Width::Column => 1,
-            Width::Page if self.maps.iter().all(is_long) => match self.maps.len() {
-                0..=LONG_IN_A_COLUMN => 1,
-                _ => 2,
-            },
-            Width::Page if self.maps.len() == 4 => 2,
-            Width::Page => 3,
-        };
-        self.maps.len().clamp(1, most)
+        let own: Vec<[(f64, f64); 2]> = maps.iter().map(HeatMap::ends).collect();
+        let common = common(&own).filter(|_| maps.windows(2).all(|m| m[0].axes == m[1].axes));
+        let (same, ends) = (common.is_some(), common.map_or(own, |all| vec![all; maps.len()]));
+        Ok(Self { maps, steps, ends, same, label })
     }
 
     /// Returns the maps with their colour bar as SVG text. A map is as high as its plane is wide and
     /// high.
     pub fn svg(&self, width: Width) -> Result<String, Failure> {
-        let columns = self.columns(width);
-        let (left, right, above, below) = ROOM;
-        let across = (width.units() - BAR) / columns as i32;
-        let two_lines = self.maps.iter().any(|map| map.title_lines(across).len() > 1);
-        let above = above + if two_lines { LINE } else { 0 };
-        let steepest = |most: f64, map: &HeatMap| {
-            let [(x, to_x), (y, to_y)] = map.ends();
-            most.max((to_y - y) / (to_x - x).max(f64::MIN_POSITIVE))
-        };
-        let ratio = self.maps.iter().fold(0.0, steepest);
-        let room = f64::from(across - left - right);
-        let colours = (room * ratio).clamp(f64::from(LEAST), f64::from(HIGHEST)) as i32;
-        let rows = self.maps.len().div_ceil(columns).max(1) as i32;
-        let down = (colours + above + below).max((BARS[0] + above + below) / rows);
-        // the colour bar stands beside a map that is narrower than its place
-        let wide = (f64::from(colours) / ratio.max(f64::MIN_POSITIVE)).min(room) as i32;
-        let titles = self.maps.iter().map(|map| {
-            let lines = map.title_lines(across);
-            lines.iter().map(|line| length_of(line, LARGE)).max().unwrap_or(0) + px(16)
-        });
-        let across = match columns {
-            1 => (left + wide + right).max(titles.max().unwrap_or(0)).min(across),
-            _ => across,
-        };
-        drawn((width.units(), down * rows), |area| {
-            let (maps, bar) = area.split_horizontally(across * columns as i32);
-            let parts = maps.split_evenly((rows as usize, columns));
-            for (map, part) in self.maps.iter().zip(&parts) {
-                self.draw(map, part, above)?;
+        let ratios = self
+            .ends
+            .iter()
+            .map(|[(x, to_x), (y, to_y)]| (to_y - y) / (to_x - x).max(f64::MIN_POSITIVE));
+        let ratios: Vec<f64> = ratios.collect();
+        let (across, _) = panels::across(&ratios, width);
+        let one_line = self.maps.iter().all(|map| map.title_fits(across));
+        let titles: Vec<Vec<String>> =
+            self.maps.iter().map(|map| map.title_lines(one_line)).collect();
+        let longest = titles.iter().flatten().map(|line| length_of(line, LARGE)).max();
+        let longest = longest.unwrap_or(0);
+        let panels = Panels::new(&ratios, width, !one_line, longest, self.same);
+        drawn(panels.size, |area| {
+            for (i, (panel, title)) in panels.panels.iter().zip(&titles).enumerate() {
+                self.draw((&self.maps[i], self.ends[i]), panel, title, area)?;
             }
-            // the bar goes on below the first row where this is low
-            let lowest = (down * rows - below).min(above + BARS[1]);
-            let high = above + colours.max(BARS[0].min(lowest - above));
+            let (left, ends) = panels.bar;
+            let (_, bar) = area.split_horizontally(left);
             let values = self.maps.iter().flat_map(HeatMap::values);
-            draw_bar(&bar, (&self.scale, self.colours), &self.label, [above, high], values)
+            draw_bar(&bar, &self.steps, &self.label, ends, values)
         })
     }
 
-    fn draw(&self, map: &HeatMap, area: &Area, above: i32) -> Result<(), Failure> {
-        let (left, right, _, below) = ROOM;
-        let (width, height) = area.dim_in_pixel();
-        let room = [width as i32 - left - right, height as i32 - above - below];
-        // a metre is equally long on both axes
-        let [x, y] = map.ends();
-        let metre = (f64::from(room[0]) / (x.1 - x.0)).min(f64::from(room[1]) / (y.1 - y.0));
-        let sides = [x, y].map(|(from, to)| ((to - from) * metre).round() as i32);
-        for (line, words) in (0..).zip(map.title_lines(width as i32)) {
+    fn draw(
+        &self,
+        (map, ends): (&HeatMap, [(f64, f64); 2]),
+        panel: &Panel,
+        title: &[String],
+        area: &Area,
+    ) -> Result<(), Failure> {
+        for (line, words) in (0..).zip(title) {
             // a long title begins left of the axis
-            let end = width as i32 - px(6) - length_of(&words, LARGE);
-            let at = (left.min(end).max(px(8)), px(10) + LINE * line);
-            area.draw(&Text::new(words, at, font(LARGE)))?;
+            let end = panel.left + panel.room - px(6) - length_of(words, LARGE);
+            let at = (panel.left.min(end).max(px(8)), panel.title + px(10) + LINE * line);
+            area.draw(&Text::new(words.as_str(), at, font(LARGE)))?;
         }
-        let [label_x, label_y] = &map.axes;
-        let frame = Frame {
-            left,
-            top: above,
-            right: left + sides[0],
-            bottom: above + sides[1],
-            x: Axis::linear(label_x, x.0..x.1),
-            y: Axis::linear(label_y, y.0..y.1),
-        };
+        let frame = map.frame(ends, panel);
         let place = |&(x, y): &(f64, f64)| frame.place((x, y));
         for (colour, outline) in self.regions(map) {
             let outline: Vec<Place> = outline.iter().map(place).collect();
@@ -220,7 +174,8 @@ impl HeatMaps {
             let style = small(HPos::Center, VPos::Center).color(&ink);
             area.draw(&Text::new(text, at, style))?;
         }
-        let each = f64::from(sides[0]) * f64::from(sides[1]) / dots.len().max(1) as f64;
+        let sides = [frame.right - frame.left, frame.bottom - frame.top].map(f64::from);
+        let each = sides[0] * sides[1] / dots.len().max(1) as f64;
         if each < f64::from(DOTTED * DOTTED) {
             return Ok(());
         }
@@ -231,13 +186,12 @@ impl HeatMaps {
     /// Returns outlines with their colours, in the order in which they are painted: what is within an
     /// outline lies on it.
     fn regions(&self, map: &HeatMap) -> Vec<(RGBColor, Path)> {
-        let Scale { low, high, .. } = self.scale;
-        let step = (high - low) / self.colours as f64;
-        let levels: Vec<f64> = (0..self.colours).map(|i| low + step * i as f64).collect();
-        let paint = |band: usize| colour(&self.scale, low + step * (band as f64 + 0.5));
+        let Steps { scale, ends, .. } = &self.steps;
+        let (levels, middles) = (&ends[..ends.len() - 1], self.steps.middles());
+        let paint = |band: usize| colour(scale, middles[band]);
         let outlines = match map.even {
             Some(_) => map.field.outlines(&levels[..1]),
-            None => map.field.outlines(&levels),
+            None => map.field.outlines(levels),
         };
         let mut all: Vec<(f64, usize, Path)> = Vec::new();
         for (band, outlines) in outlines.into_iter().enumerate() {
@@ -253,10 +207,7 @@ impl HeatMaps {
             let colour = match (map.even, area < 0.0, band) {
                 (_, true, 0) => WHITE,
                 // a colour of the bar
-                (Some(mean), ..) => {
-                    let band = (self.scale.place(mean) * self.colours as f64) as usize;
-                    paint(band.min(self.colours - 1))
-                }
+                (Some(mean), ..) => paint(self.steps.at(mean)),
                 (None, true, band) => paint(band - 1),
                 (None, false, band) => paint(band),
             };
@@ -265,27 +216,19 @@ impl HeatMaps {
         painted.collect()
     }
 
-    /// Returns the values at which a map has contours: round numbers between those of its points,
-    /// not closer to each other than twice the error.
+    /// Returns the values at which a map has contours: ends of colours, the same for all maps.
     fn levels(&self, map: &HeatMap) -> Vec<f64> {
-        let values = map.points.iter().map(|point| point.2);
-        let none = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = values.fold(none, |(low, high), v| (low.min(v), high.max(v)));
-        let (low, high) = (low.max(self.scale.low), high.min(self.scale.high));
-        if map.even.is_some() || low >= high {
+        if map.even.is_some() {
             return Vec::new();
         }
-        let levels = match self.colours < COLOURS {
-            // the edges of colours, or every second of them, and so on
-            true => {
-                let edges = edges(&self.scale, self.colours).into_iter();
-                let edges: Vec<f64> = edges.filter(|edge| *edge > low && *edge < high).collect();
-                let every = edges.len().div_ceil(CONTOURS).max(1);
-                edges.into_iter().step_by(every).collect()
-            }
-            false => Scale { low, high, log: false }
-                .ticks_apart(CONTOURS, 2.0 * map.error.unwrap_or(0.0)),
+        let ends = |values: &mut dyn Iterator<Item = f64>| {
+            let none = (f64::INFINITY, f64::NEG_INFINITY);
+            let (low, high) = values.fold(none, |(low, high), v| (low.min(v), high.max(v)));
+            (low.max(self.steps.scale.low), high.min(self.steps.scale.high))
         };
+        let (low, high) = ends(&mut self.maps.iter().flat_map(HeatMap::values));
+        let levels = self.steps.ends_apart((high - low) / CONTOURS as f64);
+        let (low, high) = ends(&mut map.values());
         levels.into_iter().filter(|level| *level > low && *level < high).collect()
     }
 
@@ -342,7 +285,7 @@ impl HeatMaps {
 
     /// Returns the colour of lines and numbers on the colour of a value.
     fn ink(&self, value: f64) -> RGBColor {
-        if self.scale.place(value) < 0.5 { WHITE } else { BLACK }
+        if self.steps.scale.place(value) < 0.5 { WHITE } else { BLACK }
     }
 }
 
@@ -381,26 +324,33 @@ fn broken(path: &[Place], numbers: &[Number]) -> Vec<Vec<Place>> {
     parts
 }
 
-/// Returns the ends of the colours of a bar.
-fn edges(scale: &Scale, colours: usize) -> Vec<f64> {
-    let step = (scale.high - scale.low) / colours as f64;
-    (0..=colours).map(|i| scale.low + step * i as f64).collect()
+/// Returns the ends of axes that hold all of several pairs, if these are hardly larger than each.
+fn common(all: &[[(f64, f64); 2]]) -> Option<[(f64, f64); 2]> {
+    let of = |axis: usize| {
+        let ends = || all.iter().map(|ends| ends[axis]);
+        let union = ends().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+        let shortest = ends().map(|(from, to)| to - from).fold(f64::INFINITY, f64::min);
+        (union.1 - union.0 <= SAME * shortest).then_some(union)
+    };
+    let [x, y] = [of(0)?, of(1)?];
+    (all.len() > 1).then_some([x, y])
 }
 
-/// Draws the bar of so many colours between these heights of an area, with its label to the right.
+/// Draws the bar of steps of colours between these heights of an area, with its label to the right.
 /// An end beyond which there are values is pointed.
 pub(super) fn draw_bar(
     area: &Area,
-    (scale, colours): (&Scale, usize),
+    steps: &Steps,
     name: &str,
     [top, bottom]: [i32; 2],
     values: impl Iterator<Item = f64>,
 ) -> Result<(), Failure> {
     let (left, right) = (px(4), px(18));
-    let edges = edges(scale, colours);
+    let Steps { scale, ends, .. } = steps;
     let down = |value: f64| bottom - (scale.place(value) * f64::from(bottom - top)).round() as i32;
-    let paint = |band: usize| colour(scale, 0.5 * (edges[band] + edges[band + 1]));
-    for (band, ends) in edges.windows(2).enumerate() {
+    let middles = steps.middles();
+    let paint = |band: usize| colour(scale, middles[band]);
+    for (band, ends) in ends.windows(2).enumerate() {
         // colours reach below those that are drawn after them, so that no seam is seen
         let row = [(left, top), (right, down(ends[0]))];
         area.draw(&Rectangle::new(row, paint(band).filled()))?;
@@ -409,7 +359,7 @@ pub(super) fn draw_bar(
     let (below, above) = values.fold((false, false), |(below, above), v| {
         (below || v < scale.low - beyond, above || v > scale.high + beyond)
     });
-    let ends = [(above, top, -px(9), colours - 1), (below, bottom, px(9), 0)];
+    let ends = [(above, top, -px(9), middles.len() - 1), (below, bottom, px(9), 0)];
     for (_, y, tip, band) in ends.into_iter().filter(|end| end.0) {
         let corners = vec![(left, y), (right, y), ((left + right) / 2, y + tip)];
         area.draw(&Polygon::new(corners, paint(band).filled()))?;
@@ -417,8 +367,7 @@ pub(super) fn draw_bar(
     let beside = small(HPos::Left, VPos::Center);
     let mut longest = 0;
     let most = ((bottom - top) / px(17)).clamp(2, NUMBERED as i32) as usize;
-    let ticks = if colours <= most { edges } else { scale.ticks(most) };
-    for value in ticks {
+    for value in steps.ends_apart((scale.high - scale.low) / most as f64) {
         let y = down(value);
         let line = BLACK.stroke_width(px(1) as u32);
         area.draw(&PathElement::new(vec![(right, y), (right + px(4), y)], line))?;
@@ -447,23 +396,47 @@ impl HeatMap {
         ends.map(|(low, high)| (low - MARGIN * longer, high + MARGIN * longer))
     }
 
-    /// Returns the title, with what is known of the error: in one line of this width, or in two.
-    fn title_lines(&self, width: i32) -> Vec<String> {
-        let error = self.error.filter(|error| *error > 0.0);
+    /// Returns the axes with these ends in a panel. A metre is equally long on both.
+    fn frame(&self, [x, y]: [(f64, f64); 2], panel: &Panel) -> Frame {
+        let Panel { left, top, right, bottom, numbers, .. } = *panel;
+        let room = [right - left, bottom - top].map(f64::from);
+        let metre = (room[0] / (x.1 - x.0)).min(room[1] / (y.1 - y.0));
+        let [wide, high] = [x, y].map(|(from, to)| ((to - from) * metre).round() as i32);
+        let axis = |label: &str, (from, to): (f64, f64), has_numbers: bool| match has_numbers {
+            true => Axis::linear(label, from..to),
+            false => Axis::linear("", from..to).with_names(Vec::new()),
+        };
+        let [label_x, label_y] = &self.axes;
+        let [x, y] = [axis(label_x, x, numbers[0]), axis(label_y, y, numbers[1])];
+        Frame { left, top, right: left + wide, bottom: top + high, x, y }
+    }
+
+    /// Returns what is known of the error, in words.
+    fn error_words(&self) -> Option<String> {
+        let error = self.error.filter(|error| *error > 0.0)?;
         let unit = printed(&self.unit);
-        let words = match (self.even, error) {
-            (Some(mean), Some(error)) => {
+        Some(match self.even {
+            Some(mean) => {
                 let [mean, error] = rounded(mean, error);
                 format!("{mean} ± {error} {unit}, even within its error")
             }
-            (None, Some(error)) => format!("median error {} {unit}", rounded(error, error)[1]),
-            (_, None) => return vec![self.title.clone()],
-        };
-        let one = format!("{}: {words}", self.title);
-        match length_of(&one, LARGE) + px(30) <= width {
-            true => vec![one],
-            false => vec![self.title.clone(), words],
+            None => format!("median error {} {unit}", rounded(error, error)[1]),
+        })
+    }
+
+    /// Returns the title, with what is known of the error: in one line, or in two.
+    fn title_lines(&self, one_line: bool) -> Vec<String> {
+        match (self.error_words(), one_line) {
+            (None, _) => vec![self.title.clone()],
+            (Some(words), true) => vec![format!("{}: {words}", self.title)],
+            (Some(words), false) => vec![self.title.clone(), words],
         }
+    }
+
+    /// Whether the title in one line fits into this width.
+    fn title_fits(&self, width: i32) -> bool {
+        let longest = self.title_lines(true).iter().map(|line| length_of(line, LARGE)).max();
+        longest.unwrap_or(0) + px(30) <= width
     }
 }
 
@@ -554,17 +527,15 @@ mod tests {
             for range in [None, Some((0.0, 100.0)), Some((3.0, 7.0))] {
                 let own = map(|x, y| 50.0 + 10.0 * x - 3.0 * y, error);
                 let maps = HeatMaps::new(vec![own], range, "light".into()).unwrap();
-                let step = (maps.scale.high - maps.scale.low) / maps.colours as f64;
-                assert!(
-                    step >= 2.0 * error * (1.0 - 1e-9) || maps.colours == 1,
-                    "{error} {range:?}"
-                );
-                let levels = maps.levels(&maps.maps[0]);
+                let ends = &maps.steps.ends;
                 let apart = |pair: &[f64]| pair[1] - pair[0] >= 2.0 * error * (1.0 - 1e-9);
-                assert!(levels.windows(2).all(apart), "{error} {range:?}: {levels:?}");
+                assert!(ends.windows(2).all(apart) || ends.len() == 2, "{error} {range:?}");
+                // contours stand where colours change
+                let levels = maps.levels(&maps.maps[0]);
+                let is_end = |level: &f64| ends.iter().any(|end| (end - level).abs() < 1e-9);
+                assert!(levels.iter().all(is_end), "{error} {range:?}: {levels:?} {ends:?}");
                 if error == 0.0 && range.is_none() {
-                    assert_eq!(maps.colours, COLOURS);
-                    assert!(levels.len() > 3, "{levels:?}");
+                    assert!(ends.len() > COLOURS / 3 && levels.len() > 3, "{levels:?}");
                 }
             }
         }
@@ -663,10 +634,10 @@ mod tests {
         let own = HeatMap { even: Some(429.08), ..map(|x, _| 425.0 + x, 7.2) };
         let rough = map(|x, _| 400.0 + 100.0 * x, 40.0);
         let maps = HeatMaps::new(vec![own, rough], None, "light".into()).unwrap();
-        assert!(maps.colours < COLOURS);
-        let step = (maps.scale.high - maps.scale.low) / maps.colours as f64;
-        let band = ((429.08 - maps.scale.low) / step).floor();
-        let known = colour(&maps.scale, maps.scale.low + step * (band + 0.5));
+        let steps = &maps.steps;
+        assert!(steps.ends.len() < COLOURS);
+        let own = steps.ends.windows(2).position(|ends| (ends[0]..ends[1]).contains(&429.08));
+        let known = colour(&steps.scale, steps.middles()[own.expect("its colour")]);
         assert_eq!(maps.regions(&maps.maps[0])[0].0, known);
     }
 }

@@ -19,7 +19,7 @@ pub(super) fn layers(chosen: &Chosen) -> Result<Plot> {
             setting("show"),
             ")"
         ];
-        return Err(nothing("have no layers", remedy));
+        return Err(nothing("there are no layers", remedy));
     };
     let (mut steps, mut bars) = (Vec::new(), Vec::new());
     for layer in all.iter().filter(|layer| layer.area > 0.0) {
@@ -31,7 +31,7 @@ pub(super) fn layers(chosen: &Chosen) -> Result<Plot> {
     }
     if steps.is_empty() {
         let remedy = "give the plants `\"captor\": true` in the scene";
-        return Err(nothing("have no surface captor in any layer", remedy));
+        return Err(nothing("no surface captor is in any layer", remedy));
     }
     let band = chosen.band_name();
     let canopy = chosen.result.canopy.as_ref().map(|canopy| canopy.absorbed[chosen.band]);

@@ -132,7 +132,8 @@ pub(super) fn lines(chosen: &Chosen) -> Option<Plot> {
             lines.iter().flat_map(|line| &line.sensors).map(|sensor| &*sensor.id).collect();
         let sensors = chosen.captors().filter(|captor| captor.kind == "virtual");
         let ids = sensors.map(|sensor| &*sensor.id).filter(|id| !drawn.contains(id));
-        notes.extend(left_out(ids, "lines"));
+        let why = "a line takes three of one list in a lying row";
+        notes.extend(left_out(ids, "line", why));
     }
     Some(Plot { drawn: Drawn::Charts(vec![chart]), notes })
 }

@@ -48,8 +48,8 @@ pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
             return Ok(plot);
         }
         return Err(nothing(
-            "have no three sensors in a plane, or of a list in a lying line, that are no more than three \
-             times their usual distance apart, so there is no map to draw",
+            "no three sensors look the same way and stand side by side in a plane, or in a lying row of \
+             one list, so there is no map to draw",
             words![
                 "add a grid of sensors to the scene, or plot something else (",
                 setting("show"),
@@ -76,7 +76,8 @@ pub(super) fn map(chosen: &Chosen, range: Option<(f64, f64)>) -> Result<Plot> {
     let drawn: HashSet<&str> =
         maps.iter().flat_map(|(_, sensors)| sensors).map(|sensor| &*sensor.id).collect();
     let ids = sensors.iter().map(|sensor| &*sensor.id);
-    notes.extend(left_out(ids.filter(|id| !drawn.contains(id)), "maps"));
+    let why = "a map takes three that look the same way and do not stand in one row";
+    notes.extend(left_out(ids.filter(|id| !drawn.contains(id)), "map", why));
     let maps = maps.into_iter().map(|(map, _)| map).collect();
     let (light, unit) = chosen.map_light();
     let maps = HeatMaps::new(maps, range, format!("{light}, {unit}"))?;

@@ -26,16 +26,16 @@ const LAYER: f64 = 0.05;
 
 /// The parts of a captor's id: object, part and instance, as in `OBJECT/PART#INSTANCE`.
 #[derive(Debug, PartialEq)]
-struct Organ<'a> {
-    object: &'a str,
+pub(super) struct Organ<'a> {
+    pub object: &'a str,
     /// The number of the instance, from 0; `None` for an object without instances.
     instance: Option<&'a str>,
     /// The number at the end of the part's name, such as 3 of `leaf3`.
-    rank: Option<u32>,
+    pub rank: Option<u32>,
 }
 
 impl<'a> Organ<'a> {
-    fn of(id: &'a str) -> Self {
+    pub fn of(id: &'a str) -> Self {
         let is_number = |n: &str| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
         let numbered = |text: &'a str| {
             let (name, number) = text.rsplit_once('#')?;
@@ -99,7 +99,7 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
     }
     if objects.is_empty() {
         return Err(nothing(
-            "have no surface that is a captor, so nothing says what was absorbed",
+            "no surface is a captor, so nothing says what was absorbed",
             words![
                 "give objects `\"captor\": true` in the scene, or plot something else (",
                 setting("show"),
@@ -168,9 +168,10 @@ pub(super) fn plants_of_many(chosen: &Chosen) -> Result<Plot> {
     };
     match chosen.captors().any(is_part) {
         true => plants(chosen),
-        false => {
-            Err(nothing("have no plants", words!["plot something else (", setting("show"), ")"]))
-        }
+        false => Err(nothing(
+            "there are no plants",
+            words!["plot something else (", setting("show"), ")"],
+        )),
     }
 }
 

@@ -5,6 +5,7 @@ use indexmap::IndexMap;
 use super::{
     chosen::{AXES, Chosen, FLAT, error_bar, nothing},
     drawing::{Drawn, Plot},
+    plants::Organ,
 };
 use crate::{
     chart::{Chart, Series, Stroke},
@@ -27,6 +28,8 @@ struct Point {
     value: f64,
     error: Option<f64>,
     area: f64,
+    /// Whether it is a part with a rank, as a leaf is.
+    ranked: bool,
 }
 
 /// The mean over captors at about the same height.
@@ -54,6 +57,17 @@ struct Kind {
     is_alike: bool,
 }
 
+/// Draws a profile of captors at several heights. Error: they are at one alone.
+pub(super) fn profile_of_many(chosen: &Chosen) -> Result<Plot> {
+    let plot = profile(chosen)?;
+    match plot.notes.is_empty() {
+        true => Ok(plot),
+        false => {
+            Err(nothing("all captors are at one height", "run a scene with captors at others"))
+        }
+    }
+}
+
 pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
     let (sensors, surfaces) = (sensors(chosen), surfaces(chosen));
     let band = chosen.of_band();
@@ -68,7 +82,7 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         let dots = kind.points.iter().map(|point| (point.value, point.height));
         let add = |name, stroke, points| Series { name, colour, stroke, points };
         series.push(add(None, Stroke::Dots, dots.collect()));
-        let means = slices(kind.points);
+        let means = slices(leaves(kind.points));
         let bars = means.iter().flat_map(|s| error_bar(s.height, s.value, Some(s.error), true));
         series.push(add(None, Stroke::Bars, bars.collect()));
         let joined: Vec<(f64, f64)> =
@@ -83,7 +97,7 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         series.push(add(Some(name), stroke, joined));
     }
     if series.is_empty() {
-        return Err(nothing("have no captors", "run a scene with sensors or captors"));
+        return Err(nothing("there are no captors", "run a scene with sensors or captors"));
     }
     let chart = Chart {
         title,
@@ -112,6 +126,7 @@ fn sensors(chosen: &Chosen) -> Vec<Kind> {
             value: sensor.front.irradiance[chosen.band],
             error: sensor.front.irradiance_se[chosen.band],
             area: sensor.area,
+            ranked: false,
         });
     }
     let one = ways.len() == 1;
@@ -144,21 +159,38 @@ fn surfaces(chosen: &Chosen) -> Vec<Kind> {
             continue;
         };
         let per_area = |power: f64| power / captor.area;
-        let object = captor.id.split('/').next().unwrap_or_default();
+        let Organ { object, rank, .. } = Organ::of(&captor.id);
         objects.entry(object).or_default().push(Point {
             height: captor.center[2],
             value: per_area(absorbed[chosen.band]),
             error: error[chosen.band].map(per_area),
             area: captor.area,
+            ranked: rank.is_some(),
         });
     }
-    let kind =
-        |name: &str, points| Kind { name: format!("{name}, absorbed"), points, is_alike: true };
+    let kind = |name: &str, points: Vec<Point>| {
+        let by = if has_stems(&points) { " by leaves" } else { "" };
+        Kind { name: format!("{name}, absorbed{by}"), points, is_alike: true }
+    };
     match objects.len() {
         0 => Vec::new(),
         2..=MOST => objects.into_iter().map(|(object, points)| kind(object, points)).collect(),
         _ => vec![kind("surfaces", objects.into_values().flatten().collect())],
     }
+}
+
+/// Whether some parts have ranks, as leaves do, and others do not, as stems.
+fn has_stems(points: &[Point]) -> bool {
+    points.iter().any(|point| point.ranked) && points.iter().any(|point| !point.ranked)
+}
+
+/// Returns the points that a line joins: where some have ranks, these alone, since a stem reaches over
+/// many heights, and its middle says little.
+fn leaves(mut points: Vec<Point>) -> Vec<Point> {
+    if has_stems(&points) {
+        points.retain(|point| point.ranked);
+    }
+    points
 }
 
 /// Returns area-weighted means at each height or, if there are many heights, in slices of equal
@@ -210,7 +242,13 @@ mod tests {
     /// quadrature.
     #[test]
     fn slices_weigh_by_area() {
-        let point = |height, value, error, area| Point { height, value, error: Some(error), area };
+        let point = |height, value, error, area| Point {
+            height,
+            value,
+            error: Some(error),
+            area,
+            ranked: false,
+        };
         let points =
             vec![point(2.0, 5.0, 0.1, 1.0), point(0.5, 10.0, 0.4, 1.0), point(0.5, 2.0, 0.1, 3.0)];
         let found = slices(points);
@@ -222,5 +260,16 @@ mod tests {
         // many heights make twelve slices, whatever the rounding
         let many = (0..100).map(|i| point(f64::from(i), 1.0, 0.0, 1.0)).collect();
         assert_eq!(slices(many).len(), SLICES);
+    }
+
+    /// A line joins leaves where there are some, and not the stem among them.
+    #[test]
+    fn stems_are_not_joined_with_leaves() {
+        let point = |value, ranked| Point { height: 1.0, value, error: None, area: 1.0, ranked };
+        let of = |ranked: [bool; 2]| {
+            leaves(vec![point(1.0, ranked[0]), point(2.0, ranked[1])]).iter().map(|p| p.value).sum()
+        };
+        let sums: [f64; 3] = [of([true, true]), of([true, false]), of([false, false])];
+        assert_eq!(sums, [3.0, 1.0, 3.0]);
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn sensitivity(chosen: &Chosen) -> Result<Plot> {
     if result.sensitivity.is_none() && result.budget.is_none() {
         let remedy = "give the scene `\"sensitivity\": true`, or say in `uncertain` how well its \
                       inputs are known";
-        return Err(nothing("do not say what they depend on", remedy));
+        return Err(nothing("nothing says what the results depend on", remedy));
     }
     let all = result.dependents().into_iter().filter(|place| chosen.takes(place.name)).collect();
     let places = without_copies(all, |place: &Dependent| place.name);
@@ -56,7 +56,7 @@ pub(super) fn sensitivity(chosen: &Chosen) -> Result<Plot> {
     if drawn.is_empty() {
         let [band, captors] = ["band", "captors"].map(setting);
         let remedy = words!["take another ", band, " or other ", captors];
-        return Err(nothing("have no light there that depends on any input", remedy));
+        return Err(nothing("no light there depends on any input", remedy));
     }
     let mut notes = Vec::new();
     if drawn.len() > GROUPS {

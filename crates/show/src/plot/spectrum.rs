@@ -27,7 +27,7 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
         result.bands.iter().enumerate().filter_map(|(b, band)| Some((b, width(band)?))).collect();
     if bands.is_empty() {
         return Err(nothing(
-            "have no band with wavelengths, so there is no spectrum to draw",
+            "no band has wavelengths, so there is no spectrum to draw",
             "give the scene's bands `from_nm` and `to_nm`",
         ));
     }
@@ -62,7 +62,7 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
         || chosen.patterns.is_empty() && captors.len() > MOST && !groups.is_empty();
     let (what, all) = if by_group { ("groups", groups) } else { ("captors", captors) };
     if all.is_empty() {
-        return Err(nothing("have no captors", "run a scene with sensors or captors"));
+        return Err(nothing("there are no captors", "run a scene with sensors or captors"));
     }
     let mut notes = Vec::new();
     if all.len() > MOST {

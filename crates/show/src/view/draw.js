@@ -56,14 +56,23 @@ flat in int index;
 in vec3 view, inBox;
 uniform bool clear;
 uniform vec3 eye, captorLow, captorHigh; // in the box
-// whether the line of sight goes on to the box around the captors, and enters it only farther on
-bool isBefore() {
+// whether the line of sight goes on to a box, and enters it only farther on
+bool isBefore(vec3 low, vec3 high) {
   vec3 ahead = inBox - eye;
   ahead += vec3(lessThan(abs(ahead), vec3(1e-9))) * 1e-9;
-  vec3 a = (captorLow - inBox) / ahead, b = (captorHigh - inBox) / ahead;
+  vec3 a = (low - inBox) / ahead, b = (high - inBox) / ahead;
   vec3 enters = min(a, b), leaves = max(a, b);
   float enter = max(max(enters.x, enters.y), enters.z);
   return enter > 0.0 && enter < min(min(leaves.x, leaves.y), leaves.z);
+}
+// whether it goes on to the box around the captors. On each side this reaches nearly as far as the scene does (not into
+// the walls behind), though not below the captors, so that a wall before them is transparent as a whole, not in parts
+bool isBefore() {
+  float base = captorLow.z, from = 0.04, to = 0.96;
+  return isBefore(vec3(captorLow.x, from, base), vec3(captorHigh.x, to, 1.0))
+    || isBefore(vec3(from, captorLow.y, base), vec3(to, captorHigh.y, 1.0))
+    || isBefore(vec3(from, from, base), vec3(to, to, captorHigh.z))
+    || isBefore(captorLow, captorHigh);
 }
 bool flag(float bit) { return mod(floor(tile.w / bit), 2.0) >= 1.0; }
 void skipUnseen() {
@@ -94,6 +103,8 @@ void main() {
   if (flag(8.0)) paint = mix(paint, vec3(0.9, 0.1, 0.5), 0.45);
   if (hovered >= 0.0 && tile.z == hovered) paint = mix(paint, vec3(1.0), 0.4);
   bool isVeil = clear && isBefore();
+  // a veil in the colour of light would change the colours behind it
+  if (isVeil) paint = vec3(0.6);
   ${MANY ? "if (isVeil) discard;" : ""}
   colour = vec4(paint, isVeil ? 0.25 : 1.0);
 }`;
@@ -322,7 +333,8 @@ function lookAtCaptors() {
   // with very many tiles the box decides: on an upright screen, what is long is seen from one of its ends
   if (MANY && camera.aspect < 1 && captorBox.half.x > captorBox.half.y) best.away = direction(90 + ACROSS / 2, UP);
   const sides = facts.captors.length && !MANY ? [0, 90, 270, 180] : [];
-  for (const up of [UP, 42]) {
+  // from higher up a scene that is wide fills more of an upright screen
+  for (const up of camera.aspect < 1 ? [42, 60] : [UP, 42]) {
     for (const side of sides) {
       for (const across of [ACROSS, -ACROSS]) {
         const away = direction(side + across, up);

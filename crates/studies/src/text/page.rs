@@ -49,12 +49,18 @@ pub fn with_error(value: f64, error: f64) -> String {
 
 /// Formats a number with four significant digits, however large or small it is.
 pub fn short(value: f64) -> String {
+    in_digits(value, 4)
+}
+
+/// Formats a number with so many significant digits, however large or small it is.
+pub fn in_digits(value: f64, digits: usize) -> String {
+    let behind = digits - 1;
     match value.abs() {
         0.0 => "0".into(),
         v if (1e-3..1e6).contains(&v) => {
-            let decimals = (3 - v.log10().floor() as i32).clamp(0, 6) as usize;
+            let decimals = (behind as i32 - v.log10().floor() as i32).clamp(0, 6) as usize;
             format!("{value:.decimals$}")
         }
-        _ => format!("{value:.3e}"),
+        _ => format!("{value:.behind$e}"),
     }
 }

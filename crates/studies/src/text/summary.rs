@@ -5,7 +5,7 @@ use std::{collections::HashSet, fmt::Write};
 use super::{
     Page,
     dependence::{Dependence, dependences},
-    short,
+    in_digits, short,
     table::Table,
     with_error,
 };
@@ -53,20 +53,46 @@ pub fn summary(page: &Page, result: &RunResult, reason: &str) -> Summary {
         "{}: {} {} in {} batches, seed {}{reason}",
         result.scene, result.photons, result.estimator, result.batches, result.seed
     );
+    if let Some(found) = &result.tolerance {
+        tolerance(&mut text, result, found);
+    }
+    groups(page, &mut text, result);
+    uniformity(page, &mut text, result);
+    let mut kinds = vec![("sensor", "virtual"), ("surface", "surface")];
+    kinds.retain(|(_, kind)| result.captors.iter().any(|captor| captor.kind == *kind));
+    for (title, kind) in kinds {
+        captors(page, &mut text, result, title, kind);
+    }
+    ratios(page, &mut text, result);
+    electricity(page, &mut text, result);
+    canopy(page, &mut text, result);
+    layers(page, &mut text, result);
+    for Dependence { table, below } in dependences(page, result, &shown_bands(page, result)) {
+        table.below(&mut text, page);
+        text.push_str(&below);
+    }
+    energy(page, &mut text, result);
+    origin(page, &mut text, result);
+    let warnings = result.warnings().into_iter().map(|warning| warning.text).collect();
+    Summary { text, warnings }
+}
+
+/// Writes how the light was found, and why so.
+fn origin(page: &Page, text: &mut String, result: &RunResult) {
+    let mut lines: Vec<Words> = Vec::new();
+    let of = format!("{} {}", result.photons, result.estimator);
     if let Some(photons) = result.photons_beside {
-        let _ = writeln!(
-            text,
-            "with {photons} photons beside them, which count where they bring light that paths leave to them, and \
-             whose energy this is"
-        );
+        lines.push(words![format!(
+            "{of} with {photons} photons beside them, which count where they bring light that paths leave to them, \
+             and whose energy this is"
+        )]);
         let faces = || result.captors.iter().flat_map(CaptorResult::faces);
         let alone = faces().filter(|face| face.by_photons).count();
         if alone > 0 {
-            let _ = writeln!(
-                text,
+            lines.push(words![format!(
                 "all of them count at {alone} of {} faces of captors, from which no paths start",
                 faces().count()
-            );
+            )]);
         }
     }
     let guided = match result.guiding {
@@ -75,43 +101,27 @@ pub fn summary(page: &Page, result: &RunResult, reason: &str) -> Summary {
         _ => None,
     };
     if let Some((how, name)) = guided {
-        let words = words![how, " (", setting("guiding").is(name), ")\n"];
-        text.push_str(&words.spelled(page.spelling));
+        lines.push(words![format!("{of} {how} ("), setting("guiding").is(name), ")"]);
     }
     if let Some(why) = &result.chosen {
         let asked = result.settings.as_ref().and_then(|settings| settings.work_of_photons);
         let estimator = result.estimator;
-        let words = match (estimator, asked) {
+        lines.push(match (estimator, asked) {
             (Estimator::Complete, Some(photons)) => words![
                 format!("{estimator} were chosen, for the work of {photons} photons: {why} ("),
                 setting("estimator").is("photons"),
-                " traces photons alone)\n",
+                " traces photons alone)",
             ],
-            _ => words![format!("{estimator} were chosen: {why}\n")],
-        };
-        text.push_str(&words.spelled(page.spelling));
+            _ => words![format!("{estimator} were chosen: {why}")],
+        });
     }
-    if let Some(found) = &result.tolerance {
-        tolerance(&mut text, result, found);
+    if !lines.is_empty() {
+        text.push('\n');
     }
-    energy(page, &mut text, result);
-    let mut kinds = vec![("sensor", "virtual"), ("surface", "surface")];
-    kinds.retain(|(_, kind)| result.captors.iter().any(|captor| captor.kind == *kind));
-    for (title, kind) in kinds {
-        captors(page, &mut text, result, title, kind);
+    for line in lines {
+        text.push_str(&line.spelled(page.spelling));
+        text.push('\n');
     }
-    groups(page, &mut text, result);
-    ratios(page, &mut text, result);
-    electricity(page, &mut text, result);
-    uniformity(page, &mut text, result);
-    canopy(page, &mut text, result);
-    layers(page, &mut text, result);
-    for Dependence { table, below } in dependences(page, result, &shown_bands(page, result)) {
-        table.below(&mut text, page);
-        text.push_str(&below);
-    }
-    let warnings = result.warnings().into_iter().map(|warning| warning.text).collect();
-    Summary { text, warnings }
 }
 
 /// Writes what is farthest from the tolerance, and how many faces are so dark that the run did not
@@ -190,7 +200,7 @@ fn energy(page: &Page, text: &mut String, result: &RunResult) {
     if shown.len() < result.bands.len() {
         let more = result.bands.len() - shown.len();
         let words = words![
-            format!("  and {more} more bands, here and below ("),
+            format!("  and {more} more bands, here and above ("),
             setting("full"),
             " has all)\n"
         ];
@@ -212,7 +222,13 @@ fn captors(page: &Page, text: &mut String, result: &RunResult, noun: &str, kind:
         if faces.is_empty() {
             continue;
         }
-        for b in shown_bands(page, result) {
+        let bands = shown_bands(page, result);
+        let is_dark = faces.iter().all(|face| face.flux.iter().all(|flux| *flux == 0.0));
+        if is_dark && bands.len() > 1 && !page.full {
+            table.row(format!("  {name}, all bands"), ["0", "0", "0"].map(String::from), "-");
+            continue;
+        }
+        for b in bands {
             let irradiance = Spread::of(faces.iter().map(|face| face.irradiance[b]).collect());
             let relative = |face: &&FaceResult| Some(face.flux_se[b]? / face.flux[b]);
             let errors = percent_of(faces.iter().filter_map(relative).collect());
@@ -621,10 +637,15 @@ impl Spread {
         [self.min, self.median, self.max].map(short)
     }
 
-    /// Returns the least and the greatest number, once if they look the same.
+    /// Returns the least and the greatest number, in three digits where these tell them apart, which
+    /// leaves room for other columns; once if they look the same in four.
     fn range(&self) -> String {
-        let [low, high] = [self.min, self.max].map(short);
-        if low == high { low } else { format!("{low}-{high}") }
+        let in_digits = |digits: usize| [self.min, self.max].map(|value| in_digits(value, digits));
+        match [in_digits(3), in_digits(4)] {
+            [_, [low, high]] if low == high => low,
+            [[low, high], own] if low == high => own.join("-"),
+            [three, _] => three.join("-"),
+        }
     }
 }
 
@@ -652,7 +673,6 @@ fn two_digits(value: f64) -> String {
         _ => format!("{value:.0e}"),
     }
 }
-
 #[cfg(test)]
 mod tests {
     use super::*;
