@@ -295,5 +295,5 @@ fn eye_below_roof(scene: &Scene, extent: &Extent, [x, y]: [[f32; 2]; 2]) -> Opti
     let lamps = scene.lights().iter().filter(|light| light.entrance().is_none());
     let lowest = lamps.map(|lamp| lamp.extent().min.z).filter(|z| *z > crop);
     let ceiling = lowest.fold(roof, f32::min);
-    (ceiling - crop > ROOF * tall).then(|| crop + UP * (ceiling - crop))
+    (ceiling - crop > ROOF * tall).then_some(crop + UP * (ceiling - crop))
 }
