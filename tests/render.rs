@@ -155,7 +155,7 @@ fn a_picture_ends_in_time() {
 fn refusals_are_sentences() {
     let scene = small_room().write();
     fs::write(scene.path("none.json"), "{}").expect("a file");
-    let cases: [(&[&str], &[&str]); 25] = [
+    let cases: [(&[&str], &[&str]); 26] = [
         (
             &["--band", "b2"],
             &["--band: the scene has no band or sum `b2`; there are b0, b1, both, sum"],
@@ -183,6 +183,7 @@ fn refusals_are_sentences() {
         (&["--show", "photons", "--denoise", "on"], &["--denoise: has no meaning here"]),
         (&["--ground", "light"], &["--ground: has no meaning here", "photons"]),
         (&["--show", "absorbed", "--white-balance", "none"], &["--white-balance", "radiance"]),
+        (&["--show", "photons", "--sensors", "on"], &["--sensors", "radiance"]),
         (&["--show", "captors", "--results", "none.json"], &["none.json: is no results file"]),
         (
             &["--position", "0,0,1", "--look-at", "0,0,1"],
@@ -275,8 +276,8 @@ fn pictures_are_denoised_and_numbers_are_not() {
     assert!(output.status.code() == Some(2) && words.contains("--denoise"), "{words}");
 }
 
-/// Returns a leaf, soil and white paper on the ground, side by side, under a lamp with this power in
-/// these bands. A camera looks down at them, beyond whose edges there is nothing.
+/// Returns a leaf, soil and white paper on the ground, side by side, under a lamp with this power
+/// in these bands. A camera looks down at them, beyond whose edges there is nothing.
 fn things(bands: serde_json::Value, power: serde_json::Value, leaf: serde_json::Value) -> World {
     let tile = |x: f64| Mesh::square([x, 0.0, 0.0], [0.0, 0.0, 1.0], 1.0);
     World::new()
@@ -309,8 +310,8 @@ fn seen(world: &World, more: &[&str]) -> ([[f64; 3]; 4], String) {
     ([colour(19, 30), colour(40, 30), colour(61, 30), colour(40, 3)], said)
 }
 
-/// One broad band has plausible colours: leaves are green, soil is brown, paper is white, and what is
-/// beyond is a plain backdrop, not black.
+/// One broad band has plausible colours: leaves are green, soil is brown, paper is white, and what
+/// is beyond is a plain backdrop, not black.
 #[test]
 fn a_broad_band_has_plausible_colours() {
     for band in
@@ -321,7 +322,7 @@ fn a_broad_band_has_plausible_colours() {
         assert!(soil[0] > 1.1 * soil[1] && soil[1] > 1.1 * soil[2], "soil {soil:?}");
         assert!(leaf[1] < 190.0 && leaf[1] > 70.0, "leaf {leaf:?}");
         let [least, most] = [f64::min, f64::max].map(|f| paper.into_iter().reduce(f));
-        assert!(least > Some(215.0) && most < least.map(|least| least + 6.0), "paper {paper:?}");
+        assert!(least > Some(200.0) && most < least.map(|least| least + 6.0), "paper {paper:?}");
         assert!(beyond.iter().all(|c| (50.0..150.0).contains(c)), "beyond {beyond:?}");
     }
 }
@@ -338,10 +339,86 @@ fn pink_light_is_balanced() {
     let pink = things(bands, json!([30, 15, 80]), json!([0.05, 0.15, 0.06]));
     let ([leaf, _, paper, _], said) = seen(&pink, &[]);
     assert!(said.contains("white balance: red x 0."), "{said}");
-    assert!(paper.iter().all(|c| *c > 190.0), "{paper:?}");
+    assert!(paper.iter().all(|c| *c > 175.0), "{paper:?}");
     assert!(leaf[1] > 1.2 * leaf[0] && leaf[1] > 1.2 * leaf[2], "{leaf:?}");
     let ([leaf, _, paper, _], said) = seen(&pink, &["--white-balance", "none"]);
     assert!(!said.contains("white balance"), "{said}");
     assert!(paper[0] > paper[1] + 30.0, "{paper:?}");
     assert!(leaf[1] < 1.2 * leaf[0], "{leaf:?}");
+}
+
+/// Renders a scene that ships with the program, small, without any option that changes its look.
+/// Returns its width and its pixels, and what the program says.
+fn shipped(name: &str, [width, height]: [&str; 2], more: &[&str]) -> (usize, Vec<[u8; 3]>, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("a.png");
+    let mut command = Command::new(binary());
+    command
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .arg("render")
+        .arg(format!("scenes/{name}.json"));
+    command.args(["--width", width, "--height", height, "--rays", "2", "--map-photons", "30000"]);
+    let assert = command.arg("-o").arg(&picture).args(more).assert().success();
+    let said = String::from_utf8_lossy(&assert.get_output().stdout).into_owned();
+    let (width, _, pixels) = read_png(&picture);
+    (width, pixels.as_chunks().0.to_vec(), said)
+}
+
+/// Without options a picture has shadows and lights, is neither dark nor pale on the whole, and no
+/// surface is so bright that it is white: in rooms, by day and by night. Fields show green.
+#[test]
+fn shipped_scenes_are_exposed_well() {
+    for (scene, most_white) in [
+        ("box", 0.01),
+        ("growth-room", 0.03),
+        ("greenhouse", 0.01),
+        ("greenhouse-day", 0.01),
+        ("canopy", 0.01),
+        ("agrivoltaic", 0.01),
+        ("season", 0.03),
+    ] {
+        let (_, pixels, _) = shipped(scene, ["96", "64"], &["--sensors", "off"]);
+        let mut grey: Vec<u32> =
+            pixels.iter().map(|rgb| rgb.iter().map(|c| u32::from(*c)).sum::<u32>() / 3).collect();
+        grey.sort_unstable();
+        let at = |share: f64| grey[(share * (grey.len() - 1) as f64) as usize];
+        let white = pixels.iter().filter(|rgb| rgb.iter().all(|c| *c > 250)).count();
+        let white = white as f64 / pixels.len() as f64;
+        let told = format!("{scene}: {} {} {}, {white}", at(0.02), at(0.5), at(0.98));
+        assert!(white < most_white, "{told}");
+        assert!((40..200).contains(&at(0.5)), "{told}");
+        assert!(at(0.98) - at(0.02) > 45 && at(0.98) > 110, "{told}");
+        if ["canopy", "season"].contains(&scene) {
+            let is_green = |rgb: &&[u8; 3]| rgb[1] > rgb[0] && rgb[1] > rgb[2] && rgb[1] > 40;
+            let green = pixels.iter().filter(is_green).count() as f64 / pixels.len() as f64;
+            assert!(green > 0.35, "{scene}: {green}");
+        }
+    }
+}
+
+/// The box shows its lamp, a point, which is white with a glow about it, and its sensor, which
+/// light crosses, in amber; the sensor can be left out. Of the growth room, which has no camera,
+/// all six lamps and the grid of sensors are seen.
+#[test]
+fn lamps_and_sensors_are_seen() {
+    let is_white = |rgb: &[u8; 3]| rgb.iter().all(|c| *c > 245);
+    let is_amber = |rgb: &[u8; 3]| rgb[0] > 170 && rgb[2] < 90 && (90..200).contains(&rgb[1]);
+    let (width, pixels, said) = shipped("box", ["200", "200"], &[]);
+    let places = |wanted: &dyn Fn(&[u8; 3]) -> bool| {
+        let found = pixels.iter().enumerate().filter(|(_, rgb)| wanted(rgb));
+        found.map(|(i, _)| [i % width, i / width]).collect::<Vec<[usize; 2]>>()
+    };
+    let (lamp, sensor) = (places(&is_white), places(&is_amber));
+    assert!((10..200).contains(&lamp.len()), "{}", lamp.len());
+    assert!(lamp.iter().all(|[x, y]| x.abs_diff(100) < 12 && y.abs_diff(100) < 12), "{lamp:?}");
+    // the disc of radius 0.05 at the distance 0.48, 0.4 below the eye, seen from above
+    assert!((120..420).contains(&sensor.len()), "{}", sensor.len());
+    assert!(sensor.iter().all(|[x, y]| x.abs_diff(100) < 14 && y.abs_diff(184) < 16), "{sensor:?}");
+    assert!(said.contains("sensors are amber"), "{said}");
+    let (_, plain, said) = shipped("box", ["200", "200"], &["--sensors", "off"]);
+    assert!(!plain.iter().any(|rgb| is_amber(rgb)) && !said.contains("sensors"), "{said}");
+
+    let (_, room, _) = shipped("growth-room", ["320", "240"], &[]);
+    assert!(room.iter().filter(|rgb| is_white(rgb)).count() > 6 * 5);
+    assert!(room.iter().filter(|rgb| is_amber(rgb)).count() > 24 * 8);
 }

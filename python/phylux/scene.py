@@ -545,7 +545,7 @@ class Scene:
             options: options of ``phylux render``, which docs/pictures.md explains. What is shown: ``show``
                 (``"radiance"``, ``"irradiance"``, ``"absorbed"``, ``"error"``, ``"captors"``, ``"photons"``),
                 ``band="red"``, ``log=True``, ``range=(0, 100)``, ``exposure``, ``white_balance="none"``,
-                ``denoise="off"``, ``results=result``, and for photons ``colour="lamp"``, ``ground="light"``,
+                ``sensors="off"``, ``denoise="off"``, ``results=result``, and for photons ``colour="lamp"``, ``ground="light"``,
                 ``paths=50``. From where: ``position=[x, y, z]``, ``look_at=[x, y, z]``, ``up=[x, y, z]``,
                 ``fov_deg``, ``width``, ``height``. How well: ``rays``, ``max_time``, ``gather``, ``map_photons``,
                 ``k``, ``photons``, ``seed``, ``threads``.

@@ -139,6 +139,7 @@ struct PictureArguments {
     denoise: Option<String>,
     exposure: Option<f64>,
     white_balance: Option<String>,
+    sensors: Option<String>,
     band: Option<String>,
     #[serde(default)]
     log: bool,
@@ -183,6 +184,7 @@ pub fn picture(loaded: &LoadedScene, arguments: &str, desk: &Desk) -> Result<Mad
             all.white_balance,
             &[("auto", true), ("none", false)],
         )?,
+        sensors: named("sensors", all.sensors, &[("on", true), ("off", false)])?,
         band: all.band,
         log: all.log,
         range: all.range,

@@ -2,7 +2,7 @@
 //!
 //! `spectral` and `scale` turn values into colours, `steps` cuts a scale, `glow` spreads bright light, `raster` makes
 //! pixels of drawings, `bar` adds a colour bar and `key` a key of colours, and `splats` draws soft
-//! discs of light or ink.
+//! discs of light or ink, with `relief` around what stands in front of them.
 
 mod bar;
 #[cfg(feature = "exr")]
@@ -10,6 +10,7 @@ mod exr_file;
 mod glow;
 mod key;
 mod raster;
+mod relief;
 mod scale;
 mod spectral;
 mod splats;
@@ -24,9 +25,10 @@ pub use bar::Legend;
 pub use exr_file::write_exr;
 pub use glow::with_glow;
 pub use key::Key;
+pub use relief::relief;
 pub use scale::Scale;
 pub(super) use scale::label;
-pub use spectral::{BandColours, Exposure, WhiteBalance, encoded, linear};
+pub use spectral::{BandColours, Exposure, Metered, WhiteBalance, encoded, linear};
 pub use splats::{Crowd, Ground, Splats};
 pub use steps::Steps;
 
@@ -63,7 +65,8 @@ impl Picture {
         }
     }
 
-    /// Returns the picture with another to its right; what is below the lower of both is `paper`, sRGB.
+    /// Returns the picture with another to its right; what is below the lower of both is `paper`,
+    /// sRGB.
     fn beside(&self, other: &Self, paper: Vec3) -> Self {
         let (width, height) = (self.width + other.width, self.height.max(other.height));
         let mut both = Self::new(width, std::iter::repeat_n(paper, width * height));

@@ -4,8 +4,9 @@
 //! [`Viewpoint`] says what the camera sees; `radiance` follows camera rays through glass and
 //! mirrors; `gather` finds the light that diffuse surfaces send back; `normals` makes curved meshes
 //! round, and `gloss` leaves glossy; `fragments` keeps the sums of each pixel apart by surface;
-//! `denoise` filters them; `dots` projects stored photons and paths instead, `coloured` is the light
-//! that photons make together, and `ghosts` is what stands behind them.
+//! `denoise` filters them; `dots` projects stored photons and paths instead, `coloured` is the
+//! light that photons make together, and `ghosts` is what stands behind them; `marks` are lamps and
+//! sensors that no ray meets.
 //!
 //! Random numbers belong to pixels and rays, so a picture does not depend on the number of threads.
 
@@ -16,6 +17,7 @@ mod fragments;
 mod gather;
 mod ghosts;
 mod gloss;
+mod marks;
 mod normals;
 mod radiance;
 mod shared;
@@ -51,7 +53,8 @@ pub use dots::{Dot, Leg, Paths, last_materials, path_dots, photon_dots};
 pub use fragments::{Fragments, Pixels, Seen};
 use fragments::{Guide, Sums};
 pub use gather::Gather;
-pub use ghosts::Ghosts;
+pub use ghosts::{Ghosts, stands};
+pub use marks::{Bulb, SENSOR, bulbs, rim, sensor};
 use radiance::Whitted;
 use shared::Shared;
 pub use viewpoint::{FirstVisible, Viewpoint};

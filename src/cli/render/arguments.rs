@@ -51,10 +51,14 @@ pub struct Arguments {
     /// [default: chosen for the picture]
     #[arg(long, value_name = "STOPS", value_parser = stops, allow_hyphen_values = true)]
     pub exposure: Option<f64>,
-    /// With --show radiance: take the cast of pink or green lamps from the picture, as cameras do, or
-    /// leave it [default: auto]
+    /// With --show radiance: take the cast of pink or green lamps from the picture, as cameras do,
+    /// or leave it [default: auto]
     #[arg(long, value_name = "HOW", value_parser = named([("auto", true), ("none", false)]))]
     pub white_balance: Option<bool>,
+    /// With --show radiance: draw sensors, which no eye would see, in amber [default: on for up to
+    /// 12, and in scenes without plants]
+    #[arg(long, value_name = "ON", value_parser = named([("on", true), ("off", false)]))]
+    pub sensors: Option<bool>,
     /// Band or sum of the scene to show, or `sum` for all bands together [default: all; in false
     /// colour the first sum, or the first band]
     #[arg(long, value_name = "NAME")]
@@ -69,10 +73,12 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub results: Option<PathBuf>,
     /// With --show photons: colour them by what they carry in each band, by how often they were
-    /// scattered before, by the lamp or by the kind of surface that they come from, or by their power
+    /// scattered before, by the lamp or by the kind of surface that they come from, or by their
+    /// power
     #[arg(long, default_value = "bounce", value_parser = named(PhotonColour::ALL))]
     pub colour: PhotonColour,
-    /// With --show photons: let them shine on a dark ground, or be ink on a light one [default: dark]
+    /// With --show photons: let them shine on a dark ground, or be ink on a light one [default:
+    /// dark]
     #[arg(long, value_parser = named([("dark", false), ("light", true)]))]
     pub ground: Option<bool>,
     /// With --show photons: also draw the paths of this many photons, which fade with their power
@@ -134,6 +140,7 @@ impl Arguments {
             denoise: self.denoise,
             exposure: self.exposure,
             white_balance: self.white_balance,
+            sensors: self.sensors,
             band: self.band.clone(),
             log: self.log,
             range: self.range,

@@ -23,7 +23,7 @@ pub fn with_glow(colours: &[Vec3], width: usize) -> Vec<Vec3> {
 }
 
 /// Returns colours spread by a Gaussian, with a standard deviation in pixels.
-fn blurred(mut colours: Vec<Vec3>, width: usize, deviation: f32) -> Vec<Vec3> {
+pub(super) fn blurred(mut colours: Vec<Vec3>, width: usize, deviation: f32) -> Vec<Vec3> {
     let height = colours.len() / width;
     // the variance of a box of 2 r + 1 pixels is r (r + 1) / 3
     let variance = deviation * deviation / BOXES as f32;

@@ -23,8 +23,8 @@ const SRGB: Mat3 = Mat3::from_cols_array(&[
 const BROAD: f64 = 120.0;
 
 impl BandColours {
-    /// Makes the weights for the bands of a scene: from their wavelengths, or from those that a name
-    /// such as `PAR` or `red` stands for, if all bands have them and at least one is visible;
+    /// Makes the weights for the bands of a scene: from their wavelengths, or from those that a
+    /// name such as `PAR` or `red` stands for, if all bands have them and at least one is visible;
     /// otherwise equal weights.
     pub fn new(bands: &[Band], quantity: Quantity) -> Self {
         Self::of_kind(bands, quantity, Kind::Other)
@@ -87,8 +87,8 @@ fn wavelengths(band: &Band) -> Option<[f64; 2]> {
     NAMES.iter().find(|(known, _)| *known == name).map(|(_, range)| *range)
 }
 
-/// Returns the mean response of the standard observer, XYZ, to light from a surface of a kind, over a
-/// band in which light is even: in power, or for photons in their number.
+/// Returns the mean response of the standard observer, XYZ, to light from a surface of a kind, over
+/// a band in which light is even: in power, or for photons in their number.
 fn mean_response(from: f64, to: f64, quantity: Quantity, kind: Kind) -> Vec3 {
     const STEPS: u32 = 200;
     let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
@@ -126,37 +126,88 @@ fn matching(nm: f32) -> Vec3 {
 pub struct Exposure {
     /// Stops; one more makes the picture twice as bright.
     pub stops: f64,
+    /// Light of all surfaces, as a fraction of white, that is taken for haze: black is there.
+    pub black: f32,
 }
 
+/// What a light meter reads at a part of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Metered {
+    /// The value that a white surface would have in the place of what is seen.
+    pub white: f32,
+    /// The value that is seen: the greatest of red, green and blue.
+    pub seen: f32,
+    /// The share of the picture that this part takes up.
+    pub share: f32,
+}
+
+/// White surfaces come to white, and the middle of what is seen to this fraction of it. An exposure
+/// is between both, and this far from the first, in stops.
+const MIDDLE: f64 = 0.1;
+const SEEN: f64 = 0.2;
+/// Four fifths of the white surfaces come to no more than this.
+const WHITEST: f64 = 1.3;
+/// Nineteen of twenty parts of the picture come to no more than this, so that large bright surfaces
+/// keep their shades.
+const BRIGHTEST: f64 = 0.65;
+/// What is more than so many times as bright as white surfaces is a lamp in front of them.
+const LAMP: f64 = 4.0;
+/// Black is where one in 200 parts of the picture is darker, but no higher than these fractions of
+/// the middle and of white: evenly lit surfaces and soft shadows stay as light as they are.
+const DARK: f64 = 0.005;
+const BLACKEST: [f64; 2] = [0.2, 0.03];
+
 impl Exposure {
-    /// Chooses the exposure as a light meter for what arrives does. `whites` are the values that a
-    /// white surface would have in the place of each that is seen, with the share of the picture that
-    /// it takes up. Four fifths of them come to at most 1.3 times white: what is lit well looks as
-    /// light as it is, whites stay white, and leaves do not look pale. Values of 0 are left out.
-    pub fn metered(mut whites: Vec<(f32, f32)>) -> Self {
-        whites.retain(|(value, _)| value.is_finite() && *value > 0.0);
-        whites.sort_unstable_by(|(a, _), (b, _)| a.total_cmp(b));
-        let all: f64 = whites.iter().map(|(_, share)| f64::from(*share)).sum();
-        let mut sum = 0.0;
-        let place = whites.iter().find(|(_, share)| {
-            sum += f64::from(*share);
-            sum >= 0.8 * all
-        });
-        let Some((white, _)) = place else { return Self { stops: 0.0 } };
-        // to a tenth of a stop, as it is reported to the user
-        Self { stops: (10.0 * (1.3 / f64::from(*white)).log2()).round() / 10.0 }
+    /// Makes an exposure that a user asks for, which takes nothing for haze.
+    pub fn asked(stops: f64) -> Self {
+        Self { stops, black: 0.0 }
     }
 
-    /// Returns the sRGB colour of a linear one, as film shows it: shadows are deep, middle tones are
-    /// bright, and lights approach white without an edge, so that lamps and surfaces close to them
-    /// keep their shapes. Bright light of one colour turns white, too, as its colour reaches all
-    /// layers of a film: a red lamp has a white middle.
+    /// Chooses the exposure as two light meters do, one for what arrives and one for what is seen.
+    /// So what is lit well looks as light as it is, leaves and soil are not too dark, and white
+    /// benches are not so bright that they lose their shades. Parts of value 0 are left out.
+    pub fn metered(mut parts: Vec<Metered>) -> Self {
+        let is_lit = |value: f32| value.is_finite() && value > 0.0;
+        parts.retain(|part| is_lit(part.white) && is_lit(part.seen));
+        if parts.is_empty() {
+            return Self::asked(0.0);
+        }
+        let white = quantile(&mut parts, |part| part.white, 0.8);
+        parts.retain(|part| f64::from(part.white) <= LAMP * white);
+        let [dark, middle, bright] =
+            [DARK, 0.5, 0.95].map(|place| quantile(&mut parts, |part| part.seen, place));
+        let between = (MIDDLE / middle).powf(SEEN) * white.powf(SEEN - 1.0);
+        let factor = between.min(WHITEST / white).min(BRIGHTEST / bright);
+        let black = dark.min(BLACKEST[0] * middle) * factor;
+        // to a tenth of a stop, as it is reported to the user
+        let stops = (10.0 * factor.log2()).round() / 10.0;
+        Self { stops, black: black.min(BLACKEST[1]) as f32 }
+    }
+
+    /// Returns the sRGB colour of a linear one, as film shows it: shadows are deep, middle tones
+    /// are bright, and lights approach white without an edge, so that lamps and surfaces close to
+    /// them keep their shapes. Bright light of one colour turns white, too, as its colour reaches
+    /// all layers of a film: a red lamp has a white middle.
     pub fn srgb(self, linear: Vec3) -> Vec3 {
-        let exposed = TO_FILM * (linear.as_dvec3() * self.stops.exp2());
+        let black = f64::from(self.black);
+        let clear = (linear.as_dvec3() * self.stops.exp2() - black) / (1.0 - black);
+        let exposed = TO_FILM * clear.max(DVec3::ZERO);
         let developed = DVec3::from_array(exposed.to_array().map(filmic));
         let shown = (FROM_FILM * developed).clamp(DVec3::ZERO, DVec3::ONE);
         encoded(shown.as_vec3())
     }
+}
+
+/// Returns the value that this share of all parts does not exceed.
+fn quantile(parts: &mut [Metered], value: impl Fn(&Metered) -> f32, place: f64) -> f64 {
+    parts.sort_unstable_by(|a, b| value(a).total_cmp(&value(b)));
+    let all: f64 = parts.iter().map(|part| f64::from(part.share)).sum();
+    let mut sum = 0.0;
+    let found = parts.iter().find(|part| {
+        sum += f64::from(part.share);
+        sum >= place * all
+    });
+    f64::from(found.or(parts.last()).map_or(0.0, value))
 }
 
 /// Factors of red, green and blue that take a cast from a picture.
@@ -197,9 +248,9 @@ impl WhiteBalance {
 }
 
 /// From linear sRGB to the three layers of a film, in each of which a little of the other colours
-/// counts, and back. Whites and greys stay as they are. These are the matrices that stand before and
-/// behind the reference rendering transform of the Academy Color Encoding System, as Hill has fitted
-/// it to sRGB (2016).
+/// counts, and back. Whites and greys stay as they are. These are the matrices that stand before
+/// and behind the reference rendering transform of the Academy Color Encoding System, as Hill has
+/// fitted it to sRGB (2016).
 const TO_FILM: DMat3 = DMat3::from_cols_array_2d(&[
     [0.59719, 0.07600, 0.02840],
     [0.35458, 0.90834, 0.13383],
@@ -287,8 +338,9 @@ mod tests {
         assert!(sum.distance(Vec3::splat(3.0)) < 1e-4, "{sum}");
     }
 
-    /// In one band of 400 to 700 nm leaves are green and soil is brown, and walls stay white; so they
-    /// are in bands of which nothing is known but a name. Bands of 100 nm tell their own colours.
+    /// In one band of 400 to 700 nm leaves are green and soil is brown, and walls stay white; so
+    /// they are in bands of which nothing is known but a name. Bands of 100 nm tell their own
+    /// colours.
     #[test]
     fn broad_bands_have_the_colours_of_kinds() {
         let named = |name: &str| Band { name: name.into(), from_nm: None, to_nm: None };
@@ -308,8 +360,8 @@ mod tests {
         assert_eq!(of(Kind::Plant), of(Kind::Other));
     }
 
-    /// Pink light becomes white, as do green light and that of a sodium lamp to some degree; the light
-    /// of an evening keeps its warmth, and brightness stays.
+    /// Pink light becomes white, as do green light and that of a sodium lamp to some degree; the
+    /// light of an evening keeps its warmth, and brightness stays.
     #[test]
     fn casts_are_balanced_and_evenings_stay_warm() {
         let pink = Vec3::new(1.0, 0.2, 0.7);
@@ -328,11 +380,11 @@ mod tests {
         assert!(WhiteBalance::of(Vec3::splat(0.3)).0.distance(Vec3::ONE) < 1e-5);
     }
 
-    /// A red and blue lamp that is far brighter than white has a middle that is nearly white; what it
-    /// lights keeps its hue. Greys have no hue at any brightness.
+    /// A red and blue lamp that is far brighter than white has a middle that is nearly white; what
+    /// it lights keeps its hue. Greys have no hue at any brightness.
     #[test]
     fn bright_colours_turn_white() {
-        let shown = |linear: Vec3| Exposure { stops: 0.0 }.srgb(linear);
+        let shown = |linear: Vec3| Exposure::asked(0.0).srgb(linear);
         let lamp = shown(Vec3::new(30.0, 0.0, 30.0));
         assert!(lamp.min_element() > 0.9, "{lamp}");
         let leaf = shown(Vec3::new(0.2, 0.0, 0.2));
@@ -345,12 +397,7 @@ mod tests {
 
     #[test]
     fn a_stop_is_a_factor_of_two() {
-        // a tenth of the picture, far brighter, does not count
-        let whites = [vec![(3.0, 0.1); 9], vec![(300.0, 0.1)]].concat();
-        let exposure = Exposure::metered(whites);
-        let white = exposure.stops.exp2() * 3.0;
-        assert!((1.25..1.35).contains(&white), "{white}");
-        let at = |value: f32| Exposure { stops: 1.0 }.srgb(Vec3::splat(value)).x;
+        let at = |value: f32| Exposure::asked(1.0).srgb(Vec3::splat(value)).x;
         // a value of 1 relative to white becomes 2.54 / 3.16 = 0.8038; the limit is white, and a
         // greater value is never darker
         assert!((at(0.5) - encode(0.8038)).abs() < 1e-4, "{}", at(0.5));
@@ -358,8 +405,66 @@ mod tests {
         let values: Vec<f32> = (0..200).map(|i| at(i as f32 / 100.0)).collect();
         assert!(values.is_sorted() && values[150] < values[199], "{values:?}");
         // deeper shadows and brighter middle tones than those of the light itself
-        let plain = |value: f32| Exposure { stops: 0.0 }.srgb(Vec3::splat(value)).x - encode(value);
+        let plain = |value: f32| Exposure::asked(0.0).srgb(Vec3::splat(value)).x - encode(value);
         assert!(plain(0.01) < -0.02 && plain(0.2) > 0.03, "{} {}", plain(0.01), plain(0.2));
-        assert_eq!(Exposure::metered(vec![(0.0, 1.0)]), Exposure { stops: 0.0 });
+    }
+
+    /// Returns parts of a picture of equal size, of surfaces that scatter this share of the light,
+    /// in so much light.
+    fn parts(surfaces: &[(f32, f32)]) -> Vec<Metered> {
+        let part = |(scatters, light): &(f32, f32)| Metered {
+            white: *light,
+            seen: scatters * light,
+            share: 1.0 / surfaces.len() as f32,
+        };
+        surfaces.iter().map(part).collect()
+    }
+
+    /// Whatever a scene is lit with: a room of white walls, one of grey walls, and a field keep
+    /// their shades below white, each is shown in its order of brightness, and no one is dark.
+    #[test]
+    fn an_exposure_suits_white_rooms_and_fields() {
+        for light in [1e-6, 1.0, 3e4] {
+            let shown = |scatters: f32| {
+                let shades: Vec<(f32, f32)> =
+                    (1..=100).map(|i| (scatters, light * (0.5 + 0.005 * i as f32))).collect();
+                let exposure = Exposure::metered(parts(&shades));
+                [0.505, 0.75, 1.0].map(|l| exposure.srgb(Vec3::splat(scatters * light * l)).x)
+            };
+            let [white, grey, field] = [0.9, 0.5, 0.1].map(shown);
+            for shades in [white, grey, field] {
+                assert!(shades.is_sorted() && shades[2] < 0.87, "{light}: {shades:?}");
+                assert!(shades[2] - shades[0] > 0.05 && shades[1] > 0.28, "{light}: {shades:?}");
+            }
+            assert!(white[1] > grey[1] && grey[1] > field[1], "{white:?} {grey:?} {field:?}");
+        }
+        assert_eq!(Exposure::metered(parts(&[(0.5, 0.0)])), Exposure::asked(0.0));
+        assert_eq!(Exposure::metered(Vec::new()), Exposure::asked(0.0));
+    }
+
+    /// A lamp in the picture does not darken the rest, and neither does a white bench that takes
+    /// up a third of the picture lose its shades.
+    #[test]
+    fn bright_parts_do_not_rule_a_picture() {
+        let leaves: Vec<(f32, f32)> = (1..=100).map(|i| (0.1, 0.5 + 0.005 * i as f32)).collect();
+        let plain = Exposure::metered(parts(&leaves)).stops;
+        // also if it takes up a tenth of the picture, as tubes do
+        let spots = [leaves.clone(), vec![(0.1, 300.0); 11]].concat();
+        assert!((Exposure::metered(parts(&spots)).stops - plain).abs() < 0.15);
+        let bench: Vec<(f32, f32)> = (1..=50).map(|i| (0.88, 0.5 + 0.01 * i as f32)).collect();
+        let exposure = Exposure::metered(parts(&[leaves, bench].concat()));
+        let at = |value: f32| exposure.srgb(Vec3::splat(value)).x;
+        assert!(at(0.88) < 0.87 && at(0.88) - at(0.7) > 0.02, "{} {}", at(0.88), at(0.7));
+        assert!(at(0.1) > 0.2, "{}", at(0.1));
+    }
+
+    /// Haze over a whole picture is taken away, as far as shadows tell of it.
+    #[test]
+    fn shadows_are_black() {
+        let lit: Vec<(f32, f32)> = (0..98).map(|i| (0.1, 0.8 + 0.002 * i as f32)).collect();
+        let hazy = [lit, vec![(0.1, 0.1), (0.1, 0.12)]].concat();
+        let exposure = Exposure::metered(parts(&hazy));
+        assert!(exposure.srgb(Vec3::splat(0.01)).x < 0.03, "{exposure:?}");
+        assert!(exposure.srgb(Vec3::splat(0.09)).x > 0.33, "{exposure:?}");
     }
 }

@@ -40,18 +40,18 @@ pub struct Dot {
     pub index: usize,
 }
 
-/// The share of the light of a dot that a surface in front of it lets through, so that one sees into
-/// a canopy.
-pub(super) const TRANSLUCENT: f32 = 0.35;
+/// The share of the light of a dot that a surface in front of it lets through, so that one sees
+/// into a canopy.
+pub(super) const TRANSLUCENT: f32 = 0.12;
 /// Number of surfaces behind which a dot can still be seen.
-pub(super) const LAYERS: usize = 3;
+pub(super) const LAYERS: usize = 2;
 /// The share of the light of a dot on glass or water, which would seem to hang in the air.
 pub(super) const ON_GLASS: f32 = 0.15;
-/// In a scene that repeats, photons are drawn in the cell of the viewpoint and in as many beyond it on
-/// each side.
+/// In a scene that repeats, photons are drawn in the cell of the viewpoint and in as many beyond it
+/// on each side.
 const CELLS: i32 = 40;
 
-/// Returns a dot for each stored photon that is visible, behind at most three surfaces. A photon is
+/// Returns a dot for each stored photon that is visible, behind at most two surfaces. A photon is
 /// behind its own surface, too, if it arrived at the side that faces away. Where the scene repeats,
 /// the cells around that of the viewpoint show their images of the photons, farther ones fewer. The
 /// farthest dots come first. Errors: `control` stopped the work; no threads can be started.
@@ -193,10 +193,10 @@ const TAIL: f32 = 0.5;
 /// The length of a path from the sky before it enters the scene, in the same measure.
 const FROM_SKY: f32 = 2.0;
 
-/// Returns dots along the paths of `paths` photons from surface to surface, where at most three
+/// Returns dots along the paths of `paths` photons from surface to surface, where at most two
 /// surfaces hide them. The photons come from all lights, and lose at each surface what it absorbs
-/// (in a run they rather end there by chance), in the `bands` together. Error: `control` stopped the
-/// work.
+/// (in a run they rather end there by chance), in the `bands` together. Error: `control` stopped
+/// the work.
 pub fn path_dots(
     scene: &Scene,
     viewpoint: &Viewpoint,
@@ -244,8 +244,8 @@ fn dots_along(
     (0..steps).filter_map(at).collect()
 }
 
-/// Returns the part of the way between two pixels that is in the picture, as fractions of the way; its
-/// ends may be far outside. `None` if no part is.
+/// Returns the part of the way between two pixels that is in the picture, as fractions of the way;
+/// its ends may be far outside. `None` if no part is.
 fn within(viewpoint: &Viewpoint, a: [f32; 2], b: [f32; 2]) -> Option<[f32; 2]> {
     let sizes = [viewpoint.camera.width, viewpoint.camera.height];
     let (mut first, mut last) = (0.0f32, 1.0f32);

@@ -16,13 +16,13 @@ pub struct Ghosts {
     tints: Vec<Vec3>,
 }
 
-/// Brightness of surfaces on a dark ground, as linear light: what faces the viewer, and what is more
-/// at its rim.
+/// Brightness of surfaces on a dark ground, as linear light: what faces the viewer, and what is
+/// more at its rim.
 const DIM: [f32; 2] = [0.036, 0.030];
 /// The share of light that surfaces take from a light ground, the same.
 const GREY: [f32; 2] = [0.10, 0.40];
-/// Where surfaces seem to be lit from, so that one sees how they lie: from above, a little aside. Those
-/// that face away have this share of the brightness.
+/// Where surfaces seem to be lit from, so that one sees how they lie: from above, a little aside.
+/// Those that face away have this share of the brightness.
 const KEY: Vec3 = Vec3::new(-0.36, -0.48, 0.80);
 const AWAY: f32 = 0.15;
 /// How much a rim of glass shows, in place of a rim of an opaque surface.
@@ -41,8 +41,7 @@ impl Ghosts {
         viewpoint.each_surface(ray, |hit, is_clear| {
             let surface = viewpoint.scene.surface(hit.triangle);
             let cos = ray.direction.dot(surface.normal);
-            let facing = if cos > 0.0 { -surface.normal } else { surface.normal };
-            let lit = AWAY + (1.0 - AWAY) * (0.5 + 0.5 * facing.dot(KEY)).powi(2);
+            let lit = lit(surface.normal, ray);
             // shade is what takes light from a light ground
             let lit = match self.ground {
                 Ground::Dark => lit,
@@ -73,4 +72,18 @@ impl Ghosts {
             Ground::Light => through * self.ground.linear(),
         }
     }
+}
+
+/// Returns how lit a surface seems along a ray, in [`AWAY`, 1].
+pub(super) fn lit(normal: Vec3, ray: &Ray) -> f32 {
+    let facing = if ray.direction.dot(normal) > 0.0 { -normal } else { normal };
+    AWAY + (1.0 - AWAY) * (0.5 + 0.5 * facing.dot(KEY)).powi(2)
+}
+
+/// Returns the distance of the first opaque surface along a ray from the viewpoint, m, and how lit
+/// it seems; infinity and 1 where there is none.
+pub fn stands(viewpoint: &Viewpoint, ray: &Ray) -> (f32, f32) {
+    viewpoint.opaque(ray).map_or((f32::INFINITY, 1.0), |hit| {
+        (hit.t, lit(viewpoint.scene.surface(hit.triangle).normal, ray))
+    })
 }

@@ -1,12 +1,13 @@
 //! Which surfaces and captors of a scene are visible from a viewpoint.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use phylux_core::{
     error::{Error, Result},
     math::geometry::{Extent, ROUNDING, Ray, closeness},
     scene::{
         camera::{Camera, View},
+        lattice::Lattice,
         material::Scatterer,
         patches::Patches,
         world::{Scene, SurfaceHit},
@@ -50,6 +51,20 @@ const TOPMOST: f32 = 0.1;
 /// Captors that take up less than this fraction of the scene are looked at, with at least this
 /// fraction of each side of it around them.
 const PART: f32 = 0.25;
+/// A scene that repeats is seen from such a distance, in its longest period or its height, from
+/// above by these fractions of its height and of the distance, and downwards by this slope. It is
+/// under a roof if all rays from above end within this fraction of its height; then the eye is so
+/// far up from the crop to the lamps, and looks down by that other slope.
+const AWAY: f32 = 2.5;
+const ABOVE: [f32; 2] = [0.5, 0.25];
+const DOWN: f32 = 0.26;
+const ROOF: f32 = 0.1;
+const UP: f32 = 0.45;
+const DOWN_INSIDE: f32 = 0.16;
+/// The direction of such a view along and across the rows, which follow the shorter period.
+const OBLIQUE: [f32; 2] = [0.85, 0.53];
+/// Number of rays along each side of a cell that look for a roof.
+const LOOKS: usize = 8;
 /// The largest distance of a viewpoint from the centre of the scene, in radii of the scene.
 const FARTHEST: f64 = 1e4;
 
@@ -70,8 +85,8 @@ impl<'a> Viewpoint<'a> {
     }
 
     /// Chooses a view that shows all surfaces of the scene from outside or, where the captors are
-    /// only a small part of it, these and what is around them, in a picture of `size` (width, height)
-    /// pixels that is `fov_deg` degrees wide. Error: the scene has no surface to see.
+    /// only a small part of it, these and what is around them, in a picture of `size` (width,
+    /// height) pixels that is `fov_deg` degrees wide. Error: the scene has no surface to see.
     pub fn choose_view(scene: &Scene, size: (usize, usize), fov_deg: f64) -> Result<View> {
         if scene.triangles().is_empty() {
             let place = format!("scene {}", scene.name());
@@ -79,6 +94,9 @@ impl<'a> Viewpoint<'a> {
                 .remedy("add an object, or give a camera to look at its lamps"));
         }
         let all = scene.triangles().extent();
+        if let Some(lattice) = scene.lattice() {
+            return Ok(along_rows(scene, lattice, size, fov_deg));
+        }
         let triangles = (0..scene.triangles().len())
             .filter(|&triangle| scene.surface(triangle).captor().is_some())
             .map(|triangle| scene.triangles().at(triangle));
@@ -93,11 +111,14 @@ impl<'a> Viewpoint<'a> {
     }
 
     /// Returns the same viewpoint, but without the large surfaces whose plane lies between the
-    /// camera and the middle of all surfaces: so a viewpoint outside a closed room sees into it. Copies
-    /// that share their triangles stay.
-    /// Of surfaces that lie only the topmost are left out, as the floors of a rack carry something.
+    /// camera and the middle of all surfaces: so a viewpoint outside a closed room sees into it.
+    /// Copies that share their triangles stay, and so does a scene that repeats. Of surfaces that
+    /// lie only the topmost are left out, as the floors of a rack carry something.
     pub fn cut_open(mut self) -> Self {
         let scene = self.scene;
+        if scene.lattice().is_some() {
+            return self;
+        }
         let extent = scene.triangles().extent();
         let patches = Patches::new(scene);
         let (middle, from) = (extent.center(), self.camera.position);
@@ -179,8 +200,8 @@ impl<'a> Viewpoint<'a> {
         visible
     }
 
-    /// Returns the number of opaque surfaces between the viewpoint and a point, at most `most`, apart
-    /// from those cut away. The line of sight goes straight through glass and water.
+    /// Returns the number of opaque surfaces between the viewpoint and a point, at most `most`,
+    /// apart from those cut away. The line of sight goes straight through glass and water.
     pub fn in_front_of(&self, point: Vec3, most: usize) -> usize {
         let towards = point - self.camera.position;
         let distance = towards.length();
@@ -213,4 +234,66 @@ impl<'a> Viewpoint<'a> {
     pub fn is_cut(&self, triangle: usize) -> bool {
         self.cut.get(triangle).is_some_and(|cut| *cut)
     }
+}
+
+/// Returns a view along the rows of a scene that repeats: from above or, where there is a roof,
+/// from below it.
+fn along_rows(
+    scene: &Scene,
+    lattice: &Lattice,
+    (width, height): (usize, usize),
+    fov_deg: f64,
+) -> View {
+    let extent = scene.triangles().extent();
+    let sides = [0, 1].map(|axis| match lattice.period(axis) {
+        Some(period) => [period.from as f32, period.length as f32],
+        None => [extent.min[axis], extent.size()[axis]],
+    });
+    let [[x, along_x], [y, along_y]] = sides;
+    let tall = extent.size().z;
+    let distance = AWAY * along_x.max(along_y).max(1.5 * tall);
+    let [along, across] = OBLIQUE;
+    let ahead = if along_y <= along_x {
+        Vec3::new(across, along, 0.0)
+    } else {
+        Vec3::new(along, across, 0.0)
+    };
+    let middle = Vec3::new(x + 0.5 * along_x, y + 0.5 * along_y, extent.center().z);
+    let (eye, down) = match eye_below_roof(scene, &extent, sides) {
+        Some(z) => (middle.with_z(z), DOWN_INSIDE),
+        None => {
+            let z = extent.max.z + ABOVE[0] * tall + ABOVE[1] * distance;
+            ((middle - distance * ahead).with_z(z), DOWN)
+        }
+    };
+    let (position, look_at) = (eye, eye + ahead - down * Vec3::Z);
+    let [position, look_at] = [position, look_at].map(|p| scene.center() + p.as_dvec3());
+    View { position, look_at, up: DVec3::Z, fov_deg, width, height }
+}
+
+/// Returns the height between a crop and its lamps or roof, m from the centre of the scene; `None`
+/// where there is no roof, or no room below it.
+fn eye_below_roof(scene: &Scene, extent: &Extent, [x, y]: [[f32; 2]; 2]) -> Option<f32> {
+    let tall = extent.size().z;
+    let roof = extent.max.z - ROOF * tall;
+    let mut crop = extent.min.z;
+    for place in 0..LOOKS * LOOKS {
+        let at =
+            |[from, length]: [f32; 2], i: usize| from + length * (i as f32 + 0.5) / LOOKS as f32;
+        let top = Vec3::new(at(x, place % LOOKS), at(y, place / LOOKS), extent.max.z + 0.1 * tall);
+        let mut ray = Ray { origin: top, direction: -Vec3::Z };
+        let mut hit = scene.closest(&ray)?;
+        if hit.point.z < roof {
+            return None;
+        }
+        while hit.point.z >= roof {
+            ray = scene.pass(&hit, ray.direction);
+            hit = scene.closest(&ray)?;
+        }
+        crop = crop.max(hit.point.z);
+    }
+    let lamps = scene.lights().iter().filter(|light| light.entrance().is_none());
+    let lowest = lamps.map(|lamp| lamp.extent().min.z).filter(|z| *z > crop);
+    let ceiling = lowest.fold(roof, f32::min);
+    (ceiling - crop > ROOF * tall).then_some(crop + UP * (ceiling - crop))
 }

@@ -30,6 +30,8 @@ pub struct PictureJob {
     pub exposure: Option<f64>,
     /// Whether the cast of the light is taken from the picture; `None` for what is usual.
     pub white_balance: Option<bool>,
+    /// Whether sensors are drawn; `None` for what is usual.
+    pub sensors: Option<bool>,
     /// Band or sum; `None` for what is usual.
     pub band: Option<String>,
     /// Whether colours are spaced by equal ratios.
@@ -127,6 +129,7 @@ impl Default for PictureJob {
             denoise: None,
             exposure: None,
             white_balance: None,
+            sensors: None,
             band: None,
             log: false,
             range: None,
@@ -179,6 +182,7 @@ impl PictureJob {
             ("denoise", self.denoise.is_some(), light, words![of_light]),
             ("exposure", self.exposure.is_some(), radiance, words!["radiance"]),
             ("white_balance", self.white_balance.is_some(), radiance, words!["radiance"]),
+            ("sensors", self.sensors.is_some(), radiance, words!["radiance"]),
             ("range", self.range.is_some(), !radiance, words![here, setting("exposure"), ")"]),
             ("log", self.log, !radiance, words![in_colours]),
             ("results", self.results.is_some(), is(PictureOf::Captors), words!["captors"]),

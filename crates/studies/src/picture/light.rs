@@ -5,26 +5,39 @@ use glam::Vec3;
 use super::task::{Made, Task, photons_and_rays};
 use phylux_core::{
     error::{Result, Words, setting},
-    math::spectrum::with_lanes,
-    scene::material::{Interaction, Material, Scatterer},
+    math::{geometry::Ray, spectrum::with_lanes},
+    scene::{
+        captor::{Captor, CaptorKind},
+        material::{Interaction, Material, Scatterer},
+    },
     transport::surface_light::SurfaceLight,
     words,
 };
 use phylux_show::{
     kinds::Kind,
     picture::{
-        BandColours, Exposure, Legend, PAPER, Picture, WhiteBalance, encoded, linear as linear_of,
-        with_glow,
+        BandColours, Exposure, Legend, Metered, PAPER, Picture, WhiteBalance, encoded,
+        linear as linear_of, with_glow,
     },
-    render::{Fragments, Pixels, Seen, Show},
+    render::{Fragments, Pixels, SENSOR, Seen, Show, bulbs, rim, sensor},
 };
 
-/// The largest light of a pixel that takes part in the glow, relative to white. The sun in a pane is
-/// far brighter, and its glow would be a white disc.
+/// The largest light of a pixel that takes part in the glow, relative to white. The sun in a pane
+/// is far brighter, and its glow would be a white disc.
 const BRIGHTEST: f32 = 1000.0;
 
 /// The backdrop behind a scene without sky, at the top of a picture and at its bottom, sRGB.
-const BACKDROP: [Vec3; 2] = [Vec3::new(0.25, 0.27, 0.30), Vec3::new(0.50, 0.52, 0.55)];
+const BACKDROP: [Vec3; 2] = [Vec3::new(0.20, 0.22, 0.25), Vec3::new(0.38, 0.40, 0.43)];
+/// The light of a lamp that is a point or line, relative to white, and of one that shines
+/// elsewhere.
+const BULB: f32 = 60.0;
+const UNLIT: f32 = 0.2;
+/// More sensors than these are drawn by default only in scenes without plants, and those that take
+/// up more than this share of the picture are not.
+const FEW_SENSORS: usize = 12;
+const LARGE_SENSORS: f32 = 0.1;
+/// The share of what is behind a sensor that it hides.
+const SENSOR_HIDES: f32 = 0.8;
 /// The share of light that surfaces scatter where it is not known, and the least that is assumed.
 const SCATTERED: [f32; 2] = [0.7, 0.05];
 
@@ -42,17 +55,19 @@ impl Task<'_> {
         };
         let (pixels, width) = (fragments.pixels(), self.viewpoint.camera.width);
         let count = shown.pixel_count();
-        let linear: Vec<Vec3> = (0..count)
+        let mut linear: Vec<Vec3> = (0..count)
             .map(|pixel| shown.seen(pixel).map(|seen| seen.share * of(&seen)).sum())
             .collect();
         let scattered = self.scattered(&light);
-        let white = |seen: Seen| {
-            let scattered = scattered[seen.material?]?;
-            Some((of(&seen).max_element() / scattered, seen.share))
+        let part = |found: Seen| {
+            let scattered = scattered[found.material?]?;
+            let seen = of(&found).max_element();
+            Some(Metered { white: seen / scattered, seen, share: found.share })
         };
-        let whites = || (0..count).flat_map(|pixel| shown.seen(pixel).filter_map(white)).collect();
-        let chosen = self.job.exposure.map(|stops| Exposure { stops });
-        let exposure = chosen.unwrap_or_else(|| Exposure::metered(whites()));
+        let parts = || (0..count).flat_map(|pixel| shown.seen(pixel).filter_map(part)).collect();
+        let chosen = self.job.exposure.map(Exposure::asked);
+        let exposure = chosen.unwrap_or_else(|| Exposure::metered(parts()));
+        self.add_bulbs(&mut linear, exposure, |power| balance.balanced(colours[0].linear(power)));
         // nothing is so bright that its glow hides what is around it
         let brightest = BRIGHTEST * (-exposure.stops).exp2() as f32;
         let capped: Vec<Vec3> = linear.iter().map(|c| capped(*c, brightest)).collect();
@@ -66,12 +81,65 @@ impl Task<'_> {
             }
             _ => colour,
         };
-        let picture = Picture::new(width, glowing.enumerate().map(behind));
+        let mut developed: Vec<Vec3> = glowing.enumerate().map(behind).collect();
+        let sensors = match self.add_sensors(&mut developed)? {
+            true => {
+                words!["\nsensors are amber; ", setting("sensors").is("off"), " leaves them out"]
+            }
+            false => words![],
+        };
+        let picture = Picture::new(width, developed.into_iter());
         let photons = photons_and_rays(&light, &fragments);
         let colours = self.told_of_colours(&colours[0], balance);
-        let words =
-            words![format!("{photons}, exposure {} stops, ", exposure.stops), colours, "\n"];
+        let exposed = format!("{photons}, exposure {} stops, ", exposure.stops);
+        let words = words![exposed, colours, sensors, "\n"];
         Ok(Made { picture, pixels: Some(pixels), words })
+    }
+
+    /// Draws the lamps that are points or lines, brighter than white, in the colours that `colour`
+    /// gives to their powers. Those that shine elsewhere are grey.
+    fn add_bulbs(&self, linear: &mut [Vec3], exposure: Exposure, colour: impl Fn(&[f32]) -> Vec3) {
+        let camera = &self.viewpoint.camera;
+        let white = (-exposure.stops).exp2() as f32;
+        for bulb in bulbs(&self.viewpoint, self.settings.seed) {
+            let power = &self.scene.lights()[bulb.light].power;
+            let colour = colour(&power.iter().map(|power| *power as f32).collect::<Vec<f32>>());
+            let most = colour.max_element();
+            let light = match bulb.shines && most > 0.0 {
+                true => BULB * white * colour / most,
+                false => Vec3::splat(UNLIT * white),
+            };
+            bulb.pixels([camera.width, camera.height], |pixel, share| {
+                linear[pixel] = linear[pixel].lerp(light, share);
+            });
+        }
+    }
+
+    /// Draws sensors over a picture, sRGB, where they are wanted, and returns whether it did.
+    fn add_sensors(&self, picture: &mut [Vec3]) -> Result<bool> {
+        let is_sensor = |captor: &Captor| matches!(captor.kind, CaptorKind::Virtual { .. });
+        let count = self.scene.captors().iter().filter(|captor| is_sensor(captor)).count();
+        let has_plants = || self.scene.materials().iter().any(|m| Kind::of(m) == Kind::Plant);
+        let wanted = self.job.sensors.unwrap_or_else(|| count <= FEW_SENSORS || !has_plants());
+        if count == 0 || !wanted {
+            return Ok(false);
+        }
+        let met = |ray: &Ray| {
+            sensor(&self.viewpoint, ray).map_or(Vec3::ZERO, |cos| Vec3::new(1.0, cos, 0.0))
+        };
+        let met = self.pixels(met)?;
+        let shares: Vec<f32> = met.iter().map(|met| met.x).collect();
+        let covered = shares.iter().sum::<f32>() / shares.len() as f32;
+        if covered == 0.0 || (self.job.sensors.is_none() && covered > LARGE_SENSORS) {
+            return Ok(false);
+        }
+        let rim = rim(&shares, self.viewpoint.camera.width);
+        for (i, colour) in picture.iter_mut().enumerate().filter(|(i, _)| shares[*i] > 0.0) {
+            let lit = 0.8 + 0.2 * met[i].y / shares[i];
+            let shade = (lit * SENSOR[0]).lerp(SENSOR[1], rim[i] / shares[i]);
+            *colour = colour.lerp(shade, SENSOR_HIDES * shares[i]);
+        }
+        Ok(true)
     }
 
     /// Returns the colours of bands, first for light of no material, then for that of each.
@@ -93,8 +161,8 @@ impl Task<'_> {
         WhiteBalance::of(colours.linear(&self.straight(light)))
     }
 
-    /// Returns the share of the light that each material scatters, on average over the visible bands;
-    /// `None` for those that do not scatter diffusely.
+    /// Returns the share of the light that each material scatters, on average over the visible
+    /// bands; `None` for those that do not scatter diffusely.
     fn scattered(&self, light: &SurfaceLight) -> Vec<Option<f32>> {
         let visible = BandColours::new(self.scene.bands(), self.scene.quantity()).visible();
         let straight = Interaction::new(-Vec3::Z, Vec3::Z);

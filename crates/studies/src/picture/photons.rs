@@ -19,8 +19,10 @@ use phylux_core::{
 };
 use phylux_show::{
     kinds::Kind,
-    picture::{BandColours, Crowd, Ground, Key, Legend, Picture, Scale, Splats, linear},
-    render::{ColouredLight, Dot, Ghosts, Paths, last_materials, painted, path_dots, photon_dots},
+    picture::{BandColours, Crowd, Ground, Key, Legend, Picture, Scale, Splats, linear, relief},
+    render::{
+        ColouredLight, Dot, Ghosts, Paths, last_materials, painted, path_dots, photon_dots, stands,
+    },
 };
 
 /// What one knows of a photon where it arrives, or on its way.
@@ -39,8 +41,8 @@ struct Told<'a> {
 const SPLAT: f32 = 1.05;
 /// The least and the greatest radius of a splat, in the same pixels.
 const RADII: [f32; 2] = [0.9, 2.4];
-/// Photons in a square pixel of such a picture, at the median over the places where there are any: more
-/// would hide each other and the surfaces that they lie on.
+/// Photons in a square pixel of such a picture, at the median over the places where there are any:
+/// more would hide each other and the surfaces that they lie on.
 const USUAL: f32 = 0.06;
 /// The most light in the middle of a splat of a photon of mean power.
 const BRIGHT: f32 = 0.2;
@@ -55,8 +57,10 @@ const POWERS: [f32; 2] = [0.15, 5.0];
 const TOGETHER: f32 = 0.45;
 const PLACE: f64 = 0.95;
 const TONE: f32 = 0.9;
+/// The share of that light that does not depend on how a surface lies.
+const FLAT: f32 = 0.35;
 /// Exponent that makes mixtures of colours as clear as these.
-const VIVID: f32 = 1.6;
+const VIVID: f32 = 2.0;
 /// Radius of the dots of a path, pixels of a picture 800 pixels wide.
 const LINE: f32 = 1.4;
 /// Light in the middle of a line.
@@ -71,7 +75,9 @@ impl Task<'_> {
         };
         let threads = self.settings.threads.get();
         let ghosts = Ghosts::new(&self.viewpoint, ground);
-        let behind = self.pixels(|ray| ghosts.colour(&self.viewpoint, ray))?;
+        let mut behind = self.pixels(|ray| ghosts.colour(&self.viewpoint, ray))?;
+        let (relief, lit) = self.relief()?;
+        behind.iter_mut().zip(&relief).for_each(|(behind, relief)| *behind *= *relief);
         let colours = self.colours_of_photons(&light, ground);
         let shines = self.shines(&light, &colours)?;
         let shine: Vec<Vec3> = shines.iter().map(|(colour, power)| *power * *colour).collect();
@@ -84,7 +90,14 @@ impl Task<'_> {
         let found = dots.len();
         let (width, height) = (self.viewpoint.camera.width, self.viewpoint.camera.height);
         let mut splats = Splats::new(ground, width, height);
-        splats.add_all(&toned(together));
+        let shades =
+            relief.iter().zip(&lit).map(|(relief, lit)| relief * (FLAT + (1.0 - FLAT) * lit));
+        let shaded = toned(together).into_iter().zip(shades).map(|(light, shade)| shade * light);
+        splats.add_all(&shaded.collect::<Vec<Vec3>>());
+        for dot in &mut dots {
+            let [x, y] = dot.at.map(|at| at as usize);
+            dot.clear *= relief[(y * width + x).min(relief.len() - 1)];
+        }
         self.add_photons(&mut splats, &mut dots, &shines);
         let paths = self.add_paths(&mut splats, &colours)?;
         let drawn = match dots.len() {
@@ -102,8 +115,21 @@ impl Task<'_> {
         Ok(Made { picture, pixels: None, words })
     }
 
+    /// Returns the share of its light that each pixel keeps beside what stands in front of it, and
+    /// how lit it seems by the way its surface lies.
+    fn relief(&self) -> Result<(Vec<f32>, Vec<f32>)> {
+        let stands = self.pixels(|ray| {
+            let (distance, lit) = stands(&self.viewpoint, ray);
+            // the mean of nearness has no infinity
+            Vec3::new(1.0 / distance, lit, 0.0)
+        })?;
+        let depths: Vec<f32> = stands.iter().map(|stands| 1.0 / stands.x).collect();
+        let lit = stands.iter().map(|stands| stands.y).collect();
+        Ok((relief(&depths, self.viewpoint.camera.width), lit))
+    }
+
     /// Returns the mean over the rays of every pixel of what `colour` gives.
-    fn pixels(&self, colour: impl Fn(&Ray) -> Vec3 + Sync) -> Result<Vec<Vec3>> {
+    pub(super) fn pixels(&self, colour: impl Fn(&Ray) -> Vec3 + Sync) -> Result<Vec<Vec3>> {
         self.watched("pixels", |control| painted(&self.viewpoint, self.sampling, control, colour))
     }
 
@@ -307,7 +333,8 @@ impl PhotonColours<'_> {
         }
     }
 
-    /// Returns the picture with what explains its colours; of the ways of photons those that are drawn.
+    /// Returns the picture with what explains its colours; of the ways of photons those that are
+    /// drawn.
     fn explained(&self, picture: Picture, ways: &HashSet<usize>) -> Result<Picture> {
         let scene = self.task.scene;
         let of = |(name, bytes): (&str, [u8; 3])| (name.to_string(), rgb(bytes));
