@@ -87,10 +87,10 @@ pub mod results {
         CaptorResult, Comparison, DarkResult, Deviations, Difference, Electricity, Energy,
         EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity, GroupResult,
         HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult, LampElectricity,
-        LayerResult, Lit, MapResult, Model, ModelErrors, NearestResult, PerKwh, PlaneElectricity,
-        RatioResult, RatioSensitivity, Ratios, ReadingResult, ResultsFile, RunResult, RunSettings,
-        SensitivityResult, Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, Uniformity,
-        Varied, Warning, WorstResult, YearFacts,
+        LayerResult, LightSensitivity, Lit, MapResult, Model, ModelErrors, NearestResult, PerKwh,
+        PlaneElectricity, RatioResult, RatioSensitivity, Ratios, ReadingResult, ResultsFile,
+        RunResult, RunSettings, SensitivityResult, Share, Shares, SlopeIntercept, SumUnit,
+        ToleranceResult, UncertainInput, Uniformity, Varied, Warning, WorstResult, YearFacts,
     };
 }
 

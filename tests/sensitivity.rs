@@ -461,28 +461,6 @@ fn the_option_is_the_key() {
     assert!(error.contains("--shard") && error.contains("--sensitivity"), "{error}");
 }
 
-/// A mix of other powers has none, and says so.
-#[test]
-fn a_mix_says_that_it_has_none() {
-    let scene = mixed(0.6, [0.3, 0.25], 0.8, 0.5).with("sensitivity", json!(true)).write();
-    let said = |line: &str| {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let output = phylux(&scene.path(""), &words);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success(), "{said}");
-        said
-    };
-    said("run scene.json --photons 5000 --estimator photons --by-light -o r.json");
-    let words = "does not say on which inputs it depends";
-    for (results, output) in [("r.json", "m.json"), ("m.json", "m2.json")] {
-        let warned = said(&format!("mix {results} --power *=2 -o {output}"));
-        assert_eq!(warned.matches(words).count(), 1, "{results}: {warned}");
-        let text = std::fs::read_to_string(scene.path(output)).expect("results");
-        let mixed: Value = serde_json::from_str(&text).expect("JSON");
-        assert!(mixed.get("sensitivity").is_none_or(Value::is_null), "{results}");
-    }
-}
-
 /// Results do not depend on threads or on shards, and the rest of the results does not change by the
 /// key.
 #[test]

@@ -26,10 +26,10 @@ pub use histories::{HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult
 pub use result::{
     Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CanopyResult, CaptorResult,
     DarkResult, Deviations, Electricity, Energy, FaceResult, Factor, FactorErrors,
-    GroupElectricity, GroupResult, InputResult, LampElectricity, LayerResult, MapResult,
-    NearestResult, PerKwh, PlaneElectricity, RatioResult, RatioSensitivity, Ratios, RunResult,
-    RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult, Uniformity, Warning,
-    WorstResult,
+    GroupElectricity, GroupResult, InputResult, LampElectricity, LayerResult, LightSensitivity,
+    MapResult, NearestResult, PerKwh, PlaneElectricity, RatioResult, RatioSensitivity, Ratios,
+    RunResult, RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult,
+    UncertainInput, Uniformity, Warning, WorstResult,
 };
 pub use saved::ResultsFile;
 pub use year_facts::YearFacts;

@@ -67,6 +67,7 @@ impl Year {
             layers: None,
             sensitivity: None,
             budget: None,
+            uncertain: None,
             canopy: None,
         };
         result.add_dli();
