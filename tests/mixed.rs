@@ -129,10 +129,11 @@ fn a_mix_of_the_same_powers_is_the_run() {
         for (a, b) in budget(&found).iter().zip(budget(&same)) {
             let what = format!("{guiding:?}, {} {} {}", a.of(), a.face, a.band);
             assert_eq!((a.of(), &a.face, &a.band), (b.of(), &b.face, &b.band));
-            // the noise that is taken off of a ratio is the larger
-            let most = if a.band == "of" { 0.05 } else { 0.01 };
-            assert!((b.model_se / a.model_se - 1.0).abs() < most, "{what}: {a:?}, {b:?}");
-            assert_eq!(a.largest[0].parameter, b.largest[0].parameter, "{what}");
+            // the noise that is taken off of a leaf's ratio is large
+            if a.band != "of" || a.of() == "shelf" {
+                assert!((b.model_se / a.model_se - 1.0).abs() < 0.01, "{what}: {a:?}, {b:?}");
+                assert_eq!(a.largest[0].parameter, b.largest[0].parameter, "{what}");
+            }
         }
         let model = |of: &RunResult| of.captors[0].front.irradiance_model_se.as_deref().cloned();
         let (a, b) = (model(&found).expect("its own"), model(&same).expect("its own"));
@@ -140,34 +141,38 @@ fn a_mix_of_the_same_powers_is_the_run() {
     }
 }
 
-/// A mix has what a run at its powers finds by photons, paths, complete paths and by default, also
-/// where factors differ between bands.
+/// A mix has what a run at its powers finds by photons, complete paths and by default; by paths alone,
+/// too, where nothing mirrors (they do not find the point in a mirror), and where factors differ between
+/// bands.
 ///
-/// Seeds 1 to 9. Four runs beside each of two mixes, some 300 values each in groups: all z below 5,
-/// which chance exceeds with odds of 1.5e-3; those of a run are far from independent, and their
-/// root mean square is 0.6 to 1.35. Errors of sums and ratios of unequal factors are upper bounds, so
-/// that there it may be lower.
+/// Seeds 1 to 9. Seven runs beside two mixes, some 600 values each in groups: all z below 5, which
+/// chance exceeds with odds of 2.5e-3; those of a run are far from independent, and their root mean
+/// square is 0.6 to 1.4. Budgets agree within 15 %, and those of the shelf within 6 %, in bands and sums.
 #[test]
 fn a_mix_is_the_run_at_its_powers() {
-    let found = run(&usual(), (Estimator::Photons, Guiding::Off, 400_000), 1, true);
     let cases = [
-        (Factor::All(0.25), Factor::All(2.0), 0.6),
-        (Factor::Bands(vec![0.2, 1.5]), Factor::Bands(vec![3.0, 0.5]), 0.4),
+        (Factor::All(0.25), Factor::All(2.0), "mirror"),
+        (Factor::Bands(vec![0.2, 1.5]), Factor::Bands(vec![3.0, 0.5]), "lambert"),
     ];
     let methods = [
         (Estimator::Photons, Guiding::Off, 400_000),
-        (Estimator::Paths, Guiding::Off, 200_000),
         (Estimator::Complete, Guiding::Off, 200_000),
         (Estimator::Auto, Guiding::Auto, 200_000),
+        (Estimator::Paths, Guiding::Off, 200_000),
     ];
-    for (case, (panel, point, least)) in cases.into_iter().enumerate() {
+    for (case, (panel, point, mirror)) in cases.into_iter().enumerate() {
+        let scattering = |world: World| {
+            world.edited(|scene| scene["materials"]["mirror"]["type"] = json!(mirror))
+        };
+        let method = (Estimator::Photons, Guiding::Off, 400_000);
+        let found = run(&scattering(usual()), method, 1, true);
         let power = |power: &[f64], factor: &Factor| -> Value {
             let of = |(b, power): (usize, &f64)| power * factor.values()[b % factor.values().len()];
             power.iter().enumerate().map(of).collect()
         };
-        let world = scene(power(&[PANEL; 2], &panel), power(&POINT, &point));
+        let world = scattering(scene(power(&[PANEL; 2], &panel), power(&POINT, &point)));
         let mix = found.mix_bands(&factors(panel, point)).expect("a mix");
-        for (m, method) in methods.into_iter().enumerate() {
+        for (m, method) in methods.into_iter().take(3 + case).enumerate() {
             let other = run(&world, method, 2 + (4 * case + m) as u64, false);
             let mut zs = Vec::new();
             for (a, b) in pairs(&mix, &other).into_iter().filter(|(a, _)| a.group.is_some()) {
@@ -185,14 +190,15 @@ fn a_mix_is_the_run_at_its_powers() {
             }
             let rms = (zs.iter().map(|z| z * z).sum::<f64>() / zs.len() as f64).sqrt();
             println!("{case}, {method:?}: rms {rms} of {}", zs.len());
-            assert!(zs.len() > 200 && (least..1.35).contains(&rms), "{method:?}: {rms}");
+            assert!(zs.len() > 500 && (0.6..1.4).contains(&rms), "{method:?}: {rms}");
             for (a, b) in budget(&mix).iter().zip(budget(&other)) {
                 assert_eq!((a.of(), &a.face, &a.band), (b.of(), &b.face, &b.band));
-                // what a leaf's ratio varies by is not known so well
                 let most = match (&*a.band, a.of()) {
-                    ("of", "shelf") => 0.1,
+                    ("of", "shelf") => 0.15,
+                    // what a leaf's ratio varies by is known worse
                     ("of", _) => continue,
-                    _ => 0.05,
+                    (_, "shelf") => 0.06,
+                    _ => 0.15,
                 };
                 let off = (a.model_se / b.model_se - 1.0).abs();
                 assert!(off < most, "{method:?}, {} {} {}: {a:?}, {b:?}", a.of(), a.face, a.band);
@@ -270,6 +276,20 @@ fn mixes_on_the_command_line() {
     assert!(!mixed.1.contains("does not say on which"), "{}", mixed.1);
     said("mix joined.json --power panel=0.5 -o m2.json");
     assert_eq!(read("m.json"), read("m2.json"));
+    // the powers of a calibration, with their errors
+    let calibration = json!({ "bands": ["b0", "b1"], "lamps": ["panel", "light1"],
+                              "factors": { "panel": [2, 2], "light1": [1, 1] },
+                              "measured_bands": ["both"], "covariance": [[0.01, 0], [0, 0.01]] });
+    std::fs::write(scene.path("c.json"), calibration.to_string()).expect("written");
+    let words = "does not say on which inputs it depends";
+    let none = |mix: &str| {
+        let warned = said(&format!("mix {mix} -o m.json")).1;
+        assert_eq!(warned.matches(words).count(), 1, "{warned}");
+        let mixed = read("m.json");
+        let named = ["\"sensitivity\"", "\"budget\"", "_model_se"];
+        assert!(named.iter().all(|key| !mixed.contains(key)), "{mixed}");
+    };
+    none("r.json --calibration c.json");
     // results as they were before they had this by light
     let mut old: Value = serde_json::from_str(&read("r.json")).expect("JSON");
     for row in old["sensitivity"].as_array_mut().expect("rows") {
@@ -277,9 +297,37 @@ fn mixes_on_the_command_line() {
     }
     old.as_object_mut().expect("results").remove("uncertain").expect("inputs");
     std::fs::write(scene.path("old.json"), old.to_string()).expect("written");
-    let words = "does not say on which inputs it depends";
-    let warned = said("mix old.json --power panel=2 -o m.json").1;
-    assert_eq!(warned.matches(words).count(), 1, "{warned}");
-    let mixed: Value = serde_json::from_str(&read("m.json")).expect("JSON");
-    assert!(["sensitivity", "budget"].iter().all(|key| mixed.get(key).is_none()), "{mixed}");
+    none("old.json --power panel=2");
+}
+
+/// Runs of a sweep of powers have them as runs of their own do. The test compares values and does not
+/// depend on chance.
+#[test]
+fn sweeps_of_powers_say_on_which_inputs_they_depend() {
+    let without = |scene: &mut Value| {
+        scene
+            .as_object_mut()
+            .expect("a scene")
+            .retain(|key, _| !["sums", "ratios"].contains(&&**key));
+        scene["settings"] = json!({ "estimator": "photons", "photons": 5000, "guiding": "off" });
+    };
+    let scene = usual().edited(without).write();
+    let sweep = json!({ "scene": "scene.json",
+                        "vary": { "p": { "at": ["/lights/0/power"], "values": [PANEL, 10] } } });
+    std::fs::write(scene.path("sweep.json"), sweep.to_string()).expect("written");
+    for line in ["sweep sweep.json -o runs", "run scene.json -o own.json"] {
+        let output = phylux(&scene.path(""), &line.split(' ').collect::<Vec<_>>());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let read = |path: &std::path::Path| -> Value {
+        serde_json::from_str(&std::fs::read_to_string(path).expect("results")).expect("JSON")
+    };
+    let own = read(&scene.path("own.json"));
+    let files = std::fs::read_dir(scene.path("runs/runs")).expect("a folder");
+    let runs: Vec<Value> = files.map(|file| read(&file.expect("a file").path())).collect();
+    assert_eq!(runs.len(), 2);
+    for key in ["sensitivity", "budget"] {
+        assert!(runs.iter().all(|run| run[key].as_array().is_some_and(|rows| rows.len() > 20)));
+        assert!(runs.iter().any(|run| run[key] == own[key]), "{key}");
+    }
 }

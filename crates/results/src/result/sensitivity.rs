@@ -233,6 +233,8 @@ impl LightNames {
     pub fn pointer(&self, parameter: &str) -> String {
         let Some(name) = self.0.get(parameter) else { return parameter.into() };
         let key = parameter.trim_start_matches("/lights/").trim_start_matches(char::is_numeric);
+        // the name of a copy tells which it is
+        let key = key.split('#').next().unwrap_or_default();
         format!("/lights/{}{key}", name.replace('~', "~0").replace('/', "~1"))
     }
 
