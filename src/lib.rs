@@ -87,11 +87,11 @@ pub mod results {
         CaptorResult, Column, Comparison, DarkResult, Deviations, Difference, Electricity, Energy,
         Errors, EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity,
         GroupResult, HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult,
-        LampElectricity, LayerResult, Lit, MapResult, Measure, Model, ModelErrors, NearestResult,
-        Own, Per, PerKwh, PlaneElectricity, QUANTITIES, Quantity, RatioResult, RatioSensitivity,
-        Ratios, ReadingResult, Row, RunResult, RunSettings, SensitivityResult, Share, Shares,
-        SlopeIntercept, SumUnit, ToleranceResult, Uniformity, Varied, Warning, When, Whole,
-        WorstResult, YearFacts,
+        LampElectricity, LayerResult, LightSensitivity, Lit, MapResult, Measure, Model,
+        ModelErrors, NearestResult, Own, Per, PerKwh, PlaneElectricity, QUANTITIES, Quantity,
+        RatioResult, RatioSensitivity, Ratios, ReadingResult, Row, RunResult, RunSettings,
+        SensitivityResult, Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, UncertainInput,
+        Uniformity, Varied, Warning, When, Whole, WorstResult, YearFacts,
     };
 }
 

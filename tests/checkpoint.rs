@@ -96,7 +96,7 @@ fn a_run_with_a_tolerance_that_is_killed_ten_times_finds_the_same_bytes() {
 
 #[test]
 fn a_run_with_sensitivities_that_is_killed_ten_times_finds_the_same_bytes() {
-    killed_ten_times("--sensitivity --k 0", 0);
+    killed_ten_times("--sensitivity --by-light --k 0", 0);
 }
 
 #[test]

@@ -42,6 +42,7 @@ mod masks;
 mod merged;
 mod mesh_files;
 mod meshes_in_memory;
+mod mixed;
 mod names;
 mod nearest;
 mod nearest_study;

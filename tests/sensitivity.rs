@@ -461,26 +461,41 @@ fn the_option_is_the_key() {
     assert!(error.contains("--shard") && error.contains("--sensitivity"), "{error}");
 }
 
-/// A mix of other powers has none, and says so.
+/// Lights are told by their places in the scene file: sun and sky without names, copies of an area light
+/// by their numbers. Uncertain ones may also be given by their names.
 #[test]
-fn a_mix_says_that_it_has_none() {
-    let scene = mixed(0.6, [0.3, 0.25], 0.8, 0.5).with("sensitivity", json!(true)).write();
-    let said = |line: &str| {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let output = phylux(&scene.path(""), &words);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success(), "{said}");
-        said
-    };
-    said("run scene.json --photons 5000 --estimator photons --by-light -o r.json");
-    let words = "does not say on which inputs it depends";
-    for (results, output) in [("r.json", "m.json"), ("m.json", "m2.json")] {
-        let warned = said(&format!("mix {results} --power *=2 -o {output}"));
-        assert_eq!(warned.matches(words).count(), 1, "{results}: {warned}");
-        let text = std::fs::read_to_string(scene.path(output)).expect("results");
-        let mixed: Value = serde_json::from_str(&text).expect("JSON");
-        assert!(mixed.get("sensitivity").is_none_or(Value::is_null), "{results}");
-    }
+fn lights_are_told_by_their_places() {
+    let world = World::new()
+        .lambert("soil", 0.3)
+        .surface("soil", "soil", &Mesh::square([0.0; 3], UP, 4.0))
+        .captor("disc", &Mesh::disc([0.0, 0.0, 0.5], UP, 0.3))
+        .with("sun_at", json!({ "elevation_deg": 40, "azimuth_deg": 170 }))
+        .light(json!({ "type": "sun", "irradiance": 300 }))
+        .light(json!({ "type": "sky", "model": "uniform", "irradiance": 100 }))
+        .lamp("tile", &Mesh::square([0.0, 0.0, 2.0], [0.0, 0.0, -1.0], 0.3), 30.0)
+        .edited(|scene| {
+            scene["lights"][2]["instances"] =
+                json!([{ "translate": [0, 0, 0] }, { "translate": [0.5, 0, 0] }]);
+        })
+        .with("sensitivity", json!(true))
+        .with("uncertain", json!({ "sun": 0.1, "/lights/sky": 0.2, "/lights/2/power#1": 3 }));
+    let found = run(&world, (Estimator::Photons, Guiding::Off, 20_000), 1);
+    let rows = all(&found).iter().filter(|row| row.group.is_some() && row.face == "front");
+    let lights: Vec<_> = rows
+        .filter(|row| row.parameter.starts_with("/lights/"))
+        .map(|row| (&*row.parameter, row.light.as_deref()))
+        .collect();
+    let expected = [
+        ("/lights/0", Some("sun")),
+        ("/lights/1", Some("sky")),
+        ("/lights/2/power#0", Some("tile#0")),
+        ("/lights/2/power#1", Some("tile#1")),
+    ];
+    assert_eq!(lights, expected);
+    let of = found.budget.as_ref().expect("a budget")[0].largest.iter();
+    let mut names: Vec<&str> = of.map(|input| &*input.parameter).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["/lights/0", "/lights/1", "/lights/2/power#1"]);
 }
 
 /// Results do not depend on threads or on shards, and the rest of the results does not change by the

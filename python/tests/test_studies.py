@@ -333,6 +333,24 @@ def test_sensitivities_are_a_table():
         bench().run(photons=1000, k=0, sensitivity=["lef"])
 
 
+def test_a_mix_has_sensitivities_and_a_budget():
+    pytest.importorskip("pandas")
+    scene = bench(sensitivity=True, uncertain={"/lights/left/power": 5, "/lights/right/power": 10})
+    split = scene.run(photons=20_000, seed=1, k=0, guiding="off", by_light=True)
+    mixed = split.mix({"left": 0.5, "right": 2})
+    table = mixed.sensitivity.fillna({"captor": "", "group": ""})
+    sums = table.groupby(["captor", "group", "face", "band"]).elasticity.sum()
+    assert len(sums) > 0 and sums.to_numpy() == pytest.approx(1)
+    assert "model_se" in mixed.frame and (mixed.budget.se > 0).all()
+    # one lamp alone is all light, and stays uncertain by the same share of its power
+    right = split.mix({"left": 0, "right": 3})
+    assert set(right.sensitivity.parameter) == {"/lights/1/power"}
+    assert right.sensitivity.elasticity.to_numpy() == pytest.approx(1)
+    group = right.frame[(right.frame.quantity == "irradiance") & (right.frame.value > 0)]
+    assert len(group) > 0 and (group.model_se / group.value).to_numpy() == pytest.approx(0.1, rel=0.05)
+    assert scene.run(photons=1000, k=0, by_light=True, sensitivity=False).mix({}).sensitivity is None
+
+
 def test_ratios_have_sensitivities():
     pytest.importorskip("pandas")
     bands = {"red": (600, 700), "far": (700, 800)}

@@ -29,9 +29,9 @@ pub use quantity::{Column, Errors, Measure, Per, QUANTITIES, Quantity, When};
 pub use result::{
     Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CanopyResult, CaptorResult,
     DarkResult, Deviations, Electricity, Energy, FaceResult, Factor, FactorErrors,
-    GroupElectricity, GroupResult, InputResult, LampElectricity, LayerResult, MapResult,
-    NearestResult, Own, PerKwh, PlaneElectricity, RatioResult, RatioSensitivity, Ratios, Row,
-    RunResult, RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult, Uniformity,
-    Warning, Whole, WorstResult,
+    GroupElectricity, GroupResult, InputResult, LampElectricity, LayerResult, LightSensitivity,
+    MapResult, NearestResult, Own, PerKwh, PlaneElectricity, RatioResult, RatioSensitivity, Ratios,
+    Row, RunResult, RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult,
+    UncertainInput, Uniformity, Warning, Whole, WorstResult,
 };
 pub use year_facts::YearFacts;

@@ -47,11 +47,13 @@ pub use mix::Factor;
 pub use own::Own;
 pub use ratios::{RatioResult, Ratios};
 pub use row::Row;
-pub use sensitivity::{Dependent, LightNames, RatioSensitivity, SensitivityResult};
+pub use sensitivity::{
+    Dependent, LightNames, LightSensitivity, RatioSensitivity, SensitivityResult,
+};
 pub use settings::RunSettings;
 pub use spread::{Evenness, Uniformity};
 pub use stand::{CanopyResult, LayerResult};
-pub use uncertain::{BudgetResult, Deviations, InputResult};
+pub use uncertain::{BudgetResult, Deviations, InputResult, UncertainInput};
 pub use warnings::{FEW_HISTORIES, Warning};
 
 /// A value for each light by the light's name, in the order of the scene.
@@ -165,6 +167,9 @@ pub struct RunResult {
     /// inputs make most of it; absent unless the scene says how uncertain inputs are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget: Option<Vec<BudgetResult>>,
+    /// The uncertain inputs, where results are split by light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uncertain: Option<Vec<UncertainInput>>,
     /// Where the light of sun and sky went; absent unless the scene repeats along x and y, has no
     /// lamp, and was traced by photons.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -46,12 +46,19 @@ impl Mix {
             all.insert(light.clone(), product);
         }
         let mixed = result.mix_bands(&all)?;
-        Ok(match errors {
-            Some(errors) => mixed.with_errors_of(errors),
-            None => mixed,
-        })
+        let Some(errors) = errors else { return Ok(mixed) };
+        let mut warnings = mixed.warnings_of_scene();
+        if mixed.sensitivity.is_some() {
+            warnings.push(NO_SENSITIVITIES.into());
+        }
+        Ok(mixed.with_errors_of(errors).with_warnings_of_scene(warnings))
     }
 }
+
+/// What a mix says that has the errors of a calibration.
+const NO_SENSITIVITIES: &str = "the mix does not say on which inputs it depends, nor how uncertain \
+     they make it, as the powers of a calibration have errors of their own \
+     (docs/sensitivity.md#limits)";
 
 impl Calibrated {
     fn read(file: &Path, result: &RunResult) -> Result<Self> {

@@ -185,6 +185,37 @@ impl RunningFour {
         let variance = each.sum::<f64>() / (n - 1.0);
         (batches > 1).then(|| variance.max(0.0).sqrt()).filter(|error| is_possible(*error))
     }
+
+    /// Returns from two batches on the covariances of the means: of each with itself and with those
+    /// after it.
+    pub fn covariances(&self, batches: u64) -> Option<Covariances> {
+        let (n, means) = (batches as f64, self.means(batches));
+        let mut pairs = self.products.iter().zip(Self::pairs());
+        (batches > 1).then(|| {
+            std::array::from_fn(|_| {
+                let each = pairs.next();
+                each.map_or(0.0, |(of, (i, j))| (of / n - means[i] * means[j]) / (n - 1.0))
+            })
+        })
+    }
+}
+
+/// The covariances of four values: of each with itself and with those after it.
+pub type Covariances = [f64; 10];
+
+/// Returns the variance of the sum of four values, each times its weight.
+pub fn variance_of_sum(weights: [f64; 4], covariances: &Covariances) -> f64 {
+    let each = covariances.iter().zip(RunningFour::pairs()).map(|(covariance, (i, j))| {
+        let twice = if i == j { 1.0 } else { 2.0 };
+        twice * weights[i] * weights[j] * covariance
+    });
+    each.sum::<f64>().max(0.0)
+}
+
+/// Returns the covariances of four values, each times its factor.
+pub fn scaled_covariances(factors: [f64; 4], covariances: &Covariances) -> Covariances {
+    let mut pairs = covariances.iter().zip(RunningFour::pairs());
+    std::array::from_fn(|_| pairs.next().map_or(0.0, |(of, (i, j))| factors[i] * factors[j] * of))
 }
 
 /// Returns the difference of two ratios of means, of the first mean to the second less that of the

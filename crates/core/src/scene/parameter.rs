@@ -125,6 +125,7 @@ impl Variant {
 /// at most one.
 #[derive(Debug, Default)]
 pub struct Parameters {
+    /// Those of materials, then those of lights.
     all: Vec<Parameter>,
     /// Scenes with other values of them.
     variants: Vec<Variant>,
@@ -141,10 +142,11 @@ impl Parameters {
     pub const MOST: usize = 4096;
 
     /// Arranges the parameters of a scene of so many materials and lights.
-    pub(super) fn new(all: Vec<Parameter>, materials: usize, lights: usize) -> Self {
+    pub(super) fn new(mut all: Vec<Parameter>, materials: usize, lights: usize) -> Self {
         if all.is_empty() {
             return Self::default();
         }
+        all.sort_by_key(|parameter| matches!(parameter.factor, Factor::Light(_)));
         let mut of_ways = vec![None; 2 * Sent::WAYS * materials];
         let mut of_lights = vec![None; lights];
         let mut goes_straight = false;
@@ -180,6 +182,12 @@ impl Parameters {
     /// Returns the parameters whose moments are counted: none where variants are counted.
     pub fn moments(&self) -> impl Iterator<Item = &Parameter> {
         self.all.iter().filter(|_| self.variants.is_empty())
+    }
+
+    /// Returns the first of these, whose moments are also counted for each light where results are split
+    /// by light: those of materials. Of the parameter of a light, its own moment is its light.
+    pub fn moments_by_light(&self) -> impl Iterator<Item = &Parameter> {
+        self.moments().take_while(|parameter| matches!(parameter.factor, Factor::Material { .. }))
     }
 
     /// Adds a scene with other values of the parameters, in whose lists these are, in so many

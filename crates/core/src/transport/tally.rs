@@ -165,7 +165,15 @@ impl Tally {
 
     /// Returns the same tally, which now also sums the moments of the scene's parameters.
     pub fn with_moments(self, scene: &Scene) -> Self {
-        Self { moments: MomentTally::new(scene), ..self }
+        let of_part = |part: Self| {
+            let parameters = scene.parameters().moments_by_light().count();
+            Self { moments: MomentTally::new(scene, parameters), ..part }
+        };
+        Self {
+            moments: MomentTally::new(scene, scene.parameters().moments().count()),
+            parts: self.parts.into_iter().map(of_part).collect(),
+            ..self
+        }
     }
 
     /// Returns whether it counts by what light has met: moments of parameters, or variants of the scene.
@@ -189,8 +197,10 @@ impl Tally {
         let sums = (touched * scene.bands().len() + ledger) * size_of::<f64>();
         let places = all * size_of::<u32>();
         let counts = touched * (size_of::<Counts>() + size_of::<u32>());
+        let moments = |parameters| MomentTally::bytes(scene, parameters, touched);
         (parts + 1) * (2 * size_of::<Self>() + sums + places + counts)
-            + MomentTally::bytes(scene, touched)
+            + moments(scene.parameters().moments().count())
+            + parts * moments(scene.parameters().moments_by_light().count())
     }
 
     /// Adds work that was counted.
@@ -317,12 +327,14 @@ impl Tally {
         }
     }
 
-    /// Scores an event of light of which an account says what it has met, in the moments of parameters
-    /// or in the variants of the scene, for the captors for which `counts` is true.
+    /// Scores an event of light of which an account says what it has met, in the moments of parameters,
+    /// also in those of its `part`, or in the variants of the scene, for the captors for which `counts`
+    /// is true.
     #[inline]
     pub fn score_met<L: Lanes>(
         &mut self,
         scene: &Scene,
+        part: Option<usize>,
         weights: &[f64],
         event: &Event<'_, L>,
         account: &mut Account<L>,
@@ -331,7 +343,11 @@ impl Tally {
         match scene.parameters().variants() {
             [] => {
                 if let Some(counted) = event.counted(scene).filter(counts) {
-                    self.score_moments(scene, weights, (event, &counted), account.of(scene, event));
+                    let met = account.of(scene, event);
+                    self.score_moments(scene, weights, (event, &counted), met);
+                    if let Some(part) = part {
+                        self.parts[part].score_moments(scene, weights, (event, &counted), met);
+                    }
                 }
             }
             // these are of no light that counts

@@ -73,18 +73,7 @@ impl Loader<'_> {
             }
         }
         for (index, light) in self.parts.lights.iter().enumerate() {
-            let spec = |(i, spec): &(usize, &LightSpec)| match spec.keys().name {
-                Some(name) => name == light.name,
-                None => light.name == format!("light{i}"),
-            };
-            let found = file.lights.iter().enumerate().find(spec);
-            let (place, values) = match found.map(|(i, spec)| (i, spec.keys().power)) {
-                Some((i, Some(PowerSpec::Given(power)))) => {
-                    (format!("/lights/{i}/power"), self.given(power).unwrap_or_default())
-                }
-                Some((i, _)) => (format!("/lights/{i}"), Vec::new()),
-                None => (light.name.clone(), Vec::new()),
-            };
+            let (place, values) = self.place_of_light(file, &light.name);
             let factor = Factor::Light(index);
             all.push((light.name.clone(), parameter(place, factor, values)));
         }
@@ -122,6 +111,26 @@ impl Loader<'_> {
         }
         self.parts.parameters = all;
         Ok(())
+    }
+
+    /// Returns the pointer to what stands for a light in the scene file, and its power per band, where
+    /// that is given in numbers. Of an area light that stands several times each copy is told apart.
+    fn place_of_light(&self, file: &SceneSpec, name: &str) -> (String, Vec<f64>) {
+        let of = |name: &str| {
+            let found = file.lights.iter().enumerate().find(|(i, spec)| spec.name(*i) == name);
+            found.map(|(i, spec)| match spec.keys().power {
+                Some(PowerSpec::Given(power)) => {
+                    (format!("/lights/{i}/power"), self.given(power).unwrap_or_default())
+                }
+                _ => (format!("/lights/{i}"), Vec::new()),
+            })
+        };
+        let copy = || {
+            let (name, copy) = name.rsplit_once('#')?;
+            let (place, values) = of(name)?;
+            Some((format!("{place}#{copy}"), values))
+        };
+        of(name).or_else(copy).unwrap_or_else(|| (name.into(), Vec::new()))
     }
 
     /// Gives the parameters, each beside the name of its material or light, the uncertainties that the
@@ -201,9 +210,14 @@ impl Loader<'_> {
     /// by their names.
     fn uncertain(&self, all: &[(String, Parameter)], pointer: &str, at: String) -> Result<usize> {
         let by_name = |(name, parameter): &(String, Parameter)| {
-            let key = parameter.name.strip_prefix("/lights/").and_then(|of| of.split_once('/'));
-            let of_light = key.map(|(_, key)| format!("/lights/{}/{key}", json::escaped(name)));
-            parameter.name == pointer || of_light.is_some_and(|of| of == pointer)
+            let of_light = parameter.name.strip_prefix("/lights/").is_some_and(|place| {
+                let key = place.find('/').map_or("", |at| &place[at..]);
+                // the name of a copy tells which it is
+                let keys = [key, key.split('#').next().unwrap_or_default()];
+                let by_name = |key| format!("/lights/{}{key}", json::escaped(name));
+                name == pointer || keys.iter().any(|key| by_name(key) == pointer)
+            });
+            parameter.name == pointer || of_light
         };
         if let Some(index) = all.iter().position(by_name) {
             return Ok(index);

@@ -1000,6 +1000,17 @@ impl LightSpec {
         LightKeys { name: name.as_deref(), power, watts }
     }
 
+    /// Returns the name of the light with this index in the scene file.
+    pub fn name(&self, index: usize) -> String {
+        let usual = match self {
+            Self::Sun(_) => "sun".into(),
+            Self::Sky(_) => "sky".into(),
+            Self::Environment(_) => "environment".into(),
+            _ => format!("light{index}"),
+        };
+        self.keys().name.map_or(usual, String::from)
+    }
+
     /// Whether the light is infinitely far away.
     pub fn is_infinite(&self) -> bool {
         matches!(self, Self::Sun(_) | Self::Sky(_) | Self::Environment(_))

@@ -177,7 +177,8 @@ impl FactorErrors {
 impl RunResult {
     /// Returns results whose lights were multiplied by the factors of a calibration, and perhaps by
     /// others, with standard errors that include those of the calibration's factors. How even groups
-    /// are, and the parts of single lights, keep the errors of the simulation.
+    /// are, and the parts of single lights, keep the errors of the simulation. On what results depend is
+    /// left out.
     pub fn with_errors_of(mut self, factors: &FactorErrors) -> Self {
         let weights = |(b, band): (usize, &BandResult)| match band.sum_of {
             None => vec![(b, 1.0)],
@@ -190,6 +191,7 @@ impl RunResult {
             factors.add_to_whole(whole, &weights, &ratios);
         }
         self.calibrated = true;
+        self.forget_dependence();
         self.add_dli();
         self
     }

@@ -108,6 +108,7 @@ impl RunResult {
             layers: stand::layers(simulation),
             sensitivity: sensitivities(simulation),
             budget: None,
+            uncertain: None,
             canopy: stand::canopy(simulation),
         };
         result.add_uncertainty(simulation);

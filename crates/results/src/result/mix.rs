@@ -1,5 +1,7 @@
 //! Results at other powers of the lights: light is linear in these powers.
 
+mod sensitivity;
+
 use std::{collections::HashMap, iter::once};
 
 use schemars::JsonSchema;
@@ -98,9 +100,11 @@ impl RunResult {
             groups,
             // these are not kept by light
             layers: None,
+            canopy: None,
+            // these are mixed below
             sensitivity: None,
             budget: None,
-            canopy: None,
+            uncertain: None,
             // the light on captors is not copied, as it may be most of what memory holds
             phylux: self.phylux.clone(),
             scene: self.scene.clone(),
@@ -116,18 +120,21 @@ impl RunResult {
             unseen: self.unseen.clone(),
             ..*self
         };
+        mix.add_dependence(self, &mut result);
         result.add_dli();
         let mut warnings = self.warnings_of_scene();
-        if self.sensitivity.is_some() || self.budget.is_some() {
+        let rows = || self.sensitivity.iter().flatten();
+        if rows().next().is_some() && rows().all(|row| row.by_light.is_none()) {
             warnings.push(NO_SENSITIVITIES.into());
+            (result.sensitivity, result.budget) = (None, None);
         }
         Ok(result.with_warnings_of_scene(warnings))
     }
 }
 
-/// What a mix says in place of what its run depends on.
+/// What a mix says of results that have what they depend on for all lights together.
 const NO_SENSITIVITIES: &str = "the mix does not say on which inputs it depends, nor how uncertain \
-     they make it, as a run keeps that for all lights together: run the scene at these powers \
+     they make it, as its results do not hold that by light: run the scene again \
      (docs/sensitivity.md#limits)";
 
 /// The largest factor. No power becomes infinite by it.

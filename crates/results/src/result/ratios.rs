@@ -160,14 +160,14 @@ pub(super) struct OfLight<'a> {
 }
 
 impl OfLight<'_> {
-    /// Returns the standard error of a band before; what is dark does not vary.
-    fn error(&self, band: usize) -> Option<f64> {
+    /// Returns the standard error of a band or sum before; what is dark does not vary.
+    pub fn error(&self, band: usize) -> Option<f64> {
         let is_dark = self.values.get(band) == Some(&0.0);
         self.errors.get(band).copied()?.or(is_dark.then_some(0.0))
     }
 
     /// Returns both sums of a ratio at the new power.
-    fn sums(&self, ratio: &RatioResult) -> [f64; 2] {
+    pub fn sums(&self, ratio: &RatioResult) -> [f64; 2] {
         let scaled = self.values.iter().zip(self.factors).map(|(value, factor)| value * factor);
         [&ratio.numerator, &ratio.denominator].map(|weights| {
             weights.iter().zip(scaled.clone()).map(|(weight, value)| weight * value).sum()
@@ -175,7 +175,7 @@ impl OfLight<'_> {
     }
 
     /// Returns the covariance of both sums of a ratio before.
-    fn before(&self, r: usize) -> Option<[f64; 3]> {
+    pub fn before(&self, r: usize) -> Option<[f64; 3]> {
         self.ratios?.covariance.as_ref()?.get(r).copied()?
     }
 

@@ -5,16 +5,16 @@ use std::{borrow::Cow, collections::BTreeMap};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{CaptorResult, FaceResult, GroupResult, Ratios, RunResult};
+use super::{ByLight, CaptorResult, FaceResult, GroupResult, Ratios, RunResult};
 use crate::lists::are_errors;
 use phylux_core::{
-    math::stats::{difference_of_ratios, ratio},
+    math::stats::{Covariances, difference_of_ratios, is_possible, ratio},
     scene::{
         captor::{Captor, CaptorKind, Channel},
         parameter::{Factor, Parameter},
         world::{BandRatio, BandSum, Scene},
     },
-    transport::simulate::Simulation,
+    transport::{simulate::Simulation, tally::Totals},
 };
 
 /// How much the light on a face of a captor or group, or the light that it absorbs, depends on a
@@ -52,11 +52,49 @@ pub struct SensitivityResult {
     /// The same of each ratio, where the scene has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ratios: Option<RatioSensitivity>,
+    /// The same for the light of each lamp, where results are split by light, and its light depends on
+    /// the parameter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_light: Option<ByLight<LightSensitivity>>,
+}
+
+/// How much the light of one lamp depends on a parameter, with what a mix needs of it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct LightSensitivity {
+    /// By how many per cent the light of the lamp changes for 1 % more of the parameter, per band, then
+    /// per sum; null where none of it arrived.
+    pub elasticity: Vec<Option<f64>>,
+    /// Standard error of the value above.
+    pub elasticity_se: Vec<Option<f64>>,
+    /// Covariance of the elasticity and the flux (or absorbed power) of the lamp; null where it is not
+    /// known.
+    pub covariance: Vec<Option<f64>>,
+    /// Change of the irradiance or of the absorbed power of the lamp for one unit of the parameter.
+    pub derivative: Vec<Option<f64>>,
+    /// Standard error of the value above.
+    pub derivative_se: Vec<Option<f64>>,
+    /// For each ratio, the covariances of the moment of its numerator (elasticity times flux), the
+    /// numerator, the moment of its denominator, and the denominator: of each with itself and with those
+    /// after it; null where they are not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ratio_covariances: Option<Vec<Option<Covariances>>>,
+}
+
+impl LightSensitivity {
+    fn is_valid(&self, bands: usize, ratios: usize) -> bool {
+        let Self { elasticity, elasticity_se, covariance, derivative, derivative_se, .. } = self;
+        let lists = [elasticity, elasticity_se, covariance, derivative, derivative_se];
+        let of_ratios = self.ratio_covariances.as_ref().is_none_or(|all| {
+            let mut numbers = all.iter().flatten().flatten();
+            all.len() == ratios && numbers.all(|number| is_possible(number.abs().sqrt()))
+        });
+        lists.into_iter().all(|list| are_errors(list, bands)) && of_ratios
+    }
 }
 
 /// How much the ratios of a face of a captor or group, or of what it absorbs, depend on a
 /// parameter.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct RatioSensitivity {
     /// By how many per cent each ratio changes for 1 % more of the parameter: the elasticity of its
     /// numerator less that of its denominator. Null where the ratio is not known.
@@ -101,6 +139,7 @@ impl SensitivityResult {
         self.captor.is_some() != self.group.is_some()
             && lists.into_iter().all(|list| are_errors(list, bands))
             && of_ratios
+            && self.by_light.iter().flat_map(ByLight::values).all(|of| of.is_valid(bands, ratios))
     }
 }
 
@@ -193,6 +232,8 @@ impl LightNames {
     pub fn pointer(&self, parameter: &str) -> String {
         let Some(name) = self.0.get(parameter) else { return parameter.into() };
         let key = parameter.trim_start_matches("/lights/").trim_start_matches(char::is_numeric);
+        // the name of a copy tells which it is
+        let key = key.split('#').next().unwrap_or_default();
         format!("/lights/{}{key}", name.replace('~', "~0").replace('/', "~1"))
     }
 
@@ -244,16 +285,14 @@ pub(super) struct Face {
     pub per: f64,
 }
 
-impl Face {
-    /// Returns its name in results.
-    pub fn name(&self) -> Cow<'static, str> {
-        let name = match self.kind {
-            Channel::Front => "front",
-            Channel::Back => "back",
-            Channel::Absorbed => "absorbed",
-        };
-        name.into()
-    }
+/// Returns the name of a face, or of what is absorbed, in results.
+pub(super) fn name_of(kind: Channel) -> Cow<'static, str> {
+    let name = match kind {
+        Channel::Front => "front",
+        Channel::Back => "back",
+        Channel::Absorbed => "absorbed",
+    };
+    name.into()
 }
 
 /// Returns the captors of a scene, then its groups.
@@ -291,6 +330,50 @@ pub(super) fn places(scene: &Scene) -> Vec<Place<'_>> {
     places
 }
 
+/// The moments of a parameter on a face.
+struct Found {
+    /// Per band and sum the mean moment and the mean flux, and how they vary.
+    moments: Vec<([f64; 2], Option<[f64; 3]>)>,
+    /// What one more history might add to the elasticity: few tell little of how much they vary, and
+    /// one more, of mean light, might meet the parameter once.
+    one_more: f64,
+}
+
+impl Found {
+    /// Returns the moments of the parameter with this index; `None` where none are kept.
+    fn of(totals: &Totals, index: usize, channel: usize) -> Option<Self> {
+        let moments = totals.moments(index, channel)?.collect();
+        let histories = totals.misses_of(channel);
+        let one_more = if histories > 0 { 1.0 / histories as f64 } else { 0.0 };
+        Some(Self { moments, one_more })
+    }
+
+    /// Returns the elasticity and its standard error in each band and sum.
+    fn elasticities(&self) -> (Vec<Option<f64>>, Vec<Option<f64>>) {
+        let each = self.moments.iter().map(|&(means, covariance)| {
+            let (elasticity, error) = ratio(means, covariance)?;
+            Some((elasticity, error.map(|error| error.hypot(self.one_more))))
+        });
+        each.map(|of| (of.map(|of| of.0), of.and_then(|of| of.1))).unzip()
+    }
+
+    /// Returns the derivative and its standard error in each band and sum, where a flux is divided by
+    /// `per`.
+    fn derivatives(
+        &self,
+        scene: &Scene,
+        values: &[f64],
+        per: f64,
+    ) -> (Vec<Option<f64>>, Vec<Option<f64>>) {
+        let each = self.moments.iter().map(|&([moment, light], covariance)| {
+            let error = |variance: f64| variance.max(0.0).sqrt().hypot(self.one_more * light) / per;
+            (moment / per, covariance.map(|[variance, ..]| error(variance)))
+        });
+        let moments: Vec<(f64, Option<f64>)> = each.collect();
+        derivatives(scene, values, &moments).into_iter().unzip()
+    }
+}
+
 /// Returns how a place depends on a parameter; `None` where its light has never met the parameter.
 fn sensitivity(
     simulation: &Simulation,
@@ -299,37 +382,18 @@ fn sensitivity(
     (index, parameter): (usize, &Parameter),
 ) -> Option<SensitivityResult> {
     let (scene, totals) = (simulation.scene(), simulation.totals());
-    let found: Vec<_> = totals.moments(scene, index, face.channel)?.collect();
-    if found.iter().all(|([moment, _], _)| *moment == 0.0) {
+    let found = Found::of(totals, index, face.channel)?;
+    if found.moments.iter().all(|([moment, _], _)| *moment == 0.0) {
         return None;
     }
-    // few histories tell little of how much they vary: one more, of mean light, might meet the
-    // parameter once
-    let histories = totals.misses_of(face.channel);
-    let one_more = if histories > 0 { 1.0 / histories as f64 } else { 0.0 };
-    let elasticities = found.iter().map(|&(means, covariance)| {
-        let (elasticity, error) = ratio(means, covariance)?;
-        Some((elasticity, error.map(|error| error.hypot(one_more))))
-    });
-    let (elasticity, elasticity_se) =
-        elasticities.map(|of| (of.map(|of| of.0), of.and_then(|of| of.1))).unzip();
-    let per = face.per;
-    let moments: Vec<(f64, Option<f64>)> = found
-        .iter()
-        .map(|&([moment, light], covariance)| {
-            let error = |variance: f64| variance.max(0.0).sqrt().hypot(one_more * light) / per;
-            (moment / per, covariance.map(|[variance, ..]| error(variance)))
-        })
-        .collect();
-    let (derivative, derivative_se) =
-        derivatives(scene, &parameter.values, &moments).into_iter().unzip();
-    let moment = |b: usize| found[b].0[0];
-    let ratios = of_ratios(simulation, face, (index, parameter), one_more, moment);
+    let (elasticity, elasticity_se) = found.elasticities();
+    let (derivative, derivative_se) = found.derivatives(scene, &parameter.values, face.per);
+    let ratios = of_ratios(simulation, face, (index, parameter), &found);
     let (captor, group) = (place.captor.map(str::to_string), place.group.map(str::to_string));
-    Some(SensitivityResult {
+    let row = SensitivityResult {
         captor,
         group,
-        face: face.name(),
+        face: name_of(face.kind),
         parameter: parameter.name.clone(),
         light: light_of(scene, parameter),
         elasticity,
@@ -337,7 +401,79 @@ fn sensitivity(
         derivative,
         derivative_se,
         ratios,
+        by_light: None,
+    };
+    let kept = totals.parts().first().is_some_and(|part| part.keeps_moments_of(face.channel));
+    Some(match (kept, &parameter.factor) {
+        (false, _) => row,
+        (true, Factor::Light(light)) => {
+            let name = scene.lights()[*light].name.clone();
+            let by_light = Some([(name, LightSensitivity::of_own(&row))].into());
+            SensitivityResult { by_light, ..row }
+        }
+        (true, Factor::Material { .. }) => {
+            let parts = scene.lights().iter().zip(totals.parts());
+            let each = parts.filter_map(|(light, part)| {
+                let of = LightSensitivity::of_part(scene, part, face, (index, parameter))?;
+                Some((light.name.clone(), of))
+            });
+            SensitivityResult { by_light: Some(each.collect()), ..row }
+        }
     })
+}
+
+impl LightSensitivity {
+    /// Returns how the light of a lamp depends on its own power, from how all light depends on it.
+    fn of_own(row: &SensitivityResult) -> Self {
+        let met = row.elasticity.iter().map(|of| of.filter(|elasticity| *elasticity > 0.0));
+        let all = |value: f64| met.clone().map(|of| of.map(|_| value)).collect();
+        Self {
+            elasticity: all(1.0),
+            elasticity_se: all(0.0),
+            covariance: all(0.0),
+            derivative: row.derivative.clone(),
+            derivative_se: row.derivative_se.clone(),
+            ratio_covariances: None,
+        }
+    }
+
+    /// Returns how the light of a lamp, of which these are the totals, depends on a parameter of a
+    /// material; `None` where none of it arrives.
+    fn of_part(
+        scene: &Scene,
+        part: &Totals,
+        face: &Face,
+        (index, parameter): (usize, &Parameter),
+    ) -> Option<Self> {
+        let found = Found::of(part, index, face.channel)?;
+        if found.moments.iter().all(|([_, light], _)| *light == 0.0) {
+            return None;
+        }
+        let (elasticity, elasticity_se) = found.elasticities();
+        let (derivative, derivative_se) = found.derivatives(scene, &parameter.values, face.per);
+        let covariance = |&([moment, light], covariance): &([f64; 2], Option<[f64; 3]>)| {
+            let [_, both, of_light] = covariance.filter(|_| light > 0.0)?;
+            Some((both - moment / light * of_light) / light)
+        };
+        let covariance = found.moments.iter().map(covariance).collect();
+        let (fours, batches) = part.ratio_moments(scene, index, face.channel)?;
+        let of_ratios = fours.iter().map(|four| {
+            let [_, over, _, under] = four.means(batches);
+            let mut covariances = four.covariances(batches)?;
+            // the variances of both moments
+            covariances[0] += (found.one_more * over).powi(2);
+            covariances[7] += (found.one_more * under).powi(2);
+            Some(covariances)
+        });
+        Some(Self {
+            elasticity,
+            elasticity_se,
+            covariance,
+            derivative,
+            derivative_se,
+            ratio_covariances: (!scene.ratios().is_empty()).then(|| of_ratios.collect()),
+        })
+    }
 }
 
 /// Returns the name of the light of a parameter. A light without one goes by its number, as
@@ -349,14 +485,13 @@ fn light_of(scene: &Scene, parameter: &Parameter) -> Option<String> {
     (name.strip_prefix("light") != Some(number)).then(|| name.clone())
 }
 
-/// Returns how the ratios of a face depend on a parameter, of which the moment in each band is
-/// given; `None` if the scene has none.
+/// Returns how the ratios of a face depend on a parameter, of which these moments were found; `None`
+/// if the scene has none.
 fn of_ratios(
     simulation: &Simulation,
     face: &Face,
     (index, parameter): (usize, &Parameter),
-    one_more: f64,
-    moment: impl Fn(usize) -> f64,
+    found: &Found,
 ) -> Option<RatioSensitivity> {
     let (scene, totals) = (simulation.scene(), simulation.totals());
     let (fours, batches) = totals.ratio_moments(scene, index, face.channel)?;
@@ -368,13 +503,13 @@ fn of_ratios(
         let Some((elasticity, error)) = difference_of_ratios(four, batches) else {
             return [None; 4];
         };
-        let error = error.map(|error| error.hypot(one_more));
+        let error = error.map(|error| error.hypot(found.one_more));
         // each band has a value of the parameter of its own
         let [_, over, _, under] = four.means(batches);
         let slope = |sum: &BandSum| {
             let each = sum.weighted().filter(|(_, weight)| *weight != 0.0).map(|(b, weight)| {
                 let value = values.get(b).copied().filter(|value| *value != 0.0)?;
-                Some(weight * moment(b) / value)
+                Some(weight * found.moments[b].0[0] / value)
             });
             each.sum::<Option<f64>>()
         };

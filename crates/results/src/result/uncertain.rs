@@ -14,16 +14,18 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    RunResult,
-    sensitivity::{Face, Place, places},
+    FaceResult, RatioResult, RunResult,
+    sensitivity::{name_of, places},
 };
+use crate::lists::are_values;
 use phylux_core::{
     math::stats::is_possible,
     scene::{
         captor::Channel,
-        world::{BandSum, Scene},
+        parameter::{Parameter, Uncertainty},
+        world::Scene,
     },
-    transport::{simulate::Simulation, tally::Totals},
+    transport::simulate::Simulation,
 };
 
 /// How many inputs a budget names.
@@ -85,72 +87,114 @@ impl Deref for Deviations {
     }
 }
 
-/// The uncertain inputs of a scene.
-struct Inputs<'a> {
-    scene: &'a Scene,
-    totals: &'a Totals,
-    /// The parameters of each set.
-    sets: Vec<Vec<usize>>,
+/// An uncertain input of the scene, in results that are split by light: a mix needs it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct UncertainInput {
+    /// The input, as a pointer into the scene file.
+    pub parameter: String,
+    /// Its standard deviation as a share of it, per band. A negative one goes the other way than the
+    /// others of its set.
+    pub share: Vec<f64>,
+    /// Number of its set. Inputs of a set vary together, those of different sets independently.
+    pub set: usize,
 }
+
+impl UncertainInput {
+    pub(crate) fn is_valid(&self, bands: usize) -> bool {
+        are_values(&self.share, bands)
+    }
+
+    /// Returns those of a scene.
+    pub(super) fn all(scene: &Scene) -> Vec<Self> {
+        let of = |parameter: &Parameter| {
+            let Uncertainty { deviations, set } = parameter.uncertainty.as_ref()?;
+            let (parameter, share) = (parameter.name.clone(), deviations.clone());
+            Some(Self { parameter, share, set: *set })
+        };
+        scene.parameters().all().iter().filter_map(of).collect()
+    }
+}
+
+/// The moment of an input in each band of a place, and its standard error.
+pub(super) type Moments = Vec<[f64; 2]>;
 
 /// How much a quantity varies with each set of inputs.
 type Varies = Vec<f64>;
 
-impl<'a> Inputs<'a> {
-    /// Returns the uncertain inputs of a run; `None` if there are none.
-    fn of(simulation: &'a Simulation) -> Option<Self> {
-        let (scene, totals) = (simulation.scene(), simulation.totals());
-        let parameters = scene.parameters().all();
+/// The uncertain inputs of results, and the sums and ratios that they enter.
+pub(super) struct Inputs {
+    inputs: Vec<UncertainInput>,
+    /// For each set the indices of its inputs.
+    sets: Vec<Vec<usize>>,
+    bands: usize,
+    /// Per sum, the weight of each band.
+    sums: Vec<Vec<f64>>,
+    ratios: Vec<RatioResult>,
+}
+
+impl Inputs {
+    /// Arranges the inputs of results; `None` if there are none.
+    pub fn new(result: &RunResult, inputs: Vec<UncertainInput>) -> Option<Self> {
         let mut sets: Vec<(usize, Vec<usize>)> = Vec::new();
-        for (index, parameter) in parameters.iter().enumerate() {
-            let Some(uncertainty) = &parameter.uncertainty else { continue };
-            match sets.iter_mut().find(|(set, _)| *set == uncertainty.set) {
+        for (index, input) in inputs.iter().enumerate() {
+            match sets.iter_mut().find(|(set, _)| *set == input.set) {
                 Some((_, members)) => members.push(index),
-                None => sets.push((uncertainty.set, vec![index])),
+                None => sets.push((input.set, vec![index])),
             }
         }
-        let sets: Vec<_> = sets.into_iter().map(|(_, members)| members).collect();
-        (!sets.is_empty()).then_some(Self { scene, totals, sets })
+        let bands = result.bands.iter().filter(|band| band.sum_of.is_none()).count();
+        let sums = result.bands.iter().filter(|band| band.sum_of.is_some()).map(|sum| {
+            let mut weights = vec![0.0; bands];
+            sum.members(&result.bands).for_each(|(band, weight)| weights[band] = weight);
+            weights
+        });
+        let any = !sets.is_empty();
+        any.then(|| Self {
+            sets: sets.into_iter().map(|(_, members)| members).collect(),
+            bands,
+            sums: sums.collect(),
+            ratios: result.ratios.clone(),
+            inputs,
+        })
     }
 
     /// Returns the names of the inputs of a set.
     fn name(&self, set: usize) -> String {
-        let all = self.scene.parameters().all();
-        let names = self.sets[set].iter().map(|&index| &*all[index].name);
+        let names = self.sets[set].iter().map(|&index| &*self.inputs[index].parameter);
         names.collect::<Vec<_>>().join(", ")
     }
 
-    /// Returns how much the flux in a channel varies with each set in each band, and the standard
-    /// error of that; `None` if no moments are kept there.
-    fn by_set(&self, channel: usize) -> Option<Vec<Vec<[f64; 2]>>> {
-        let bands = self.scene.bands().len();
-        let mut sets = Vec::with_capacity(self.sets.len());
-        for members in &self.sets {
-            let mut sums = vec![[0.0; 2]; bands];
-            for &index in members {
-                let moments = self.totals.moments(self.scene, index, channel)?;
-                let uncertainty = self.scene.parameters().all()[index].uncertainty.as_ref()?;
-                for (sum, (([moment, _], covariance), deviation)) in
-                    sums.iter_mut().zip(moments.zip(&uncertainty.deviations))
+    /// Returns how much the flux varies with each set in each band, and the standard error of that;
+    /// `None` if the moments of an input are not known.
+    fn by_set(&self, moments: &dyn Fn(&str) -> Option<Moments>) -> Option<Vec<Moments>> {
+        let of_set = |members: &Vec<usize>| {
+            let mut sums = vec![[0.0; 2]; self.bands];
+            for input in members.iter().map(|&index| &self.inputs[index]) {
+                let found = moments(&input.parameter)?;
+                for (sum, ([moment, error], share)) in
+                    sums.iter_mut().zip(found.iter().zip(&input.share))
                 {
-                    let error = covariance.map_or(0.0, |[variance, ..]| variance.max(0.0).sqrt());
-                    sum[0] += moment * deviation;
-                    sum[1] += error * deviation.abs();
+                    sum[0] += moment * share;
+                    sum[1] += error * share.abs();
                 }
             }
-            sets.push(sums);
-        }
-        Some(sets)
+            Some(sums)
+        };
+        self.sets.iter().map(of_set).collect()
     }
 
-    /// Returns how much each band, sum and ratio of a channel varies with each set; a ratio that is not
-    /// known does not vary.
-    fn varies(&self, channel: usize) -> Option<Vec<Varies>> {
-        let (scene, bands) = (self.scene, self.scene.bands().len());
-        let sets = self.by_set(channel)?;
+    /// Returns how much each band, sum and ratio of a place varies with each set, from the moments of
+    /// each input and from both sums of each ratio; a ratio that is not known does not vary.
+    pub fn varies(
+        &self,
+        moments: &dyn Fn(&str) -> Option<Moments>,
+        ratios: impl Iterator<Item = [f64; 2]>,
+    ) -> Option<Vec<Varies>> {
+        let bands = self.bands;
+        let sets = self.by_set(moments)?;
         // the noise of a run is no uncertainty of an input, but makes what varies larger on average
         let of = |weight: &dyn Fn(usize) -> f64| -> Varies {
-            let of_set = |set: &Vec<[f64; 2]>| {
+            let of_set = |set: &Moments| {
                 let sum = |i: usize| -> f64 {
                     let weight = |b: usize| if i == 0 { weight(b) } else { weight(b).abs() };
                     (0..bands).map(|b| weight(b) * set[b][i]).sum()
@@ -160,20 +204,11 @@ impl<'a> Inputs<'a> {
             };
             sets.iter().map(of_set).collect()
         };
-        let weights = |sum: &BandSum| {
-            let mut weights = vec![0.0; bands];
-            sum.weighted().for_each(|(band, weight)| weights[band] = weight);
-            weights
-        };
         let of_bands = (0..bands).map(|band| of(&|b| if b == band { 1.0 } else { 0.0 }));
-        let of_sums = scene.sums().iter().map(|sum| {
-            let weights = weights(sum);
-            of(&|b| weights[b])
-        });
-        let means = self.totals.ratios(channel).map(|(means, _)| means);
-        let of_ratios = scene.ratios().iter().zip(means).map(|(ratio, [over, under])| {
+        let of_sums = self.sums.iter().map(|weights| of(&|b| weights[b]));
+        let of_ratios = self.ratios.iter().zip(ratios).map(|(ratio, [over, under])| {
             // the change of N / D is that of N - N / D of the denominator, divided by D
-            let [n, d] = [&ratio.numerator, &ratio.denominator].map(weights);
+            let (n, d) = (&ratio.numerator, &ratio.denominator);
             match under > 0.0 {
                 true => of(&|b| (n[b] - over / under * d[b]) / under),
                 false => vec![0.0; sets.len()],
@@ -188,76 +223,121 @@ fn together(varies: &Varies) -> f64 {
     varies.iter().map(|of| of * of).sum::<f64>().sqrt()
 }
 
+/// A face of a captor or group of results, or the power that it absorbs.
+#[derive(Clone, Copy)]
+pub(super) struct Spot {
+    /// Index of the captor, or beyond the captors that of the group.
+    pub place: usize,
+    pub kind: Channel,
+    /// What a flux is divided by: the area of a face, m2, and 1 for what is absorbed.
+    pub per: f64,
+}
+
 impl RunResult {
     /// Adds how uncertain all values are because inputs are, if the scene states that of any.
     pub(super) fn add_uncertainty(&mut self, simulation: &Simulation) {
-        let Some(inputs) = Inputs::of(simulation) else { return };
-        let columns = self.bands.len();
-        let of_captors = self.captors.len();
-        let mut budget = Vec::new();
-        for (p, place) in places(simulation.scene()).iter().enumerate() {
-            for face in &place.faces {
-                let Some(varies) = inputs.varies(face.channel) else { continue };
-                let all: Vec<f64> = varies.iter().map(together).collect();
-                let (of_bands, of_ratios) = all.split_at(columns);
-                let per_area = || of_bands.iter().map(|flux| flux / face.per).collect();
-                let boxed = |values: Vec<f64>| Some(Box::new(Deviations(values)));
-                let (front, back, whole) = match p < of_captors {
-                    true => {
-                        let of = &mut self.captors[p];
-                        (&mut of.front, &mut of.back, &mut of.whole)
-                    }
-                    false => {
-                        let of = &mut self.groups[p - of_captors];
-                        (&mut of.front, &mut of.back, &mut of.whole)
-                    }
+        let (scene, totals) = (simulation.scene(), simulation.totals());
+        let inputs = UncertainInput::all(scene);
+        self.uncertain = (!inputs.is_empty() && !totals.parts().is_empty()).then(|| inputs.clone());
+        let Some(inputs) = Inputs::new(self, inputs) else { return };
+        let parameters = scene.parameters().all();
+        self.budget = Some(Vec::new());
+        for (place, of) in places(scene).iter().enumerate() {
+            for face in &of.faces {
+                let moments = |name: &str| {
+                    let index = parameters.iter().position(|parameter| parameter.name == name)?;
+                    let found = totals.moments(index, face.channel)?.take(scene.bands().len());
+                    let of = |([moment, _], covariance): ([f64; 2], Option<[f64; 3]>)| {
+                        let error = |[variance, ..]: [f64; 3]| variance.max(0.0).sqrt();
+                        [moment, covariance.map_or(0.0, error)]
+                    };
+                    Some(found.map(of).collect())
                 };
-                let of_face = match face.kind {
-                    Channel::Front => Some(front),
-                    Channel::Back => back.as_mut(),
-                    Channel::Absorbed => None,
-                };
-                let ratios = match of_face {
-                    Some(found) => {
-                        found.flux_model_se = boxed(of_bands.to_vec());
-                        found.irradiance_model_se = boxed(per_area());
-                        &mut found.ratios
-                    }
-                    None => {
-                        whole.absorbed_model_se = Some(of_bands.to_vec());
-                        &mut whole.absorbed_ratios
-                    }
-                };
-                if let Some(found) = ratios {
-                    found.ratio_model_se = boxed(of_ratios.to_vec());
-                }
-                if place.group.is_some() || self.groups.is_empty() {
-                    budget.extend(self.budget_of(&inputs, place, face, &varies));
+                let ratios = totals.ratios(face.channel).map(|(means, _)| means);
+                if let Some(varies) = inputs.varies(&moments, ratios) {
+                    let spot = Spot { place, kind: face.kind, per: face.per };
+                    self.set_uncertainty(&inputs, spot, &varies);
                 }
             }
         }
-        self.budget = Some(budget);
     }
 
-    /// Returns the budget of each band, sum and ratio of a face.
-    fn budget_of(
-        &self,
-        inputs: &Inputs,
-        place: &Place,
-        face: &Face,
-        varies: &[Varies],
-    ) -> Vec<BudgetResult> {
-        let bands = self.bands.iter().map(|band| (&band.name, face.per));
+    /// Takes out on what the results depend, and how uncertain that makes them.
+    pub(super) fn forget_dependence(&mut self) {
+        (self.sensitivity, self.budget, self.uncertain) = (None, None, None);
+        let forget = |face: &mut FaceResult| {
+            (face.flux_model_se, face.irradiance_model_se) = (None, None);
+            face.ratios.iter_mut().for_each(|ratios| ratios.ratio_model_se = None);
+        };
+        for of in &mut self.captors {
+            std::iter::once(&mut of.front).chain(&mut of.back).for_each(forget);
+            of.whole.absorbed_model_se = None;
+            of.whole.absorbed_ratios.iter_mut().for_each(|ratios| ratios.ratio_model_se = None);
+        }
+        for of in &mut self.groups {
+            std::iter::once(&mut of.front).chain(&mut of.back).for_each(forget);
+            of.whole.absorbed_model_se = None;
+            of.whole.absorbed_ratios.iter_mut().for_each(|ratios| ratios.ratio_model_se = None);
+        }
+    }
+
+    /// Sets how uncertain the values of a spot are, per band, sum and ratio.
+    pub(super) fn set_uncertainty(&mut self, inputs: &Inputs, spot: Spot, varies: &[Varies]) {
+        let all: Vec<f64> = varies.iter().map(together).collect();
+        let (of_bands, of_ratios) = all.split_at(self.bands.len());
+        let per_area = || of_bands.iter().map(|flux| flux / spot.per).collect();
+        let boxed = |values: Vec<f64>| Some(Box::new(Deviations(values)));
+        let (front, back, whole) = match spot.place.checked_sub(self.captors.len()) {
+            None => {
+                let of = &mut self.captors[spot.place];
+                (&mut of.front, &mut of.back, &mut of.whole)
+            }
+            Some(group) => {
+                let of = &mut self.groups[group];
+                (&mut of.front, &mut of.back, &mut of.whole)
+            }
+        };
+        let of_face = match spot.kind {
+            Channel::Front => Some(front),
+            Channel::Back => back.as_mut(),
+            Channel::Absorbed => None,
+        };
+        let ratios = match of_face {
+            Some(found) => {
+                found.flux_model_se = boxed(of_bands.to_vec());
+                found.irradiance_model_se = boxed(per_area());
+                &mut found.ratios
+            }
+            None => {
+                whole.absorbed_model_se = Some(of_bands.to_vec());
+                &mut whole.absorbed_ratios
+            }
+        };
+        if let Some(found) = ratios {
+            found.ratio_model_se = boxed(of_ratios.to_vec());
+        }
+        if spot.place >= self.captors.len() || self.groups.is_empty() {
+            let rows = self.budget_of(inputs, spot, varies);
+            self.budget.get_or_insert_default().extend(rows);
+        }
+    }
+
+    /// Returns the budget of each band, sum and ratio of a spot.
+    fn budget_of(&self, inputs: &Inputs, spot: Spot, varies: &[Varies]) -> Vec<BudgetResult> {
+        let bands = self.bands.iter().map(|band| (&band.name, spot.per));
         let names = bands.chain(self.ratios.iter().map(|ratio| (&ratio.name, 1.0)));
+        let group = spot.place.checked_sub(self.captors.len());
+        let group = group.map(|group| self.groups[group].id.clone());
+        let captor = self.captors.get(spot.place).map(|captor| captor.id.clone());
         let of = |((band, per), varies): ((&String, f64), &Varies)| {
             let mut sets: Vec<usize> = (0..varies.len()).filter(|s| varies[*s] > 0.0).collect();
             sets.sort_by(|a, b| varies[*b].total_cmp(&varies[*a]));
             let input =
                 |&set: &usize| InputResult { parameter: inputs.name(set), se: varies[set] / per };
             BudgetResult {
-                captor: place.captor.map(str::to_string),
-                group: place.group.map(str::to_string),
-                face: face.name(),
+                captor: captor.clone(),
+                group: group.clone(),
+                face: name_of(spot.kind),
                 band: band.clone(),
                 model_se: together(varies) / per,
                 largest: sets.iter().take(LARGEST).map(input).collect(),

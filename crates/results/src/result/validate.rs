@@ -43,6 +43,7 @@ impl RunResult {
                 .flatten()
                 .all(|found| found.is_valid(bands, self.ratios.len()))
             && self.budget.iter().flatten().all(BudgetResult::is_valid)
+            && self.uncertain.iter().flatten().all(|input| input.is_valid(own))
             && self.canopy.iter().all(|canopy| canopy.is_valid(bands))
     }
 }

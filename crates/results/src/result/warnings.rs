@@ -56,7 +56,7 @@ impl RunResult {
 }
 
 fn warnings(result: &RunResult) -> Vec<Warning> {
-    let all = [lost, cut_off, few_batches, starved, unseen, dark, few_histories];
+    let all = [lost, cut_off, few_batches, starved, unseen, dark, few_histories, groups_alone];
     all.into_iter().filter_map(|found| found(result)).collect()
 }
 
@@ -159,6 +159,29 @@ fn dark(result: &RunResult) -> Option<Warning> {
     let which = some(&dark, LISTED);
     let text = words![nothing, " ", which, remedy];
     Some(Warning { kind: "a captor that no light reached", text })
+}
+
+fn groups_alone(result: &RunResult) -> Option<Warning> {
+    let rows = result.sensitivity.as_ref()?;
+    let is_lit = |face: &FaceResult| face.flux.iter().any(|&flux| flux > 0.0);
+    let lit = result.captors.iter().any(|captor| captor.faces().any(is_lit));
+    if !lit || rows.iter().any(|row| row.captor.is_some()) {
+        return None;
+    }
+    Some(match rows.is_empty() {
+        true => Warning {
+            kind: "nothing says on which inputs it depends",
+            text: "no captor says on which inputs it depends: none that was asked for is met by its light, or \
+                   there are too many captors (docs/sensitivity.md#limits)"
+                .to_words(),
+        },
+        false => Warning {
+            kind: "only groups say on which inputs they depend",
+            text: "only groups say on which inputs they depend, as there are too many captors \
+                   (docs/sensitivity.md#limits)"
+                .to_words(),
+        },
+    })
 }
 
 fn few_histories(result: &RunResult) -> Option<Warning> {

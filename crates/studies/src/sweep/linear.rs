@@ -180,7 +180,11 @@ impl Place {
         // results that are split by light are those of photons, whatever a trial would choose
         let photons = setting("estimator")
             .is_none_or(|estimator| estimator == "photons" || estimator == "auto");
-        if !photons || setting("tolerance").is_some() || setting("max_time").is_some() {
+        // what results depend on is kept by lamp, not by what varies together
+        let depends =
+            |key| document.get(key).is_some_and(|value| !value.is_null() && *value != false);
+        let limits = setting("tolerance").is_some() || setting("max_time").is_some();
+        if !photons || limits || depends("sensitivity") || depends("uncertain") {
             return None;
         }
         let bands =

@@ -69,6 +69,7 @@ impl Year {
             layers: None,
             sensitivity: None,
             budget: None,
+            uncertain: None,
             canopy: None,
         };
         result.add_dli();

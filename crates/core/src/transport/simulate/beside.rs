@@ -84,7 +84,7 @@ impl Run<'_> {
                 let event = Event::Chance { before, after: &photon.power };
                 tally.score(scene, None, photon.weights, &event);
                 if let Some(account) = &mut account {
-                    tally.score_met(scene, photon.weights, &event, account, |_| false);
+                    tally.score_met(scene, None, photon.weights, &event, account, |_| false);
                 }
             }
             if photon.power.is_zero() {
@@ -96,7 +96,7 @@ impl Run<'_> {
                 let counts = |counted: &Counted<L>| finding.hidden || alone(counted.channel());
                 tally.score_beside(scene, weights, &event, counts);
                 if let Some(account) = &mut account {
-                    tally.score_met(scene, weights, &event, account, counts);
+                    tally.score_met(scene, None, weights, &event, account, counts);
                     account.then(&event);
                 }
                 if let Some(task) = &mut stored

@@ -213,7 +213,7 @@ impl Run<'_> {
                 }
                 tally.score(self.scene, part, weights, &event);
                 if let Some(account) = &mut account {
-                    tally.score_met(self.scene, weights, &event, account, |_| true);
+                    tally.score_met(self.scene, part, weights, &event, account, |_| true);
                     account.then(&event);
                 }
                 if let Some(counted) = event.counted(self.scene).filter(|_| heavy) {

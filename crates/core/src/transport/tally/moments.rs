@@ -16,7 +16,7 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct MomentTally {
     bands: usize,
-    /// The number of sums of a channel: of all parameters, each per band.
+    /// The number of sums of a channel: of all parameters that are counted, each per band.
     width: usize,
     /// For each channel its place in the next two lists, plus one; 0 where nothing was counted.
     places: Vec<u32>,
@@ -35,23 +35,26 @@ pub struct MomentSums {
 }
 
 impl MomentTally {
-    /// Returns an empty tally; `None` if the scene counts no moments.
-    pub fn new(scene: &Scene) -> Option<Self> {
+    /// Returns an empty tally of the first parameters of a scene, in this number; `None` if there are
+    /// none.
+    pub fn new(scene: &Scene, parameters: usize) -> Option<Self> {
         let bands = scene.bands().len();
-        let width = scene.parameters().moments().count() * bands;
+        let width = parameters * bands;
         let places = vec![0; scene.channels()];
         (width > 0).then(|| Self { bands, width, places, touched: Vec::new(), sums: Vec::new() })
     }
 
-    /// Returns about how many bytes it takes when anything was counted in at most `touched` channels.
-    pub fn bytes(scene: &Scene, touched: usize) -> usize {
-        let width = scene.parameters().moments().count() * scene.bands().len();
+    /// Returns about how many bytes it takes for so many parameters when anything was counted in at
+    /// most `touched` channels.
+    pub fn bytes(scene: &Scene, parameters: usize, touched: usize) -> usize {
+        let width = parameters * scene.bands().len();
         let of_channel = width * size_of::<f64>() + size_of::<u32>();
         let places = scene.channels() * size_of::<u32>();
         if width > 0 { touched.min(scene.channels()) * of_channel + places } else { 0 }
     }
 
-    /// Adds the moments of light that has met these parameters and comes to a channel.
+    /// Adds the moments of light that has met these parameters and comes to a channel, as far as they
+    /// are counted.
     #[inline]
     pub fn add_met<'a, L: Lanes>(
         &mut self,
@@ -60,14 +63,13 @@ impl MomentTally {
         light: &Spectrum<L>,
         met: &Met<L>,
     ) {
-        let bands = self.bands;
+        let (bands, width) = (self.bands, self.width);
         let row = self.row(channel);
         met.moments(light, |parameter, moment| {
-            accumulate(
-                &mut row[usize::from(parameter) * bands..][..bands],
-                weights.clone(),
-                &moment,
-            );
+            let first = usize::from(parameter) * bands;
+            if first < width {
+                accumulate(&mut row[first..][..bands], weights.clone(), &moment);
+            }
         });
     }
 

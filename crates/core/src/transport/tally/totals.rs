@@ -59,24 +59,28 @@ pub struct Totals {
     group_values: Vec<f64>,
     /// Totals of each part of the light, if the light is split, or of each variant of the scene.
     parts: Vec<Totals>,
-    /// For each parameter, channel and column the [moment](crate::transport::met) and the value.
-    /// Empty if no moments are asked for; without the channels of captors if these are too many.
+    /// The channels that have moments: those of captors and groups, or if these are too many, of groups
+    /// alone.
+    #[serde(default, skip_serializing_if = "Range::is_empty")]
+    moment_channels: Range<usize>,
+    /// For each parameter, such channel and column the [moment](crate::transport::met) and the value.
+    /// Empty if no moments are asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     moments: Vec<RunningPair>,
-    /// For each parameter, channel as above, and ratio the moment and the value of its numerator
-    /// and of its denominator.
+    /// For each parameter, such channel and ratio the moment and the value of its numerator and of its
+    /// denominator.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     ratio_moments: Vec<RunningFour>,
 }
 
 /// The largest number of moments of captors that are kept: 40 MB, and some hundreds of MB of results.
-/// Beyond it only groups have any.
+/// Beyond it only groups have any. As many are kept of captors by light.
 const MOST_MOMENTS: usize = 1_000_000;
 
-/// Returns the channels of captors and groups that have moments.
-fn channels_with_moments(scene: &Scene) -> Range<usize> {
+/// Returns the channels of captors and groups that have moments of so many parameters.
+fn channels_with_moments(scene: &Scene, parameters: usize) -> Range<usize> {
     let columns = scene.bands().len() + scene.sums().len() + scene.ratios().len();
-    let each = columns * scene.parameters().moments().count();
+    let each = columns.saturating_mul(parameters);
     let groups = scene.groups().len() * scene.group_channels();
     let kept = scene.channels().saturating_mul(each) <= MOST_MOMENTS;
     (if kept { 0 } else { scene.channels() })..scene.channels() + groups
@@ -118,23 +122,34 @@ impl Totals {
             captor_of_channel,
             group_values: vec![0.0; group_channels * columns],
             parts: (0..parts).map(|_| Self::new(scene, 0)).collect(),
+            moment_channels: 0..0,
             moments: Vec::new(),
             ratio_moments: Vec::new(),
         }
     }
 
     /// Returns the same totals, with room for the moments of the scene's parameters.
-    pub fn with_moments(self, scene: &Scene) -> Self {
-        let channels = channels_with_moments(scene).len() * scene.parameters().moments().count();
-        let moments = vec![RunningPair::default(); channels * self.columns];
-        let ratio_moments = vec![RunningFour::default(); channels * scene.ratios().len()];
-        Self { moments, ratio_moments, ..self }
+    pub fn with_moments(mut self, scene: &Scene) -> Self {
+        let by_light = scene.parameters().moments_by_light().count();
+        let of_parts = channels_with_moments(scene, by_light * self.parts.len());
+        let parts = std::mem::take(&mut self.parts).into_iter();
+        let parts = parts.map(|part| part.with_room(scene, of_parts.clone(), by_light)).collect();
+        let all = scene.parameters().moments().count();
+        Self { parts, ..self.with_room(scene, channels_with_moments(scene, all), all) }
+    }
+
+    /// Returns the same totals, with room for the moments of so many parameters in these channels.
+    fn with_room(self, scene: &Scene, moment_channels: Range<usize>, parameters: usize) -> Self {
+        let places = moment_channels.len() * parameters;
+        let moments = vec![RunningPair::default(); places * self.columns];
+        let ratio_moments = vec![RunningFour::default(); places * scene.ratios().len()];
+        Self { moment_channels, moments, ratio_moments, ..self }
     }
 
     /// Adds the moments that a batch has found, and the values that they are moments of.
     fn add_moments(&mut self, scene: &Scene, batch: &Sums, scale: f64) {
         let (bands, columns) = (scene.bands().len(), self.columns);
-        let channels = channels_with_moments(scene);
+        let channels = self.moment_channels.clone();
         let Some(found) = &batch.moments else { return };
         let rows = |sums: &mut dyn Iterator<Item = (usize, &[f64])>| {
             let mut rows = vec![0.0; channels.end * columns];
@@ -184,16 +199,20 @@ impl Totals {
         }
     }
 
+    /// Returns whether moments are kept in a channel of a captor or group.
+    pub fn keeps_moments_of(&self, channel: usize) -> bool {
+        self.moment_channels.contains(&channel)
+    }
+
     /// Returns for each band and sum the mean moment of a parameter in a channel of a captor or group,
     /// and the mean value there, and from two batches on the variance of the first, their covariance
     /// and the variance of the second. `None` where no moments are kept.
     pub fn moments(
         &self,
-        scene: &Scene,
         parameter: usize,
         channel: usize,
     ) -> Option<impl Iterator<Item = ([f64; 2], Option<[f64; 3]>)>> {
-        let channels = channels_with_moments(scene);
+        let channels = &self.moment_channels;
         let at = parameter * channels.len() + channel.checked_sub(channels.start)?;
         let pairs = self.moments.get(at * self.columns..(at + 1) * self.columns)?;
         Some(pairs.iter().map(|pair| pair.estimate(self.batches)))
@@ -207,7 +226,7 @@ impl Totals {
         parameter: usize,
         channel: usize,
     ) -> Option<(&[RunningFour], u64)> {
-        let channels = channels_with_moments(scene);
+        let channels = &self.moment_channels;
         let at = parameter * channels.len() + channel.checked_sub(channels.start)?;
         let ratios = scene.ratios().len();
         Some((self.ratio_moments.get(at * ratios..(at + 1) * ratios)?, self.batches))
@@ -244,10 +263,16 @@ impl Totals {
         let channels = scene.channels() + groups + scene.stand().channels();
         let of_ratios = scene.ratios().len() * size_of::<RunningFour>();
         let of_channel_moments = columns * size_of::<RunningPair>() + of_ratios;
-        let moments = channels_with_moments(scene).len() * of_channel_moments;
-        let moments = moments * scene.parameters().moments().count();
-        let sums = channels * of_channel + groups * of_group + ledger + moments;
+        // counted for so many parameters of each of so many lights
+        let moments = |parameters: usize, lights: usize| {
+            let all = parameters * lights;
+            channels_with_moments(scene, all).len() * of_channel_moments * all
+        };
+        let parameters = scene.parameters();
+        let sums = channels * of_channel + groups * of_group + ledger;
         (parts + 1) * (size_of::<Self>() + sums)
+            + moments(parameters.moments().count(), 1)
+            + moments(parameters.moments_by_light().count(), parts)
     }
 
     /// Adds a batch of `histories`. All batches have equal weight: each is a whole small run, in
@@ -363,6 +388,7 @@ impl Totals {
             && self.running.iter().all(Running::is_possible)
             && self.parts.len() == other.parts.len()
             && self.parts.iter().zip(&other.parts).all(|(mine, theirs)| mine.fits(theirs))
+            && self.moment_channels == other.moment_channels
             && self.moments.len() == other.moments.len()
             && self.moments.iter().all(RunningPair::is_possible)
             && self.ratio_moments.len() == other.ratio_moments.len()
@@ -415,6 +441,7 @@ impl Totals {
             captor_of_channel: self.captor_of_channel.clone(),
             group_values: Vec::new(),
             parts: Vec::new(),
+            moment_channels: 0..0,
             moments: Vec::new(),
             ratio_moments: Vec::new(),
             ..*self
