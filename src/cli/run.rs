@@ -80,7 +80,7 @@ pub(super) struct Arguments {
     /// [default: the scene's, or the number of photons on the face to the power 2/3, at least 50]
     #[arg(long, value_name = "N", value_parser = k, allow_hyphen_values = true)]
     k: Option<NearestCount>,
-    /// The most arrivals to store for k-nearest estimates
+    /// The most arrivals that k-nearest estimates are taken from
     #[arg(long, value_name = "N", value_parser = map_photons, allow_hyphen_values = true)]
     map_photons: Option<MapLimit>,
     /// What guides photons to captors that light hardly reaches [default: the scene's, or what a

@@ -38,7 +38,7 @@ pub struct RunJob {
     pub max_time: Option<TimeLimit>,
     /// Photons of each k-nearest estimate.
     pub k: Option<NearestCount>,
-    /// The most arrivals to store for these.
+    /// The most arrivals that these are taken from.
     pub map_photons: Option<MapLimit>,
     /// What guides the photons.
     pub guiding: Option<Guiding>,

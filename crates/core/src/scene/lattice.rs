@@ -464,9 +464,23 @@ pub struct Stretch {
     pub start: f64,
     /// Distances along this ray at which it comes into the cell and leaves it, m.
     pub inside: [f32; 2],
+    /// What rounding may put between these two borders and where the ray meets what lies in them, m.
+    pub slack: [f32; 2],
     /// The cell.
     pub cell: Cell,
 }
+
+impl Stretch {
+    /// Returns the distance up to which the ray may meet what lies in the cell or in its borders, m.
+    pub fn end(&self) -> f32 {
+        self.inside[1] + self.slack[1]
+    }
+}
+
+/// Tests of triangles round more often than the coordinates of borders, by up to so many times as much.
+const OF_TESTS: f64 = 16.0;
+/// A ray that comes to a border at a flatter angle than this sine is taken to come at this one.
+const FLATTEST: f64 = 1e-3;
 
 /// Follows a ray from cell to cell.
 #[derive(Clone, Debug)]
@@ -480,6 +494,8 @@ pub struct Walk<'a> {
     rise: f64,
     /// Distance at which the ray has come into the next cell.
     t: f64,
+    /// What rounding may put between the border that it has come by and what lies in it, m.
+    slack: f64,
     cell: Cell,
     cells: u32,
     /// Whether the ray was given up.
@@ -492,8 +508,8 @@ impl<'a> Walk<'a> {
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let (cell, rises) = (lattice.cell_of(origin), lattice.rises());
         let rise = above(rises, direction);
-        let (t, cells, is_lost) = (0.0, 0, false);
-        Self { lattice, layers, origin, direction, rises, rise, t, cell, cells, is_lost }
+        let (t, slack, cells, is_lost) = (0.0, layers.slack, 0, false);
+        Self { lattice, layers, origin, direction, rises, rise, t, slack, cell, cells, is_lost }
     }
 
     /// Goes on to the next layer. Returns whether there is one.
@@ -544,20 +560,22 @@ impl Iterator for Walk<'_> {
         let exit = borders[0].min(borders[1]).max(self.t);
         let start = (self.t - self.layers.slack).max(0.0);
         let origin = self.origin + start * self.direction - self.lattice.shift(self.cell);
-        let stretch = Stretch {
-            ray: Ray { origin: origin.as_vec3(), direction: self.direction.as_vec3() },
-            start,
-            inside: [self.t - start, exit - start].map(|t| t as f32),
-            cell: self.cell,
-        };
+        let (cell, before) = (self.cell, self.slack);
+        let inside = [self.t - start, exit - start].map(|t| t as f32);
         self.t = exit;
+        self.slack = self.layers.slack;
         for (axis, border) in borders.into_iter().enumerate() {
             // a ray through a corner goes on in the cell beyond it
             if border <= exit {
                 self.cell[axis] += if self.direction[axis] > 0.0 { 1 } else { -1 };
+                let sine = self.direction[axis].abs().max(FLATTEST);
+                let along = f64::from(ROUNDING) * (exit - start);
+                self.slack = self.slack.max(OF_TESTS * (self.layers.slack + along) / sine);
             }
         }
-        Some(stretch)
+        let ray = Ray { origin: origin.as_vec3(), direction: self.direction.as_vec3() };
+        let slack = [before, self.slack].map(|slack| slack as f32);
+        Some(Stretch { ray, start, inside, slack, cell })
     }
 }
 

@@ -69,6 +69,23 @@ pub struct LayerBins {
     /// One-sided area, m2, of the surface captors that are not ground in each layer.
     pub areas: Vec<f64>,
     heights: Heights,
+    /// For each triangle that is no shared copy and has heights, its layer, [`ACROSS`] or [`NONE`].
+    of_triangle: Vec<u16>,
+}
+
+/// A triangle that reaches over a border between layers.
+const ACROSS: u16 = u16::MAX;
+/// A triangle that counts in no layer.
+const NONE: u16 = u16::MAX - 1;
+
+/// Where a triangle lies.
+pub enum InLayers {
+    /// In no layer: it is ground.
+    Nowhere,
+    /// In this layer as a whole.
+    In(usize),
+    /// In several, or in those of its copy.
+    Across,
 }
 
 /// Heights of the corners of triangles, in double precision. Both the area of a triangle and the
@@ -131,13 +148,16 @@ impl fmt::Debug for LayerBins {
 impl LayerBins {
     /// Makes layers of the height `dz`, m, for triangles that are given by the heights of their
     /// corners, m from the user's origin, and by their area, m2, times the number of copies at the
-    /// same heights. `heights` are those by which points are found. Error: more than 10,000 layers.
+    /// same heights. `heights` are those by which points are found; `counts` says of each triangle that
+    /// is no shared copy whether it counts. Error: more than 10,000 layers.
     pub fn new(
         dz: f64,
         triangles: impl Iterator<Item = ([f64; 3], f64)> + Clone,
         heights: Heights,
+        counts: impl Iterator<Item = bool>,
     ) -> Result<Self, Problem> {
-        let mut layers = Self { dz, first: 0, areas: Vec::new(), heights };
+        let (areas, of_triangle) = (Vec::new(), Vec::new());
+        let mut layers = Self { dz, first: 0, areas, heights, of_triangle };
         let levels = || triangles.clone().flat_map(|(heights, _)| heights);
         let low = layers.level(levels().fold(f64::INFINITY, f64::min)).floor();
         let high = layers.level(levels().fold(f64::NEG_INFINITY, f64::max)).floor();
@@ -161,7 +181,26 @@ impl LayerBins {
                 below = part;
             }
         }
+        let of = |(heights, counts): (&[f64; 3], bool)| {
+            let [bottom, top] = ends(heights.map(|height| layers.level(height)));
+            match (counts, bottom as usize == top as usize) {
+                (false, _) => NONE,
+                (true, true) => bottom as u16,
+                (true, false) => ACROSS,
+            }
+        };
+        layers.of_triangle = layers.heights.own.iter().zip(counts).map(of).collect();
         Ok(layers)
+    }
+
+    /// Returns where a triangle of a surface captor lies.
+    #[inline]
+    pub fn of_triangle(&self, triangle: usize) -> InLayers {
+        match triangle.checked_sub(self.heights.first).and_then(|own| self.of_triangle.get(own)) {
+            Some(&NONE) => InLayers::Nowhere,
+            Some(&layer) if layer != ACROSS => InLayers::In(layer.into()),
+            _ => InLayers::Across,
+        }
     }
 
     /// Returns the heights of the corners of a triangle of a surface captor, m from the user's origin.
@@ -224,7 +263,9 @@ mod tests {
     use super::*;
 
     fn bins(dz: f64, triangles: &[([f64; 3], f64)]) -> LayerBins {
-        LayerBins::new(dz, triangles.iter().copied(), Heights::default()).unwrap()
+        let own = triangles.iter().map(|(heights, _)| *heights).collect();
+        let heights = Heights { own, ..Heights::default() };
+        LayerBins::new(dz, triangles.iter().copied(), heights, std::iter::repeat(true)).unwrap()
     }
 
     /// A right triangle of 1.5 m2 that stands upright, cut at thirds of its height: 5/9, 3/9 and 1/9
@@ -240,7 +281,10 @@ mod tests {
         }
         assert_eq!(layers.of(upright.0, [0.0, 0.5]), 1);
         assert_eq!(layers.of(upright.0, [-0.1, 1.2]), 3);
-        assert!(LayerBins::new(1e-6, [upright].into_iter(), Heights::default()).is_err());
+        assert!(matches!(layers.of_triangle(0), InLayers::Across));
+        assert!(matches!(layers.of_triangle(1), InLayers::In(1)));
+        let none = std::iter::empty();
+        assert!(LayerBins::new(1e-6, [upright].into_iter(), Heights::default(), none).is_err());
     }
 
     /// Level triangles at the borders of layers, by division, by multiplication, in single precision
@@ -256,6 +300,7 @@ mod tests {
                     let layers = bins(dz, &[(heights, 1.0)]);
                     assert_eq!((layers.first, &layers.areas[..]), (border, &[1.0][..]), "{dz}");
                     assert_eq!(layers.of(heights, [0.3, 0.3]), 0);
+                    assert!(matches!(layers.of_triangle(0), InLayers::In(0)));
                 }
             }
         }

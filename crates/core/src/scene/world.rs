@@ -45,11 +45,11 @@ use crate::{
     scene::{
         bvh::{Bvh, Hit},
         captor::{CHANNELS, Captor},
-        lattice::Lattice,
+        lattice::{Cell, Lattice},
         light::{Light, LightTree, Prism, sources},
         material::Material,
         parameter::Parameters,
-        stand::{LayerBins, Stand},
+        stand::{InLayers, LayerBins, Stand},
     },
 };
 use images::LightImages;
@@ -436,8 +436,11 @@ impl Scene {
 
     #[inline(never)]
     fn layer_among(&self, layers: &LayerBins, triangle: usize, point: Vec3) -> Option<usize> {
-        if self.is_ground(triangle) {
-            return None;
+        match layers.of_triangle(triangle) {
+            InLayers::Nowhere => return None,
+            InLayers::In(layer) => return Some(layer),
+            InLayers::Across if self.is_ground(triangle) => return None,
+            InLayers::Across => {}
         }
         let copy = self.located(triangle);
         let [a, b, c] = layers.heights(triangle, copy);
@@ -615,33 +618,38 @@ impl Scene {
             false => surface_bvh.meet(captor_bvh, ray, self.crossing(ray, &mut visit)),
         };
         let t = hit.map_or(f32::INFINITY, |hit| hit.t);
-        self.cross_rounds(ray, [0.0, t.next_up()], Some(t), &mut visit);
+        self.cross_rounds(ray, t.next_up(), Some(t), |_, _| true, &mut visit);
         hit.map(|hit| self.surface_hit(ray, &hit))
     }
 
-    /// Visits the discs and spheres that a ray crosses at the distances `from <= t < to`. `hit` is the
-    /// distance at which it meets a surface: see [`crossing`](Self::crossing).
+    /// Visits the discs and spheres that a ray crosses before `t_max` and that `count`, in the cell that
+    /// they are seen in. `hit` is the distance at which it meets a surface: see
+    /// [`crossing`](Self::crossing).
     #[inline]
     fn cross_rounds(
         &self,
         ray: &Ray,
-        [from, to]: [f32; 2],
+        t_max: f32,
         hit: Option<f32>,
+        mut count: impl FnMut(&Crossing, Cell) -> bool,
         visit: &mut impl FnMut(Crossing),
     ) {
         let shapes = &*self.shapes;
-        shapes.round_captors.crossings(ray, to, |index, RoundHit { t, front, mut point }| {
+        shapes.round_captors.crossings(ray, t_max, |index, RoundHit { t, front, mut point }| {
             let (index, cell) = shapes.round_origin(index);
             let triangle = shapes.captor_triangles.len() + index;
             let captor = shapes.captor_of_triangle[triangle] as usize;
             let is_tied = hit == Some(t);
-            if t < from || (is_tied && !(front && self.lift(captor) > 0.0)) {
+            if is_tied && !(front && self.lift(captor) > 0.0) {
                 return;
             }
             if let Some(repeats) = shapes.repeats.as_ref().filter(|_| cell != [0, 0]) {
                 point -= repeats.lattice.shift(cell).as_vec3();
             }
-            visit(Crossing { t, captor, triangle, front, point });
+            let crossing = Crossing { t, captor, triangle, front, point };
+            if count(&crossing, cell) {
+                visit(crossing);
+            }
         });
     }
 
@@ -650,7 +658,7 @@ impl Scene {
         if self.shapes.repeats.is_some() {
             return self.crossings_in_pieces(ray, t_max, &mut visit);
         }
-        self.cross_rounds(ray, [0.0, t_max], None, &mut visit);
+        self.cross_rounds(ray, t_max, None, |_, _| true, &mut visit);
         let mut visit = self.crossing(ray, &mut visit);
         self.shapes.captor_bvh.crossings(ray, t_max, |hit| visit(hit, false));
     }
@@ -670,7 +678,7 @@ impl Scene {
         if farthest > 0.0 {
             let hit = surface_bvh.closest(ray, farthest.next_up());
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
-            self.cross_rounds(ray, [0.0, t_max.next_up()], Some(t_max), &mut visit);
+            self.cross_rounds(ray, t_max.next_up(), Some(t_max), |_, _| true, &mut visit);
             let mut visit = self.crossing(ray, &mut visit);
             captor_bvh.crossings(ray, t_max.next_up(), |hit| visit(hit, hit.t == t_max));
         }

@@ -18,7 +18,7 @@ use crate::{
         material::{Interaction, Scatterer},
         world::Scene,
     },
-    transport::photon_map::{Gathered, PhotonMap},
+    transport::photon_map::{Faces, Gathered, PhotonMap, chosen_k},
 };
 
 #[cfg(test)]
@@ -43,19 +43,8 @@ pub struct NearestEstimate {
     pub radiance: Option<Vec<Estimate>>,
 }
 
-/// The least k that is chosen; it gives an error of 14 %.
-const LEAST_K: usize = 50;
-
-/// Returns the k for a face on which `photons` photons of `histories` histories arrived. Counted in
-/// histories it is their number to the power 2/3, the law of the least mean square error in the
-/// plane (Silverman, Density Estimation, 1986, 5.2), and at least [`LEAST_K`]. From 354 histories
-/// on, the relative error and the fraction of the captor's area are then equal, histories^(-1/3).
-/// Photons of the same history, such as copies made by splitting, are not independent, so they do
-/// not count as several.
-fn chosen_k(photons: usize, histories: usize) -> usize {
-    let independent = (histories as f64).powf(2.0 / 3.0).round().max(LEAST_K as f64);
-    (independent * photons as f64 / histories.max(1) as f64).ceil() as usize
-}
+/// Number of faces of a captor that may have estimates: front and back.
+const FACES: usize = 2;
 
 /// Limit on the number of triangles of a captor that is a part of a copy which shares its triangles:
 /// whole plants by the thousand would take long, and an estimate at one point says little of them.
@@ -108,6 +97,13 @@ pub fn estimate(
 /// Returns whether any captor of a scene can have an estimate.
 pub fn any_estimates(scene: &Scene) -> bool {
     scene.captors().iter().any(|captor| has_estimate(scene, captor))
+}
+
+/// Returns what the estimates use of what arrives at the captors of a scene.
+pub fn faces(scene: &Scene, k: Option<usize>) -> Faces {
+    let with_estimates = scene.captors().iter().filter(|captor| has_estimate(scene, captor));
+    let middles = with_estimates.map(|c| (c.first_channel as u32, middle(scene, c))).collect();
+    Faces::new(scene.channels(), middles, FACES, k)
 }
 
 fn has_estimate(scene: &Scene, captor: &Captor) -> bool {
@@ -207,7 +203,10 @@ fn gather(
         return None;
     }
     let bin = (captor.first_channel + face as usize) as u32;
-    let k = k.unwrap_or_else(|| chosen_k(map.count(bin), map.histories_on(bin)));
+    let k = k.unwrap_or_else(|| {
+        let [photons, histories] = map.arrived(bin);
+        chosen_k(photons, histories)
+    });
     if let Some(round) = scene.round(captor) {
         // the query is the middle of the disc
         return map.gather(bin, query, k, captor.area, |radius| {

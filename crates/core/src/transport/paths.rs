@@ -188,6 +188,13 @@ impl Pilot {
         if self.near.is_some() { Near::MOST_GAIN } else { 1.0 }
     }
 
+    /// Returns whether photons beside the paths can serve a face alone. Where they are sent [near](Near)
+    /// the captors, light that comes from beside the box arrives with few photons that count for much,
+    /// which neither a trial nor a run may meet, so that an error would say too little.
+    pub fn may_serve_alone(&self) -> bool {
+        self.near.is_none()
+    }
+
     /// Returns whether photons are traced beside the paths.
     fn has_photons(&self) -> bool {
         !self.left.is_empty()

@@ -8,11 +8,13 @@ use rayon::prelude::*;
 
 mod builder;
 mod direction;
+mod reach;
 #[cfg(test)]
 mod tests;
 
 pub use builder::{MapBuilder, TaskArrivals, TaskKey};
 pub use direction::PackedDirection;
+pub use reach::{Faces, Seen, chosen_k};
 
 /// A photon that arrived on a surface, or crossed a virtual captor.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +62,7 @@ impl Way {
 
 /// Stored photons, bin by bin, with a kd-tree over each large bin.
 pub struct PhotonMap {
-    /// All photons, sorted by bin.
+    /// The photons that are stored, sorted by bin.
     pub photons: Arc<Vec<StoredPhoton>>,
     power: Vec<f32>,
     ways: Vec<Way>,
@@ -68,6 +70,9 @@ pub struct PhotonMap {
     /// Number of histories, all arrivals of which are stored here.
     pub histories: u64,
     bins: Arc<Bins>,
+    /// What arrived in the bins of which only photons near the middle of the face are stored, by rising
+    /// bins.
+    thinned: Arc<[Seen]>,
 }
 
 /// The bins that have photons. On leaves there are nearly as many bins as photons, so that a bin
@@ -111,7 +116,7 @@ pub struct Neighbour {
     pub distance2: f32,
 }
 
-/// Bins of at most this many arrivals are searched one by one.
+/// Bins in which at most this many photons arrived are searched one by one.
 const SMALL_BIN: usize = 1024;
 
 impl PhotonMap {
@@ -123,15 +128,18 @@ impl PhotonMap {
     ///
     /// If there are not `bands` powers for each arrival, or 2^32 arrivals or more.
     pub fn new(arrivals: Vec<Arrival>, power: Vec<f32>, bands: usize, histories: u64) -> Self {
-        Self::file(arrivals, power, Vec::new(), bands, histories)
+        Self::file(arrivals, power, Vec::new(), bands, histories, Vec::new())
     }
 
+    /// Files arrivals. `thinned` says of some bins, in rising order, what arrived in them where only
+    /// photons near the middle of the face are stored.
     fn file(
         arrivals: Vec<Arrival>,
         power: Vec<f32>,
         ways: Vec<Way>,
         bands: usize,
         histories: u64,
+        thinned: Vec<Seen>,
     ) -> Self {
         assert_eq!(power.len(), arrivals.len() * bands, "powers of all arrivals");
         let count = u32::try_from(arrivals.len()).expect("fewer than 2^32 arrivals");
@@ -141,7 +149,7 @@ impl PhotonMap {
         keys.par_sort_unstable();
         let order: Vec<u32> = keys.into_iter().map(|key| key as u32).collect();
         let arrival = |&i: &u32| &arrivals[i as usize];
-        let bins = Bins::new(&order, &arrivals);
+        let bins = Bins::new(&order, &arrivals, &thinned);
         let photons = order.iter().map(|i| arrival(i).photon).collect::<Vec<_>>();
         drop(arrivals);
         let mut sorted = Vec::with_capacity(power.len());
@@ -149,7 +157,7 @@ impl PhotonMap {
         let ways =
             if ways.is_empty() { ways } else { order.iter().map(|&i| ways[i as usize]).collect() };
         let (photons, bins) = (Arc::new(photons), Arc::new(bins));
-        Self { photons, power: sorted, ways, bands, histories, bins }
+        Self { photons, power: sorted, ways, bands, histories, bins, thinned: thinned.into() }
     }
 
     /// Returns the power of a photon per band, W or umol/s, times [`histories`](Self::histories).
@@ -170,6 +178,7 @@ impl PhotonMap {
             ways: self.ways.clone(),
             power: power.collect(),
             bins: self.bins.clone(),
+            thinned: self.thinned.clone(),
             ..*self
         }
     }
@@ -185,7 +194,7 @@ impl PhotonMap {
                 ways.push(self.ways[i]);
             }
         }
-        Self::file(arrivals, power, ways, self.bands, self.histories)
+        Self::file(arrivals, power, ways, self.bands, self.histories, Vec::new())
     }
 
     /// Returns the bins that have photons, and the indices of these photons.
@@ -219,22 +228,41 @@ impl PhotonMap {
         positions
     }
 
-    /// Returns the number of photons of a bin.
+    /// Returns the number of arrivals that the map stands for. A map that is made for the estimates at
+    /// captors does not [store](Self::photons) them all.
+    pub fn arrivals(&self) -> u64 {
+        let plain = self.bins.all().filter(|(bin, _)| self.thinned_at(bin.number).is_none());
+        let stored: u64 = plain.map(|(_, photons)| photons.len() as u64).sum();
+        stored + self.thinned.iter().map(|seen| u64::from(seen.photons)).sum::<u64>()
+    }
+
+    /// Returns the number of photons that are stored of a bin.
     pub fn count(&self, bin: u32) -> usize {
         self.bins.of(bin).map_or(0, |(_, range)| range.len())
     }
 
-    /// Returns the number of histories to which the photons of a bin belong.
-    pub fn histories_on(&self, bin: u32) -> usize {
-        let Some((_, range)) = self.bins.of(bin) else { return 0 };
+    /// Returns the number of photons that arrived in a bin, and of the histories that they belong to. A
+    /// map that is made for the estimates at captors stores, of many, only those near the middle of the
+    /// face.
+    pub fn arrived(&self, bin: u32) -> [usize; 2] {
+        if let Some(Seen { photons, histories, .. }) = self.thinned_at(bin) {
+            return [*photons as usize, *histories as usize];
+        }
+        let Some((_, range)) = self.bins.of(bin) else { return [0, 0] };
         // the photons of a bin are stored in the order of their histories
-        self.photons[range].chunk_by(|a, b| a.history == b.history).count()
+        let histories = self.photons[range.clone()].chunk_by(|a, b| a.history == b.history).count();
+        [range.len(), histories]
+    }
+
+    fn thinned_at(&self, bin: u32) -> Option<&Seen> {
+        seen_at(&self.thinned, bin)
     }
 
     /// Gathers the photons of a bin that are nearer to `point` than the k-th, and the area within
     /// the distance of the k-th, which `inside` returns for a radius in m. With fewer than `k` (at
     /// least 1) photons, gathers all of them and takes the `whole` area, m2. `None` if there are no
-    /// photons or no area.
+    /// photons or no area. Where only photons near the middle of a face are stored, `point` must be
+    /// that middle.
     pub fn gather(
         &self,
         bin: u32,
@@ -244,6 +272,12 @@ impl PhotonMap {
         inside: impl FnOnce(f32) -> f64,
     ) -> Option<Gathered> {
         let mut photons = self.nearest(bin, point, k);
+        let mut k = k;
+        if let Some(Seen { radius2, .. }) = self.thinned_at(bin) {
+            // all that are nearer are stored
+            photons.retain(|photon| photon.distance2 < *radius2);
+            k = k.min(photons.len());
+        }
         let found = photons.len();
         let (radius, area) = if found < k {
             (None, whole)
@@ -289,9 +323,13 @@ pub struct Gathered {
 
 impl Bins {
     /// Files arrivals, whose `order` is by bin.
-    fn new(order: &[u32], arrivals: &[Arrival]) -> Self {
+    fn new(order: &[u32], arrivals: &[Arrival], thinned: &[Seen]) -> Self {
         let arrival = |i: &u32| &arrivals[*i as usize];
-        let is_large = |bin: &&[u32]| bin.len() > SMALL_BIN;
+        // distances in a tree are rounded in another way, so that how many are stored must not count
+        let is_large = |bin: &&[u32]| {
+            let seen = seen_at(thinned, arrival(&bin[0]).bin);
+            seen.map_or(bin.len(), |seen| seen.photons as usize) > SMALL_BIN
+        };
         let together = || order.chunk_by(|a, b| arrival(a).bin == arrival(b).bin);
         let large: Vec<&[u32]> = together().filter(is_large).collect();
         let tree = |bin: &[u32]| {
@@ -337,6 +375,12 @@ impl Bins {
         let end = self.bins.get(index + 1).map_or(self.photons, |next| next.first as usize);
         (self.bins[index], self.bins[index].first as usize..end)
     }
+}
+
+/// Returns what is known of a bin, in a list by rising bins.
+fn seen_at(thinned: &[Seen], bin: u32) -> Option<&Seen> {
+    let place = thinned.binary_search_by_key(&bin, |seen| seen.bin).ok()?;
+    Some(&thinned[place])
 }
 
 /// Returns the `k` photons of a tree that are nearest to `point`, nearest first; all if it has

@@ -48,6 +48,7 @@ use crate::{
     scene::{captor::Captor, light::Strata, patches::Patches, world::Scene},
     transport::{
         guiding::{Guidance, too_small_to_aim_at},
+        nearest,
         paths::{Face, Pilot, Told, Unseen, reached, unaimed},
         photon_map::{MapBuilder, PhotonMap},
         settings::{Estimator, Guiding, PhotonCount, Settings},
@@ -457,7 +458,15 @@ impl<'a> Run<'a> {
         };
         let limit = memory::map_limit(self.scene, self.settings);
         let bands = self.scene.bands().len();
-        (photons && asked).then(|| Mutex::new(MapBuilder::new(limit, bands)))
+        let builder = || match self.keep {
+            Keep::OnCaptors => {
+                let k = self.settings.k.map(|k| k.get());
+                let faces = nearest::faces(self.scene, k);
+                MapBuilder::for_faces(limit, bands, faces)
+            }
+            Keep::OnSurfaces(_) | Keep::Focused(_) => MapBuilder::new(limit, bands),
+        };
+        (photons && asked).then(|| Mutex::new(builder()))
     }
 
     fn finish(

@@ -1375,7 +1375,7 @@ pub struct SettingsSpec {
     /// Photons of each k-nearest estimate, 0 for no such estimates (default: the number of photons
     /// on the face to the power 2/3, at least 50).
     pub k: Option<Count>,
-    /// The most arrivals that the photon map stores (default 2e6).
+    /// The most arrivals that k-nearest estimates are taken from (default 2e6).
     pub map_photons: Option<Count>,
     /// What guides photons to captors that light hardly reaches (default: what a trial finds
     /// cheapest).

@@ -41,7 +41,7 @@ impl RunResult {
         let (scene, settings) = (simulation.scene(), simulation.settings());
         let (totals, map) = (simulation.totals(), simulation.map());
         let powers: Vec<f64> = (0..scene.bands().len())
-            .map(|b| scene.lights().iter().map(|light| light.power[b]).sum())
+            .map(|b| scene.lights().iter().fold(0.0, |sum, light| sum + light.power[b]))
             .collect();
         let alone = simulation.estimator() == Estimator::Paths;
         let energy = match alone {
@@ -99,10 +99,7 @@ impl RunResult {
             unseen: simulation.unseen().map(|unseen| shares(scene, unseen)),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
             tolerance: simulation.accuracy().map(|found| ToleranceResult::new(scene, found)),
-            map: map.map(|map| MapResult {
-                arrivals: map.photons.len() as u64,
-                photons: map.histories,
-            }),
+            map: map.map(|map| MapResult { arrivals: map.arrivals(), photons: map.histories }),
             groups: group_results(simulation, &captors),
             captors,
             layers: stand::layers(simulation),
@@ -191,7 +188,8 @@ fn balance(scene: &Scene, power: &[f64], totals: &Totals) -> Energy {
     let games = !chance.is_empty();
     let bands = scene.bands().len();
     let by_material: Vec<&[f64]> = absorbed.chunks(bands).collect();
-    let total: Vec<f64> = (0..bands).map(|b| by_material.iter().map(|m| m[b]).sum()).collect();
+    let total = (0..bands).map(|b| by_material.iter().fold(0.0, |sum, m| sum + m[b]));
+    let total: Vec<f64> = total.collect();
     let named = scene.materials().iter().zip(&by_material);
     Energy {
         power: scene.with_sums(power),

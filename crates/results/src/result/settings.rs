@@ -34,7 +34,7 @@ pub struct RunSettings {
     /// Number of photons of a k-nearest estimate, where it was given; 0 made no estimates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k: Option<usize>,
-    /// The most arrivals to store, where any were stored.
+    /// The most arrivals that k-nearest estimates are taken from, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map_photons: Option<usize>,
     /// For photons: the help that they got to reach captors that little light reaches.

@@ -443,7 +443,11 @@ fn layers_of(
             triangles.map(move |t| (level.heights(t), area_of_copies * area(t)))
         })
     });
-    LayerBins::new(dz, own.chain(copies), heights)
+    let of_own = captors.iter().flat_map(|(_, part)| {
+        let counts = counts(part.object);
+        part.triangles.iter().map(move |_| counts)
+    });
+    LayerBins::new(dz, own.chain(copies), heights, of_own)
 }
 
 /// Returns the properties of a triangle.

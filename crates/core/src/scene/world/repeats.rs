@@ -51,6 +51,44 @@ impl Iterator for Pieces<'_> {
     }
 }
 
+/// What a ray has met close to the borders of the cells that it comes through. Rounding may put what
+/// lies in a border into both cells, or into neither. Close to a border it counts in the first cell
+/// that sees it, and not once more in the next.
+struct Borders<S> {
+    /// What was met there, the cell that it is in, and the distance along the whole ray, m.
+    met: Vec<(S, Cell, f64)>,
+}
+
+impl<S: PartialEq> Borders<S> {
+    fn new() -> Self {
+        Self { met: Vec::new() }
+    }
+
+    /// Returns whether a shape counts that a ray meets at the distance `t` of a stretch. It is that of
+    /// `cell`, as seen from the cell of the stretch.
+    #[inline]
+    fn count(&mut self, stretch: &Stretch, t: f32, shape: S, cell: Cell) -> bool {
+        let ([from, to], [before, after]) = (stretch.inside, stretch.slack);
+        if (from + before..to - after).contains(&t) {
+            return true;
+        }
+        (from - before..to + after).contains(&t) && self.count_once(stretch, t, shape, cell)
+    }
+
+    #[inline(never)]
+    fn count_once(&mut self, stretch: &Stretch, t: f32, shape: S, cell: Cell) -> bool {
+        let cell = [0, 1].map(|axis| stretch.cell[axis] + cell[axis]);
+        let (start, near) = (stretch.start, 4.0 * f64::from(stretch.slack[0]));
+        // what a ray meets in a stretch comes in any order
+        self.met.retain(|(_, _, way)| start - way < near);
+        let is_new = self.met.iter().all(|(other, of, _)| (other, of) != (&shape, &cell));
+        if is_new {
+            self.met.push((shape, cell, start + f64::from(t)));
+        }
+        is_new
+    }
+}
+
 impl Scene {
     /// Returns the pieces of a ray.
     fn pieces(&self, ray: &Ray) -> Pieces<'_> {
@@ -60,23 +98,17 @@ impl Scene {
                 ray: *ray,
                 start: 0.0,
                 inside: [0.0, f32::INFINITY],
+                slack: [0.0; 2],
                 cell: [0, 0],
             })),
         }
     }
 
-    /// Returns what rounding may put between a border and where a ray comes to it, m.
-    fn slack(&self) -> f32 {
-        self.shapes.repeats.as_ref().map_or(0.0, |repeats| repeats.layers.slack as f32)
-    }
-
     /// The search of [`closest`](Self::closest).
     #[inline(never)]
     pub(super) fn closest_in_pieces(&self, ray: &Ray) -> Option<SurfaceHit> {
-        let slack = self.slack();
         for stretch in self.pieces(ray) {
-            let t_max = stretch.inside[1] + slack;
-            if let Some(met) = self.shapes.first_met(&stretch.ray, t_max) {
+            if let Some(met) = self.shapes.first_met(&stretch.ray, stretch.end()) {
                 return Some(self.hit_in_piece(&stretch, met));
             }
         }
@@ -90,15 +122,14 @@ impl Scene {
         ray: &Ray,
         visit: &mut dyn FnMut(Crossing),
     ) -> Option<SurfaceHit> {
-        let slack = self.slack();
+        let mut borders = Borders::new();
         for stretch in self.pieces(ray) {
-            let t_max = stretch.inside[1] + slack;
+            let t_max = stretch.end();
             let met = self.shapes.first_met(&stretch.ray, t_max);
             if self.has_virtual_captors() {
-                let [from, to] = stretch.inside;
                 let t = met.map(|met| met.t());
-                let to = t.map_or(to, f32::next_up);
-                self.cross_in_piece(&stretch, [from, to], t, visit);
+                let t_max = t.map_or(t_max, f32::next_up);
+                self.cross_in_piece(&stretch, t_max, t, &mut borders, visit);
             }
             if let Some(met) = met {
                 return Some(self.hit_in_piece(&stretch, met));
@@ -117,38 +148,44 @@ impl Scene {
         visit: &mut dyn FnMut(Crossing),
     ) {
         let t_max = f64::from(t_max);
+        let mut borders = Borders::new();
         for stretch in self.pieces(ray).take_while(|stretch| stretch.start < t_max) {
-            let [from, to] = stretch.inside;
-            let to = to.min((t_max - stretch.start) as f32);
-            self.cross_in_piece(&stretch, [from, to], None, visit);
+            let to = stretch.end().min((t_max - stretch.start) as f32);
+            self.cross_in_piece(&stretch, to, None, &mut borders, visit);
         }
     }
 
-    /// Visits the captors that a ray crosses at the distances `from <= t < to` of a stretch. `hit`
-    /// is the distance at which it meets a surface.
+    /// Visits the captors that a ray crosses in a stretch, before `t_max`. `hit` is the distance at
+    /// which it meets a surface.
     fn cross_in_piece(
         &self,
         stretch: &Stretch,
-        [from, to]: [f32; 2],
+        t_max: f32,
         hit: Option<f32>,
+        borders: &mut Borders<(usize, bool)>,
         visit: &mut dyn FnMut(Crossing),
     ) {
         let mut visit = |crossing: Crossing| {
             let t = (stretch.start + f64::from(crossing.t)) as f32;
             visit(Crossing { t, ..crossing });
         };
-        self.cross_rounds(&stretch.ray, [from, to], hit, &mut visit);
+        let counts = |crossing: &Crossing, cell| {
+            borders.count(stretch, crossing.t, (crossing.triangle, crossing.front), cell)
+        };
+        self.cross_rounds(&stretch.ray, t_max, hit, counts, &mut visit);
         let own = self.captor_triangles().len();
-        self.shapes.captor_bvh.crossings(&stretch.ray, to, |mut crossed| {
-            if crossed.t < from {
-                return;
-            }
+        self.shapes.captor_bvh.crossings(&stretch.ray, t_max, |mut crossed| {
+            let mut cell = [0, 0];
             if let Some(repeats) = &self.shapes.repeats {
-                let (triangle, cell) = repeats.captors.origin(crossed.triangle, own);
-                crossed.triangle = triangle;
+                (crossed.triangle, cell) = repeats.captors.origin(crossed.triangle, own);
                 crossed.point -= repeats.lattice.shift(cell).as_vec3();
             }
-            self.crossing(&stretch.ray, &mut visit)(crossed, hit == Some(crossed.t));
+            self.crossing(&stretch.ray, &mut |crossing: Crossing| {
+                let shape = (crossing.triangle, crossing.front);
+                if borders.count(stretch, crossing.t, shape, cell) {
+                    visit(crossing);
+                }
+            })(crossed, hit == Some(crossed.t));
         });
     }
 
@@ -280,11 +317,13 @@ impl Scene {
         if self.light_triangles.is_empty() && self.light_images.tubes.is_empty() {
             return;
         }
+        let mut borders = Borders::new();
         for stretch in repeats.walk(ray).take_while(|stretch| stretch.start < f64::from(t_max)) {
-            let [from, to] = stretch.inside;
-            let to = to.min((f64::from(t_max) - stretch.start) as f32);
-            let mut met = |light: usize, cell: Cell, hit: EmitterHit| {
-                if (from..to).contains(&hit.t) {
+            let left = (f64::from(t_max) - stretch.start) as f32;
+            let to = stretch.end().min(left);
+            let mut met = |shape: (usize, u32), cell: Cell, hit: EmitterHit| {
+                let (light, _) = shape;
+                if hit.t < to && borders.count(&stretch, hit.t, shape, cell) {
                     let t = (stretch.start + f64::from(hit.t)) as f32;
                     let image = [0, 1].map(|axis| stretch.cell[axis] + cell[axis]);
                     visit(light, EmitterHit { t, image, ..hit });
@@ -293,7 +332,7 @@ impl Scene {
             for &(light, cell) in &self.light_images.tubes {
                 let origin = stretch.ray.origin - repeats.lattice.shift(cell).as_vec3();
                 if let Some(hit) = self.lights[light].hit(&Ray { origin, ..stretch.ray }) {
-                    met(light, cell, hit);
+                    met((light, 0), cell, hit);
                 }
             }
             if self.light_triangles.is_empty() {
@@ -303,7 +342,7 @@ impl Scene {
             self.light_bvh.crossings(&stretch.ray, to, |hit| {
                 let (triangle, cell) = self.light_images.triangles.origin(hit.triangle, own);
                 if let Some((light, hit)) = self.emitter_hit(&stretch.ray, triangle, hit.t) {
-                    met(light, cell, hit);
+                    met((light, triangle), cell, hit);
                 }
             });
         }
@@ -317,21 +356,20 @@ impl Scene {
         distance: f32,
         pass: &mut impl FnMut(&Surface, Spectrum<L>),
     ) -> bool {
-        let slack = self.slack();
-        let mut pieces = self.pieces(ray);
+        let (mut pieces, mut borders) = (self.pieces(ray), Borders::new());
         for stretch in pieces.by_ref() {
             if stretch.start >= f64::from(distance) {
                 break;
             }
-            let [from, to] = stretch.inside;
             let left = (f64::from(distance) - stretch.start) as f32;
-            let occluded = self.shapes.occluded(&stretch.ray, left.min(to + slack), |met| {
-                let surface = &self.surface(met.origin(&self.shapes).0);
+            let t_max = left.min(stretch.end());
+            let occluded = self.shapes.occluded(&stretch.ray, t_max, |met| {
+                let (triangle, cell) = met.origin(&self.shapes);
+                let surface = &self.surface(triangle);
                 let material = self.material(surface);
                 let straight = material.straight::<L>(ray.direction, surface.normal);
                 let Some(straight) = straight else { return true };
-                // on a border only one of the two cells counts it
-                if met.is_owned() && (from..to).contains(&met.t()) {
+                if met.is_owned() && borders.count(&stretch, met.t(), triangle, cell) {
                     pass(surface, straight);
                 }
                 false
@@ -363,7 +401,8 @@ impl Scene {
         };
         let mut last = None;
         for stretch in Walk::new(&repeats.lattice, &openings.layers, ray) {
-            let [from, to] = stretch.inside;
+            // those near a border may be seen in both cells; the farthest is the same
+            let (from, to) = (stretch.inside[0] - stretch.slack[0], stretch.end());
             for (triangle, _) in shapes().zip(&starts_in).filter(|(_, starts_in)| !**starts_in) {
                 let crossed = triangle.crossed_at(&stretch.ray);
                 if let Some(t) = crossed.filter(|t| *t > 0.0 && (from..to).contains(t)) {

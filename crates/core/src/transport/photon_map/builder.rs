@@ -1,10 +1,10 @@
 //! Collects arrivals task by task.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Vec3;
 
-use super::{Arrival, PackedDirection, PhotonMap, StoredPhoton, Way};
+use super::{Arrival, Faces, PackedDirection, PhotonMap, Seen, StoredPhoton, Way, reach};
 
 /// Identifies a task of histories in a run by round, task within the batch, and batch. Keys are
 /// ordered so that every batch has its first task before any batch has its second.
@@ -13,24 +13,46 @@ pub type TaskKey = (u64, u64, u64);
 /// Number of words that an arrival takes, without its powers.
 const WORDS: usize = 8;
 
+/// In the words of a task, the triangle of what is no arrival but tells how many arrived at a face
+/// that is thinned.
+const NO_TRIANGLE: u32 = u32::MAX;
+
 /// The arrivals of one task, in order, and their powers per band.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct TaskArrivals {
-    arrivals: Vec<Arrival>,
+    pub(super) arrivals: Vec<Arrival>,
     power: Vec<f32>,
     ways: Vec<Way>,
+    bands: usize,
+    /// What estimates use of them; `None` if all are stored.
+    faces: Option<Faces>,
+    /// What arrives at the faces that are thinned.
+    pub(super) seen: Vec<Seen>,
+    /// Number of all arrivals, stored or not.
+    all: usize,
 }
 
 impl TaskArrivals {
+    fn new(bands: usize, faces: Option<Faces>) -> Self {
+        let seen = faces.iter().flat_map(Faces::nothing).collect();
+        let (arrivals, power, ways) = Default::default();
+        Self { arrivals, power, ways, bands, faces, seen, all: 0 }
+    }
+
     /// Returns everything as whole numbers; floating-point numbers become their bits.
     pub fn words(&self) -> Vec<u32> {
-        let bands = self.power.len() / self.arrivals.len().max(1);
+        let bands = self.bands;
         let mut words = Vec::with_capacity(self.arrivals.len() * (WORDS + bands));
         for (i, Arrival { position, bin, photon }) in self.arrivals.iter().enumerate() {
             words.extend(position.to_array().map(f32::to_bits));
             let StoredPhoton { direction, triangle, light, history } = photon;
             words.extend([*bin, direction.bits(), *triangle, *light, *history]);
             words.extend(self.power[i * bands..][..bands].iter().map(|power| power.to_bits()));
+        }
+        for seen in self.seen.iter().filter(|seen| seen.photons > 0) {
+            let Seen { bin, radius2, photons, histories, .. } = *seen;
+            words.extend([radius2.to_bits(), 0, 0, bin, photons, NO_TRIANGLE, 0, histories]);
+            words.extend((0..bands).map(|_| 0));
         }
         words
     }
@@ -41,28 +63,51 @@ impl TaskArrivals {
         if !words.len().is_multiple_of(WORDS + bands) {
             return None;
         }
-        let mut task = Self::default();
+        let mut task = Self::new(bands, None);
         for arrival in words.chunks(WORDS + bands) {
             let position = Vec3::from([0, 1, 2].map(|i| f32::from_bits(arrival[i])));
             let [bin, direction, triangle, light, history] = [3, 4, 5, 6, 7].map(|i| arrival[i]);
+            if triangle == NO_TRIANGLE {
+                task.seen.push(Seen::of(bin, position.x, [direction, history]));
+                continue;
+            }
             let direction = PackedDirection::from_bits(direction);
             let photon = StoredPhoton { direction, triangle, light, history };
             task.arrivals.push(Arrival { position, bin, photon });
             task.power.extend(arrival[WORDS..].iter().map(|bits| f32::from_bits(*bits)));
         }
+        let of_seen: BTreeSet<u32> = task.seen.iter().map(|seen| seen.bin).collect();
+        let others = task.arrivals.iter().filter(|arrival| !of_seen.contains(&arrival.bin)).count();
+        task.all = others + task.seen.iter().map(|seen| seen.photons as usize).sum::<usize>();
         let finite = task.arrivals.iter().all(|arrival| arrival.position.is_finite());
-        (finite && task.power.iter().all(|power| power.is_finite())).then_some(task)
+        let known = task.seen.iter().all(|seen| seen.radius2 >= 0.0);
+        (finite && known && task.power.iter().all(|power| power.is_finite())).then_some(task)
     }
 
-    /// Returns the arrivals, in order.
+    /// Returns the arrivals that are stored, in order.
     pub fn arrivals(&self) -> &[Arrival] {
         &self.arrivals
     }
 
-    /// Stores an arrival, unless more than `limit` are stored already.
+    /// Returns what has arrived at the faces that are thinned.
+    pub fn seen(&self) -> &[Seen] {
+        &self.seen
+    }
+
+    /// Returns whether an arrival of a history in a bin is to be stored, and counts it if it is not.
+    #[inline]
+    pub fn wants(&mut self, bin: u32, position: Vec3, history: u32) -> bool {
+        let Some(faces) = &self.faces else { return true };
+        let wanted = faces.keep(&mut self.seen, bin, position, history);
+        self.all += usize::from(!wanted && faces.have(bin));
+        wanted
+    }
+
+    /// Stores an arrival, unless there are more than `limit` already.
     #[inline]
     pub fn push(&mut self, limit: usize, arrival: Arrival, power: impl Iterator<Item = f32>) {
-        if self.arrivals.len() <= limit {
+        if self.all <= limit {
+            self.all += 1;
             self.arrivals.push(arrival);
             self.power.extend(power);
         }
@@ -73,6 +118,33 @@ impl TaskArrivals {
     pub fn came(&mut self, way: Way) {
         self.ways.resize(self.arrivals.len(), way);
     }
+
+    /// Drops all arrivals but those that are `wanted`. There are no ways.
+    pub(super) fn retain(&mut self, mut wanted: impl FnMut(&Arrival) -> bool) {
+        let (mut kept, bands) = (0, self.bands);
+        for i in 0..self.arrivals.len() {
+            if wanted(&self.arrivals[i]) {
+                self.arrivals[kept] = self.arrivals[i];
+                self.power.copy_within(i * bands..(i + 1) * bands, kept * bands);
+                kept += 1;
+            }
+        }
+        self.arrivals.truncate(kept);
+        self.power.truncate(kept * bands);
+        self.arrivals.shrink_to_fit();
+        self.power.shrink_to_fit();
+    }
+
+    /// Cuts before the first history of which arrivals come after the first `room`, and returns that
+    /// history.
+    fn cut(&mut self, room: usize) -> u32 {
+        let history = self.arrivals[room].photon.history;
+        let whole = self.arrivals.partition_point(|arrival| arrival.photon.history < history);
+        self.arrivals.truncate(whole);
+        self.power.truncate(whole * self.bands);
+        self.ways.truncate(whole);
+        history
+    }
 }
 
 /// Collects the arrivals of tasks, in any order of the tasks. It keeps those of the first histories
@@ -81,24 +153,50 @@ impl TaskArrivals {
 pub struct MapBuilder {
     limit: usize,
     bands: usize,
+    /// What estimates use of the arrivals; `None` if all are stored.
+    faces: Option<Faces>,
     tasks: BTreeMap<TaskKey, TaskArrivals>,
+    /// Number of arrivals of these tasks, stored or not, and of those that are stored.
+    all: usize,
     stored: usize,
+    /// The number of them at which it is looked up next which can still count.
+    next: usize,
     /// The first task that no longer fits.
     end: Option<TaskKey>,
 }
 
+/// The task whose arrivals come first. They alone may be more than a map holds, so they are stored as
+/// they are.
+const FIRST_TASK: TaskKey = (0, 0, 0);
+
 impl MapBuilder {
-    /// Returns a builder of a map that holds at most `limit` arrivals of `bands` bands.
+    /// Returns a builder of a map of at most `limit` arrivals of `bands` bands, all of which are stored.
     pub fn new(limit: usize, bands: usize) -> Self {
-        Self { limit, bands, tasks: BTreeMap::new(), stored: 0, end: None }
+        let next = reach::FIRST;
+        Self {
+            limit,
+            bands,
+            faces: None,
+            tasks: BTreeMap::new(),
+            all: 0,
+            stored: 0,
+            next,
+            end: None,
+        }
     }
 
-    /// Returns the most arrivals that are kept.
+    /// Returns a builder of a map of at most `limit` arrivals of `bands` bands, of which those are stored
+    /// that estimates at `faces` use.
+    pub fn for_faces(limit: usize, bands: usize, faces: Faces) -> Self {
+        Self { faces: Some(faces), ..Self::new(limit, bands) }
+    }
+
+    /// Returns the most arrivals that are taken into account.
     pub fn limit(&self) -> usize {
         self.limit
     }
 
-    /// Returns the bytes that the arrivals take that are kept so far.
+    /// Returns the bytes that the arrivals take that are stored so far.
     pub fn bytes(&self) -> u64 {
         self.stored as u64 * Self::arrival_bytes(self.bands)
     }
@@ -108,26 +206,94 @@ impl MapBuilder {
         (size_of::<Arrival>() + size_of::<Way>() + bands * size_of::<f32>()) as u64
     }
 
-    /// Returns whether arrivals of this task may still be kept.
-    pub fn wants(&self, key: TaskKey) -> bool {
+    /// Returns whether estimates use arrivals of a bin.
+    pub fn uses(&self, bin: u32) -> bool {
+        self.faces.as_ref().is_none_or(|faces| faces.have(bin))
+    }
+
+    /// Returns a task that is to be traced. `None` if its arrivals no longer fit.
+    pub fn task(&self, key: TaskKey) -> Option<TaskArrivals> {
+        let faces = self.faces.as_ref().map(|faces| match key {
+            FIRST_TASK => faces.unlimited(),
+            _ => faces.clone(),
+        });
+        self.wants(key).then(|| TaskArrivals::new(self.bands, faces))
+    }
+
+    fn wants(&self, key: TaskKey) -> bool {
         self.end.is_none_or(|end| key < end)
     }
 
     /// Adds the arrivals of a task.
-    pub fn add(&mut self, key: TaskKey, task: TaskArrivals) {
-        if task.arrivals.is_empty() || !self.wants(key) {
+    pub fn add(&mut self, key: TaskKey, mut task: TaskArrivals) {
+        if task.all == 0 || !self.wants(key) {
             return;
         }
+        if task.faces.take().is_none()
+            && let Some(faces) = &self.faces
+        {
+            // files of older versions hold arrivals at all captors
+            let before = task.arrivals.len();
+            task.retain(|arrival| faces.have(arrival.bin));
+            task.all -= before - task.arrivals.len();
+        }
+        self.all += task.all;
         self.stored += task.arrivals.len();
+        let others = self.faces.as_mut().is_some_and(|faces| faces.join(&task));
         self.tasks.insert(key, task);
+        if others {
+            self.thin_all()
+        } else {
+            self.thin(key)
+        }
+        let cuts = self.cuts();
         while let Some(last) = self.tasks.last_entry() {
-            let rest = self.stored - last.get().arrivals.len();
-            if rest <= self.limit {
+            let rest = self.all - last.get().all;
+            let whole = if cuts || *last.key() == FIRST_TASK { rest } else { self.all };
+            if whole <= self.limit {
                 break;
             }
-            self.stored = rest;
+            self.all = rest;
+            self.stored -= last.get().arrivals.len();
             self.end = Some(last.remove_entry().0);
         }
+        if self.all >= self.next {
+            self.next = 2 * self.all;
+            self.narrow(false);
+        }
+    }
+
+    /// Drops the arrivals that can no longer count.
+    fn narrow(&mut self, finally: bool) {
+        if self.cuts() {
+            return;
+        }
+        if let Some(faces) = &mut self.faces {
+            faces.narrow(self.tasks.values(), finally);
+            self.thin_all();
+        }
+    }
+
+    fn thin_all(&mut self) {
+        for key in self.tasks.keys().copied().collect::<Vec<_>>() {
+            self.thin(key);
+        }
+    }
+
+    fn thin(&mut self, key: TaskKey) {
+        if let (Some(faces), Some(task)) = (&self.faces, self.tasks.get_mut(&key))
+            && task.all <= self.limit
+        {
+            let before = task.arrivals.len();
+            faces.thin(task);
+            self.stored -= before - task.arrivals.len();
+        }
+    }
+
+    /// Returns whether the last task that fits is cut where the map is full. A task that is thinned
+    /// cannot be cut, but small maps are not thinned.
+    fn cuts(&self) -> bool {
+        self.faces.is_none() || self.limit < reach::FIRST
     }
 
     /// Returns the tasks that are kept so far, in order.
@@ -141,7 +307,8 @@ impl MapBuilder {
     }
 
     /// Returns the tasks that are kept so far, in order, and the first task that no longer fits.
-    pub fn into_pieces(self) -> (BTreeMap<TaskKey, TaskArrivals>, Option<TaskKey>) {
+    pub fn into_pieces(mut self) -> (BTreeMap<TaskKey, TaskArrivals>, Option<TaskKey>) {
+        self.narrow(true);
         (self.tasks, self.end)
     }
 
@@ -154,31 +321,30 @@ impl MapBuilder {
     /// Makes the map of the first histories of the run. `histories` returns how many histories come
     /// before a task; `all` is the number of all histories.
     pub fn build(self, all: u64, histories: impl Fn(TaskKey) -> u64) -> PhotonMap {
-        let mut arrivals = Vec::with_capacity(self.stored.min(self.limit));
-        let mut power = Vec::with_capacity(arrivals.capacity() * self.bands);
-        let mut ways = Vec::new();
+        let (mut arrivals, mut power, mut ways) =
+            (Vec::with_capacity(self.stored), Vec::new(), Vec::new());
+        let mut thinned = BTreeMap::<u32, Seen>::new();
         let mut count = self.end.map_or(all, &histories);
-        let mut first = 0;
+        let (mut before, mut first) = (0, 0);
         for (key, mut task) in self.tasks {
-            let room = self.limit - arrivals.len();
-            if task.arrivals.len() > room {
-                // cut before the first history that does not fit whole
-                let history = task.arrivals[room].photon.history;
-                let whole = task.arrivals.partition_point(|a| a.photon.history < history);
-                task.arrivals.truncate(whole);
-                task.power.truncate(whole * self.bands);
-                task.ways.truncate(whole);
-                count = histories(key) + u64::from(history);
+            let room = self.limit - before;
+            before += task.all.min(room);
+            if task.all > room {
+                count = histories(key) + u64::from(task.cut(room));
             }
             let same = |a: &Arrival, b: &Arrival| a.photon.history == b.photon.history;
             for history in task.arrivals.chunk_by_mut(same) {
                 history.iter_mut().for_each(|arrival| arrival.photon.history = first);
                 first += 1;
             }
+            for seen in &task.seen {
+                thinned.entry(seen.bin).and_modify(|sum| sum.add(seen)).or_insert(*seen);
+            }
             arrivals.append(&mut task.arrivals);
             power.append(&mut task.power);
             ways.append(&mut task.ways);
         }
-        PhotonMap::file(arrivals, power, ways, self.bands, count)
+        let thinned = thinned.into_values().collect();
+        PhotonMap::file(arrivals, power, ways, self.bands, count, thinned)
     }
 }

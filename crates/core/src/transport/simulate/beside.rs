@@ -18,7 +18,7 @@ use crate::{
     transport::{
         met::Account,
         paths::{Finding, Pilot},
-        photon_map::{MapBuilder, TaskArrivals, TaskKey, Way},
+        photon_map::{MapBuilder, TaskKey, Way},
         tally::Tally,
         trace::{Counted, Event, trace},
     },
@@ -54,7 +54,7 @@ impl Run<'_> {
         let all = !by_photons.is_empty() || map.is_some();
         let strata = pilot.strata(scene, photons, histories, all);
         let limit = map.map_or(0, |map| lock(map).limit());
-        let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| TaskArrivals::default());
+        let mut stored = map.and_then(|map| lock(map).task(key));
         // weights are those of photons that are divided by the number of paths
         let per_photon = photons as f64 / histories as f64;
         let bands = scene.bands().len();
@@ -99,12 +99,15 @@ impl Run<'_> {
                     tally.score_met(scene, None, weights, &event, account, counts);
                     account.then(&event);
                 }
+                let history = index as u32;
                 if let Some(task) = &mut stored
                     && let Some((mut arrival, power)) =
-                        Keep::OnCaptors.arrival(scene, &event, Way::default())
+                        Keep::OnCaptors.arrival(scene, &event, Way::default(), |bin, position| {
+                            task.wants(bin, position, history)
+                        })
                 {
                     arrival.photon.light = light as u32;
-                    arrival.photon.history = index as u32;
+                    arrival.photon.history = history;
                     let power = power.values();
                     let power =
                         (0..bands).map(|b| (f64::from(power[b]) * weights[b] * per_photon) as f32);

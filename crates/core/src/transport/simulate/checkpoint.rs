@@ -123,8 +123,9 @@ impl Run<'_> {
             return Err(none());
         }
         for (key, words) in arrivals {
-            let task = check_arrivals(self.scene, schedule, key, &words).ok_or_else(none)?;
-            lock(map.ok_or_else(none)?).add(key, task);
+            let mut map = lock(map.ok_or_else(none)?);
+            let task = check_arrivals(self.scene, schedule, key, &words, &map).ok_or_else(none)?;
+            map.add(key, task);
         }
         if let (Some(map), Some(full)) = (map, full) {
             lock(map).end_at(full);

@@ -95,7 +95,8 @@ impl TriedComplete {
         let all: Vec<_> = variances.all().into_iter().map(|of| of.map(uneven)).collect();
         let stored = settings.keeps_map() && nearest::any_estimates(scene);
         let least = if stored { LEAST_NEEDED } else { LEAST_PHOTONS };
-        let Divided { photons: each, alone } = divide(&all, work, least, goal);
+        let may_serve_alone = pilot.may_serve_alone();
+        let Divided { photons: each, alone } = divide(&all, work, least, goal, may_serve_alone);
         let starts = alone.iter().filter(|&&alone| !alone).count();
         let mut by_photons = Vec::new();
         if starts < number {
@@ -181,8 +182,15 @@ enum Goal {
 }
 
 /// Divides the work among paths and photons. At a face without a variance nothing has arrived.
-/// Photons take at least the share `least` of the work, or more where they count alone.
-fn divide(variances: &[Option<Variance>], work: Work, least: f64, goal: Goal) -> Divided {
+/// Photons take at least the share `least` of the work, or more where they count alone. Unless they
+/// `may_serve_alone`, paths start from all faces.
+fn divide(
+    variances: &[Option<Variance>],
+    work: Work,
+    least: f64,
+    goal: Goal,
+    may_serve_alone: bool,
+) -> Divided {
     let lit: Vec<(usize, Variance)> =
         variances.iter().enumerate().filter_map(|(face, found)| Some((face, (*found)?))).collect();
     let dark = (variances.len() - lit.len()) as f64;
@@ -231,7 +239,8 @@ fn divide(variances: &[Option<Variance>], work: Work, least: f64, goal: Goal) ->
             let paths = starts as f64 + dark;
             let least = if rest > f64::NEG_INFINITY { least.max(LEAST_NEEDED) } else { least };
             let fits = of_share(least, paths)..=of_share(MOST_PHOTONS, paths);
-            if paths == 0.0 || !fits.contains(&photons) {
+            let is_allowed = may_serve_alone || starts == order.len();
+            if paths == 0.0 || !is_allowed || !fits.contains(&photons) {
                 continue;
             }
             let all = (paths * work.path + photons * work.photon).ln();
@@ -583,7 +592,7 @@ mod tests {
                         least = least.min(cost(f64::from(exponent).exp2(), &alone, goal));
                     }
                 }
-                let Divided { photons, alone } = divide(&faces, work, LEAST_PHOTONS, goal);
+                let Divided { photons, alone } = divide(&faces, work, LEAST_PHOTONS, goal, true);
                 let found = cost(photons, &alone, goal);
                 let off = (found - least).abs();
                 assert!(!alone[7] && off < 1e-9, "{case}, {goal:?}: {found} {least}");

@@ -149,8 +149,9 @@ impl<'a> Joined<'a> {
         if key.0 != 0 {
             return None;
         }
-        let found = check_arrivals(self.run.scene, &self.schedule, key, words)?;
-        self.map.as_mut()?.add(key, found);
+        let map = self.map.as_mut()?;
+        let found = check_arrivals(self.run.scene, &self.schedule, key, words, map)?;
+        map.add(key, found);
         Some(())
     }
 
@@ -173,13 +174,14 @@ impl<'a> Joined<'a> {
     }
 }
 
-/// Reads the arrivals of a task from their [words](TaskArrivals::words). `None` if they cannot come
-/// from a run of `scene` by `schedule`.
+/// Reads the arrivals of a task from their [words](TaskArrivals::words), for this `map`. `None` if they
+/// cannot come from a run of `scene` by `schedule`.
 pub(super) fn check_arrivals(
     scene: &Scene,
     schedule: &Schedule,
     (_, task, batch): TaskKey,
     words: &[u32],
+    map: &MapBuilder,
 ) -> Option<TaskArrivals> {
     if batch >= schedule.batches || task >= schedule.tasks(batch) {
         return None;
@@ -200,5 +202,5 @@ pub(super) fn check_arrivals(
             && u64::from(photon.history) < photons;
         fits.then_some(())?;
     }
-    Some(found)
+    found.seen().iter().all(|seen| map.uses(seen.bin)).then_some(found)
 }

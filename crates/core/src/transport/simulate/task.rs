@@ -3,6 +3,8 @@
 use std::sync::{Mutex, atomic::Ordering};
 
 use super::{BATCHES, Keep, Run, Work, lock, schedule::Schedule};
+use glam::Vec3;
+
 use crate::{
     math::{
         effort,
@@ -164,7 +166,7 @@ impl Run<'_> {
         let (round, task, batch) = key;
         let (first, histories) = schedule.range(batch, task);
         let limit = map.map_or(0, |map| lock(map).limit());
-        let mut stored = map.filter(|map| lock(map).wants(key)).map(|_| TaskArrivals::default());
+        let mut stored = map.and_then(|map| lock(map).task(key));
         if stored.is_none() && self.keeps_map_alone() {
             return;
         }
@@ -222,10 +224,12 @@ impl Run<'_> {
                     brightest.iter_mut().zip(brought).for_each(|(most, own)| *most = most.max(own));
                 }
                 let Some(task) = &mut stored else { return };
-                let kept = self.keep.arrival(self.scene, &event, way);
+                let history = index as u32;
+                let wants = |bin, position| task.wants(bin, position, history);
+                let kept = self.keep.arrival(self.scene, &event, way, wants);
                 if let Some((mut arrival, power)) = kept {
                     arrival.photon.light = light as u32;
-                    arrival.photon.history = index as u32;
+                    arrival.photon.history = history;
                     let power = power.values();
                     let power = (0..bands).map(|b| (f64::from(power[b]) * weights[b]) as f32);
                     task.push(limit, arrival, power);
@@ -305,13 +309,14 @@ impl Way {
 
 impl Keep<'_> {
     /// Returns the arrival to store of an event, and its power, for a photon that came this `way`.
-    /// `None` if the event is not stored.
+    /// `None` if the event is not stored. `wants` says of a bin and a position whether it is.
     #[inline]
     pub(super) fn arrival<'e, L: Lanes>(
         self,
         scene: &'e Scene,
         event: &'e Event<'_, L>,
         way: Way,
+        wants: impl FnOnce(u32, Vec3) -> bool,
     ) -> Option<(Arrival, &'e Spectrum<L>)> {
         let (position, direction, triangle) = match *event {
             Event::Crossing { crossing, direction, carried: Some(_), .. } => {
@@ -342,6 +347,9 @@ impl Keep<'_> {
             ) => (patches.bin(triangle, at.interaction.front), *power),
             (Keep::OnSurfaces(_) | Keep::Focused(_), _) => return None,
         };
+        if !wants(bin, position) {
+            return None;
+        }
         let direction = PackedDirection::new(direction);
         let photon = StoredPhoton { direction, triangle: triangle as u32, light: 0, history: 0 };
         Some((Arrival { position, bin, photon }, power))
