@@ -603,5 +603,5 @@ fn what_cannot_be_plotted_is_refused() {
     refused(&folder, &["plot", "scene.json"], &["scene.json", "is no results file"]);
     let text = fs::read_to_string(scene.path("r.json")).expect("the results");
     fs::write(scene.path("r.json"), text.replace("from_nm", "of_nm")).expect("written");
-    refused(&folder, &["plot", "r.json", "--show", "spectrum"], &["no band with wavelengths"]);
+    refused(&folder, &["plot", "r.json", "--show", "spectrum"], &["no band has wavelengths"]);
 }
