@@ -416,7 +416,7 @@ fn lamps_and_sensors_are_seen() {
     assert!(sensor.iter().all(|[x, y]| x.abs_diff(100) < 14 && y.abs_diff(184) < 16), "{sensor:?}");
     assert!(said.contains("sensors are amber"), "{said}");
     let (_, plain, said) = shipped("box", ["200", "200"], &["--sensors", "off"]);
-    assert!(!plain.iter().any(|rgb| is_amber(rgb)) && !said.contains("sensors"), "{said}");
+    assert!(!plain.iter().any(is_amber) && !said.contains("sensors"), "{said}");
 
     let (_, room, _) = shipped("growth-room", ["320", "240"], &[]);
     assert!(room.iter().filter(|rgb| is_white(rgb)).count() > 6 * 5);
