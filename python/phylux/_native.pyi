@@ -19,6 +19,7 @@ __all__ = [
     "merged_year",
     "plot",
     "prospect",
+    "quantities",
     "sweep_runs",
     "write_file",
     "write_obj",
