@@ -477,8 +477,6 @@ impl Stretch {
     }
 }
 
-/// Tests of triangles round more often than the coordinates of borders, by up to so many times as much.
-const OF_TESTS: f64 = 16.0;
 /// A ray that comes to a border at a flatter angle than this sine is taken to come at this one.
 const FLATTEST: f64 = 1e-3;
 
@@ -570,7 +568,7 @@ impl Iterator for Walk<'_> {
                 self.cell[axis] += if self.direction[axis] > 0.0 { 1 } else { -1 };
                 let sine = self.direction[axis].abs().max(FLATTEST);
                 let along = f64::from(ROUNDING) * (exit - start);
-                self.slack = self.slack.max(OF_TESTS * (self.layers.slack + along) / sine);
+                self.slack = self.slack.max(self.layers.slack / sine + along);
             }
         }
         let ray = Ray { origin: origin.as_vec3(), direction: self.direction.as_vec3() };

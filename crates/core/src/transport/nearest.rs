@@ -18,7 +18,7 @@ use crate::{
         material::{Interaction, Scatterer},
         world::Scene,
     },
-    transport::photon_map::{Faces, Gathered, PhotonMap, chosen_k},
+    transport::photon_map::{Gathered, PhotonMap, Thinning, chosen_k},
 };
 
 #[cfg(test)]
@@ -42,9 +42,6 @@ pub struct NearestEstimate {
     /// or no mean normal.
     pub radiance: Option<Vec<Estimate>>,
 }
-
-/// Number of faces of a captor that may have estimates: front and back.
-const FACES: usize = 2;
 
 /// Limit on the number of triangles of a captor that is a part of a copy which shares its triangles:
 /// whole plants by the thousand would take long, and an estimate at one point says little of them.
@@ -99,11 +96,14 @@ pub fn any_estimates(scene: &Scene) -> bool {
     scene.captors().iter().any(|captor| has_estimate(scene, captor))
 }
 
-/// Returns what the estimates use of what arrives at the captors of a scene.
-pub fn faces(scene: &Scene, k: Option<usize>) -> Faces {
+/// Returns what the estimates, of which `k` may be given, use of what arrives at the captors of a scene.
+pub fn thinning(scene: &Scene, k: Option<usize>) -> Thinning {
     let with_estimates = scene.captors().iter().filter(|captor| has_estimate(scene, captor));
-    let middles = with_estimates.map(|c| (c.first_channel as u32, middle(scene, c))).collect();
-    Faces::new(scene.channels(), middles, FACES, k)
+    let middles = with_estimates.map(|captor| {
+        let first = captor.first_channel;
+        (first..first + captor.kind.faces().len(), middle(scene, captor))
+    });
+    Thinning::new(scene.channels(), middles, k)
 }
 
 fn has_estimate(scene: &Scene, captor: &Captor) -> bool {

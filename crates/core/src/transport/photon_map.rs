@@ -8,13 +8,13 @@ use rayon::prelude::*;
 
 mod builder;
 mod direction;
-mod reach;
 #[cfg(test)]
 mod tests;
+mod thinning;
 
 pub use builder::{MapBuilder, TaskArrivals, TaskKey};
 pub use direction::PackedDirection;
-pub use reach::{Faces, Seen, chosen_k};
+pub use thinning::{Seen, Thinning, chosen_k};
 
 /// A photon that arrived on a surface, or crossed a virtual captor.
 #[derive(Clone, Copy, Debug)]

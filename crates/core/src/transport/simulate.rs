@@ -461,8 +461,7 @@ impl<'a> Run<'a> {
         let builder = || match self.keep {
             Keep::OnCaptors => {
                 let k = self.settings.k.map(|k| k.get());
-                let faces = nearest::faces(self.scene, k);
-                MapBuilder::for_faces(limit, bands, faces)
+                MapBuilder::for_estimates(limit, bands, nearest::thinning(self.scene, k))
             }
             Keep::OnSurfaces(_) | Keep::Focused(_) => MapBuilder::new(limit, bands),
         };

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Vec3;
 
-use super::{Arrival, Faces, PackedDirection, PhotonMap, Seen, StoredPhoton, Way, reach};
+use super::{Arrival, PackedDirection, PhotonMap, Seen, StoredPhoton, Thinning, Way, thinning};
 
 /// Identifies a task of histories in a run by round, task within the batch, and batch. Keys are
 /// ordered so that every batch has its first task before any batch has its second.
@@ -25,7 +25,7 @@ pub struct TaskArrivals {
     ways: Vec<Way>,
     bands: usize,
     /// What estimates use of them; `None` if all are stored.
-    faces: Option<Faces>,
+    thinning: Option<Thinning>,
     /// What arrives at the faces that are thinned.
     pub(super) seen: Vec<Seen>,
     /// Number of all arrivals, stored or not.
@@ -33,10 +33,10 @@ pub struct TaskArrivals {
 }
 
 impl TaskArrivals {
-    fn new(bands: usize, faces: Option<Faces>) -> Self {
-        let seen = faces.iter().flat_map(Faces::nothing).collect();
+    fn new(bands: usize, thinning: Option<Thinning>) -> Self {
+        let seen = thinning.iter().flat_map(Thinning::nothing).collect();
         let (arrivals, power, ways) = Default::default();
-        Self { arrivals, power, ways, bands, faces, seen, all: 0 }
+        Self { arrivals, power, ways, bands, thinning, seen, all: 0 }
     }
 
     /// Returns everything as whole numbers; floating-point numbers become their bits.
@@ -97,9 +97,9 @@ impl TaskArrivals {
     /// Returns whether an arrival of a history in a bin is to be stored, and counts it if it is not.
     #[inline]
     pub fn wants(&mut self, bin: u32, position: Vec3, history: u32) -> bool {
-        let Some(faces) = &self.faces else { return true };
-        let wanted = faces.keep(&mut self.seen, bin, position, history);
-        self.all += usize::from(!wanted && faces.have(bin));
+        let Some(thinning) = &self.thinning else { return true };
+        let wanted = thinning.keep(&mut self.seen, bin, position, history);
+        self.all += usize::from(!wanted && thinning.have(bin));
         wanted
     }
 
@@ -136,13 +136,14 @@ impl TaskArrivals {
     }
 
     /// Cuts before the first history of which arrivals come after the first `room`, and returns that
-    /// history.
+    /// history: the first of all where so few are stored, as only a damaged file has it.
     fn cut(&mut self, room: usize) -> u32 {
-        let history = self.arrivals[room].photon.history;
+        let history = self.arrivals.get(room).map_or(0, |arrival| arrival.photon.history);
         let whole = self.arrivals.partition_point(|arrival| arrival.photon.history < history);
         self.arrivals.truncate(whole);
         self.power.truncate(whole * self.bands);
         self.ways.truncate(whole);
+        self.seen.clear();
         history
     }
 }
@@ -154,12 +155,13 @@ pub struct MapBuilder {
     limit: usize,
     bands: usize,
     /// What estimates use of the arrivals; `None` if all are stored.
-    faces: Option<Faces>,
+    thinning: Option<Thinning>,
     tasks: BTreeMap<TaskKey, TaskArrivals>,
-    /// Number of arrivals of these tasks, stored or not, and of those that are stored.
+    /// Number of arrivals of these tasks, stored or not.
     all: usize,
+    /// Number of those that are stored.
     stored: usize,
-    /// The number of them at which it is looked up next which can still count.
+    /// The number of all at which it is looked up next which can still count.
     next: usize,
     /// The first task that no longer fits.
     end: Option<TaskKey>,
@@ -172,11 +174,11 @@ const FIRST_TASK: TaskKey = (0, 0, 0);
 impl MapBuilder {
     /// Returns a builder of a map of at most `limit` arrivals of `bands` bands, all of which are stored.
     pub fn new(limit: usize, bands: usize) -> Self {
-        let next = reach::FIRST;
+        let next = thinning::FIRST;
         Self {
             limit,
             bands,
-            faces: None,
+            thinning: None,
             tasks: BTreeMap::new(),
             all: 0,
             stored: 0,
@@ -186,9 +188,9 @@ impl MapBuilder {
     }
 
     /// Returns a builder of a map of at most `limit` arrivals of `bands` bands, of which those are stored
-    /// that estimates at `faces` use.
-    pub fn for_faces(limit: usize, bands: usize, faces: Faces) -> Self {
-        Self { faces: Some(faces), ..Self::new(limit, bands) }
+    /// that estimates use.
+    pub fn for_estimates(limit: usize, bands: usize, thinning: Thinning) -> Self {
+        Self { thinning: Some(thinning), ..Self::new(limit, bands) }
     }
 
     /// Returns the most arrivals that are taken into account.
@@ -208,16 +210,16 @@ impl MapBuilder {
 
     /// Returns whether estimates use arrivals of a bin.
     pub fn uses(&self, bin: u32) -> bool {
-        self.faces.as_ref().is_none_or(|faces| faces.have(bin))
+        self.thinning.as_ref().is_none_or(|thinning| thinning.have(bin))
     }
 
     /// Returns a task that is to be traced. `None` if its arrivals no longer fit.
     pub fn task(&self, key: TaskKey) -> Option<TaskArrivals> {
-        let faces = self.faces.as_ref().map(|faces| match key {
-            FIRST_TASK => faces.unlimited(),
-            _ => faces.clone(),
+        let thinning = self.thinning.as_ref().map(|thinning| match key {
+            FIRST_TASK => thinning.unlimited(),
+            _ => thinning.clone(),
         });
-        self.wants(key).then(|| TaskArrivals::new(self.bands, faces))
+        self.wants(key).then(|| TaskArrivals::new(self.bands, thinning))
     }
 
     fn wants(&self, key: TaskKey) -> bool {
@@ -229,22 +231,22 @@ impl MapBuilder {
         if task.all == 0 || !self.wants(key) {
             return;
         }
-        if task.faces.take().is_none()
-            && let Some(faces) = &self.faces
-        {
+        let is_of_file = task.thinning.take().is_none();
+        let mut changed = false;
+        if let Some(thinning) = self.thinning.as_mut().filter(|_| is_of_file) {
             // files of older versions hold arrivals at all captors
             let before = task.arrivals.len();
-            task.retain(|arrival| faces.have(arrival.bin));
+            task.retain(|arrival| thinning.have(arrival.bin));
             task.all -= before - task.arrivals.len();
+            changed = thinning.join(&task);
         }
         self.all += task.all;
         self.stored += task.arrivals.len();
-        let others = self.faces.as_mut().is_some_and(|faces| faces.join(&task));
         self.tasks.insert(key, task);
-        if others {
-            self.thin_all()
+        if changed {
+            self.thin_all();
         } else {
-            self.thin(key)
+            self.thin(key);
         }
         let cuts = self.cuts();
         while let Some(last) = self.tasks.last_entry() {
@@ -268,8 +270,8 @@ impl MapBuilder {
         if self.cuts() {
             return;
         }
-        if let Some(faces) = &mut self.faces {
-            faces.narrow(self.tasks.values(), finally);
+        if let Some(thinning) = &mut self.thinning {
+            thinning.narrow(self.tasks.values(), finally);
             self.thin_all();
         }
     }
@@ -281,11 +283,11 @@ impl MapBuilder {
     }
 
     fn thin(&mut self, key: TaskKey) {
-        if let (Some(faces), Some(task)) = (&self.faces, self.tasks.get_mut(&key))
+        if let (Some(thinning), Some(task)) = (&self.thinning, self.tasks.get_mut(&key))
             && task.all <= self.limit
         {
             let before = task.arrivals.len();
-            faces.thin(task);
+            thinning.thin(task);
             self.stored -= before - task.arrivals.len();
         }
     }
@@ -293,7 +295,7 @@ impl MapBuilder {
     /// Returns whether the last task that fits is cut where the map is full. A task that is thinned
     /// cannot be cut, but small maps are not thinned.
     fn cuts(&self) -> bool {
-        self.faces.is_none() || self.limit < reach::FIRST
+        self.thinning.is_none() || self.limit < thinning::FIRST
     }
 
     /// Returns the tasks that are kept so far, in order.

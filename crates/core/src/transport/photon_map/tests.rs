@@ -246,9 +246,10 @@ fn arrive(task: u64, mut put: impl FnMut(u32, Vec3, u32)) {
     }
 }
 
-fn faces_of(k: Option<usize>) -> Faces {
-    let middles = [0, 2, 4, 6].map(|first| (first, 0.1 * Vec3::splat(first as f32 / 3.0 - 1.0)));
-    Faces::new(10, middles.to_vec(), 2, k)
+fn thinning_of(k: Option<usize>) -> Thinning {
+    let middle = |first: usize| 0.1 * Vec3::splat(first as f32 / 3.0 - 1.0);
+    let middles = [0, 2, 4, 6].map(|first| (first..first + 2, middle(first)));
+    Thinning::new(10, middles.into_iter(), k)
 }
 
 /// Whether tasks come in order or not, from one machine or, as words, from three: the estimates of
@@ -286,7 +287,7 @@ fn thinned_map_gives_the_estimates_of_all_arrivals() {
     let mut shuffled = order.clone();
     shuffled.sort_by_key(|task| task * 7919 % 307);
     for (limit, k) in [(1 << 22, None), (1 << 22, Some(20)), (150_000, None), (3_000, None)] {
-        let thin = || MapBuilder::for_faces(limit, 1, faces_of(k));
+        let thin = || MapBuilder::for_estimates(limit, 1, thinning_of(k));
         let joined = {
             let mut joined = thin();
             for tasks in order.chunks(100) {
@@ -316,7 +317,7 @@ fn thinned_map_gives_the_estimates_of_all_arrivals() {
         let power = vec![1.0; all.len()];
         let reference = PhotonMap::new(all.clone(), power, 1, traced);
         for map in &maps {
-            for (first, middle) in [0, 2, 4, 6].map(|bin| (bin, faces_of(k).middle(bin))) {
+            for (first, middle) in [0, 2, 4, 6].map(|bin| (bin, thinning_of(k).middle(bin))) {
                 for bin in [first, first + 1] {
                     assert_eq!(map.arrived(bin), reference.arrived(bin), "{bin}, {limit}");
                     let [photons, histories] = map.arrived(bin);
@@ -338,3 +339,19 @@ fn thinned_map_gives_the_estimates_of_all_arrivals() {
         assert!(limit < 1 << 14 || share.iter().all(|share| *share < 0.25), "{share:.3?}");
     }
 }
+
+/// Counts in the words of a task that no run writes: more arrivals than the map holds, of which none is
+/// stored. Nothing panics, and the map ends before that task.
+#[test]
+fn damaged_counts_are_no_panic() {
+    for (limit, key) in [(100, FIRST), (100, (0, 1, 0)), (1 << 20, FIRST), (1 << 20, (0, 1, 0))] {
+        let mut builder = MapBuilder::for_estimates(limit, 1, thinning_of(None));
+        let words = [1.0f32.to_bits(), 0, 0, 2, u32::MAX, u32::MAX, 0, 7, 0];
+        builder.add(key, TaskArrivals::from_words(&words, 1).expect("whole words"));
+        let map = builder.build(1000, |before| if before == FIRST { 0 } else { 500 });
+        assert_eq!((map.arrivals(), map.photons.len()), (0, 0));
+        assert_eq!(map.histories, if key == FIRST { 0 } else { 500 });
+    }
+}
+
+const FIRST: TaskKey = (0, 0, 0);

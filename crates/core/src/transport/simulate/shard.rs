@@ -11,7 +11,7 @@ use crate::{
     error::{Error, Result, catch_panic, unlocked},
     scene::{captor::CaptorKind, world::Scene},
     transport::{
-        photon_map::{MapBuilder, TaskArrivals, TaskKey},
+        photon_map::{MapBuilder, Seen, TaskArrivals, TaskKey},
         settings::Settings,
         shard::Shard,
         tally::{Sums, Tally, Totals},
@@ -202,5 +202,9 @@ pub(super) fn check_arrivals(
             && u64::from(photon.history) < photons;
         fits.then_some(())?;
     }
-    found.seen().iter().all(|seen| map.uses(seen.bin)).then_some(found)
+    let is_possible = |seen: &Seen| {
+        let histories = u64::from(seen.histories);
+        map.uses(seen.bin) && seen.histories <= seen.photons && histories <= photons
+    };
+    found.seen().iter().all(is_possible).then_some(found)
 }

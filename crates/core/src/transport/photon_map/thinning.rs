@@ -2,7 +2,7 @@
 //! photons nearest to the middle of a face, a share of them that shrinks as they become more. So a
 //! map that is made for such estimates alone keeps the nearest, and only counts the others.
 
-use std::{collections::HashSet, sync::Arc};
+use std::{collections::HashSet, ops::Range, sync::Arc};
 
 use glam::Vec3;
 
@@ -37,9 +37,9 @@ pub fn chosen_k(photons: usize, histories: usize) -> usize {
     (independent * photons as f64 / histories.max(1) as f64).ceil() as usize
 }
 
-/// What estimates use of the arrivals at each face.
+/// Which arrivals at the faces of captors are stored: those that k-nearest estimates may use.
 #[derive(Clone, Debug)]
-pub struct Faces {
+pub struct Thinning {
     /// The first bin of the faces of each captor that has estimates, and their common middle, m
     /// relative to the centre of the scene; by rising bins.
     middles: Arc<[(u32, Vec3)]>,
@@ -111,17 +111,22 @@ impl Seen {
     }
 }
 
-impl Faces {
+impl Thinning {
     /// Returns what estimates use of which `k` is given or, if `None`, is [chosen](chosen_k) by the
     /// number of photons. There are `bins` bins. `middles` holds, for each captor that has estimates,
-    /// the first of the bins of its faces and their middle; captors have up to `faces` of them.
-    pub fn new(bins: usize, middles: Vec<(u32, Vec3)>, faces: usize, k: Option<usize>) -> Self {
+    /// the bins of its faces and their middle, m relative to the centre of the scene; by rising bins.
+    pub fn new(
+        bins: usize,
+        middles: impl Iterator<Item = (Range<usize>, Vec3)>,
+        k: Option<usize>,
+    ) -> Self {
         let mut of = vec![NOWHERE; bins];
-        for (first, _) in &middles {
-            let end = bins.min(*first as usize + faces);
-            of[*first as usize..end].fill(EVERYWHERE);
-        }
-        Self { middles: middles.into(), k, of: of.into(), limited: Arc::default() }
+        let first = |(faces, middle): (Range<usize>, Vec3)| {
+            of[faces.clone()].fill(EVERYWHERE);
+            (faces.start as u32, middle)
+        };
+        let middles = middles.map(first).collect();
+        Self { middles, k, of: of.into(), limited: Arc::default() }
     }
 
     /// Returns the same before any face is thinned.
@@ -180,6 +185,9 @@ impl Faces {
     /// Takes into account that a task, read from a file, was thinned elsewhere. Returns whether this
     /// changes what other tasks may keep.
     pub(super) fn join(&mut self, task: &TaskArrivals) -> bool {
+        if task.seen.is_empty() {
+            return false;
+        }
         let mut limited = self.limited.to_vec();
         let mut of = self.of.to_vec();
         let mut changed = false;
