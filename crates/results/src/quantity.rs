@@ -1,7 +1,7 @@
 //! The registry of quantities: what results say of light, each declared once.
 //!
 //! From [`QUANTITIES`] results are checked, compared, shown, written to tables and given to Python,
-//! and the tables of `docs/results.md` are made. Quantities that programs compute with are fields of
+//! and the tables of `docs/results.md` are held to it. Quantities that programs compute with are fields of
 //! the results; all others are kept by [`Own`](crate::result::Own) under their names, so that a new
 //! one is an entry here and the line that finds it.
 

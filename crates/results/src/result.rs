@@ -2,9 +2,10 @@
 //! or umol/s, errors standard errors (1 sigma).
 //!
 //! `found` makes a result from the sums of a run, `spread` adds how evenly a group is lit, `stand`
-//! what plants do with the light as a whole, `own` what the registry of quantities alone knows, `row` what it reads, `dli` adds daily light integrals, `warnings` adds
-//! warnings, `mix` rescales lamps, `calibrated` adds the errors of a calibration, and `validate`
-//! checks results that were read from a file.
+//! what plants do with the light as a whole, `own` what the registry of quantities alone knows, `row`
+//! what it reads, `dli` adds daily light integrals, `warnings` adds warnings, `mix` rescales lamps,
+//! `calibrated` adds the errors of a calibration, and `validate` checks results that were read from a
+//! file.
 
 mod calibrated;
 mod dli;
@@ -433,10 +434,16 @@ type Parts<'a> = ([Option<&'a mut FaceResult>; 2], &'a mut Whole);
 impl RunResult {
     /// Returns the parts of all captors, then of all groups.
     fn parts_mut(&mut self) -> impl Iterator<Item = Parts<'_>> {
-        let captors = self.captors.iter_mut();
-        let captors = captors.map(|c| ([Some(&mut c.front), c.back.as_mut()], &mut c.whole));
-        let groups = self.groups.iter_mut();
-        captors.chain(groups.map(|g| ([Some(&mut g.front), g.back.as_mut()], &mut g.whole)))
+        let captors = self.captors.iter_mut().map(CaptorResult::parts_mut);
+        captors.chain(self.groups.iter_mut().map(GroupResult::parts_mut))
+    }
+
+    /// Returns the parts of the captor or, after all captors, of the group at this place.
+    fn part_mut(&mut self, place: usize) -> Parts<'_> {
+        match place.checked_sub(self.captors.len()) {
+            None => self.captors[place].parts_mut(),
+            Some(group) => self.groups[group].parts_mut(),
+        }
     }
 }
 
@@ -446,6 +453,10 @@ impl CaptorResult {
         std::iter::once(&self.front).chain(&self.back)
     }
 
+    fn parts_mut(&mut self) -> Parts<'_> {
+        ([Some(&mut self.front), self.back.as_mut()], &mut self.whole)
+    }
+
     /// Returns its row in the table of results.
     pub fn row(&self) -> Row<'_> {
         self.whole.row(self.area, [Some(&self.front), self.back.as_ref()])
@@ -453,6 +464,10 @@ impl CaptorResult {
 }
 
 impl GroupResult {
+    fn parts_mut(&mut self) -> Parts<'_> {
+        ([Some(&mut self.front), self.back.as_mut()], &mut self.whole)
+    }
+
     /// Returns its row in the table of results.
     pub fn row(&self) -> Row<'_> {
         self.whole.row(self.area, [Some(&self.front), self.back.as_ref()])

@@ -1,8 +1,8 @@
 //! Pictures: coloured pixels, text on them, and files (PNG; EXR for numbers).
 //!
-//! `spectral` and `scale` turn values into colours, `steps` cuts a scale, `glow` spreads bright light, `raster` makes
-//! pixels of drawings, `bar` adds a colour bar and `key` a key of colours, and `splats` draws soft
-//! discs of light or ink, with `relief` around what stands in front of them.
+//! `spectral` and `scale` turn values into colours, `steps` cuts a scale, `glow` spreads bright light,
+//! `raster` makes pixels of drawings, `bar` adds a colour bar and `key` a key of colours, and `splats`
+//! draws soft discs of light or ink, with `relief` around what stands in front of them.
 
 mod bar;
 #[cfg(feature = "exr")]

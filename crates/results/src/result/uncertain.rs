@@ -8,7 +8,7 @@
 //! where the inputs of a set vary together, and the sets independently. An input varies in all bands
 //! together, so that the parts of a sum over bands add up before they are squared.
 
-use std::{borrow::Cow, ops::Deref};
+use std::{borrow::Cow, collections::HashMap, ops::Deref};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -240,13 +240,16 @@ impl RunResult {
         let inputs = UncertainInput::all(scene);
         self.uncertain = (!inputs.is_empty() && !totals.parts().is_empty()).then(|| inputs.clone());
         let Some(inputs) = Inputs::new(self, inputs) else { return };
-        let parameters = scene.parameters().all();
+        let parameters = scene.parameters().all().iter().enumerate();
+        let places_of: HashMap<&str, usize> =
+            parameters.map(|(index, parameter)| (parameter.name.as_str(), index)).collect();
         self.budget = Some(Vec::new());
         for (place, of) in places(scene).iter().enumerate() {
             for face in &of.faces {
                 let moments = |name: &str| {
-                    let index = parameters.iter().position(|parameter| parameter.name == name)?;
-                    let found = totals.moments(index, face.channel)?.take(scene.bands().len());
+                    let found = totals
+                        .moments(*places_of.get(name)?, face.channel)?
+                        .take(scene.bands().len());
                     let of = |([moment, _], covariance): ([f64; 2], Option<[f64; 3]>)| {
                         let error = |[variance, ..]: [f64; 3]| variance.max(0.0).sqrt();
                         [moment, covariance.map_or(0.0, error)]
@@ -269,15 +272,10 @@ impl RunResult {
             (face.flux_model_se, face.irradiance_model_se) = (None, None);
             face.ratios.iter_mut().for_each(|ratios| ratios.ratio_model_se = None);
         };
-        for of in &mut self.captors {
-            std::iter::once(&mut of.front).chain(&mut of.back).for_each(forget);
-            of.whole.absorbed_model_se = None;
-            of.whole.absorbed_ratios.iter_mut().for_each(|ratios| ratios.ratio_model_se = None);
-        }
-        for of in &mut self.groups {
-            std::iter::once(&mut of.front).chain(&mut of.back).for_each(forget);
-            of.whole.absorbed_model_se = None;
-            of.whole.absorbed_ratios.iter_mut().for_each(|ratios| ratios.ratio_model_se = None);
+        for (faces, whole) in self.parts_mut() {
+            faces.into_iter().flatten().for_each(forget);
+            whole.absorbed_model_se = None;
+            whole.absorbed_ratios.iter_mut().for_each(|ratios| ratios.ratio_model_se = None);
         }
     }
 
@@ -287,19 +285,10 @@ impl RunResult {
         let (of_bands, of_ratios) = all.split_at(self.bands.len());
         let per_area = || of_bands.iter().map(|flux| flux / spot.per).collect();
         let boxed = |values: Vec<f64>| Some(Box::new(Deviations(values)));
-        let (front, back, whole) = match spot.place.checked_sub(self.captors.len()) {
-            None => {
-                let of = &mut self.captors[spot.place];
-                (&mut of.front, &mut of.back, &mut of.whole)
-            }
-            Some(group) => {
-                let of = &mut self.groups[group];
-                (&mut of.front, &mut of.back, &mut of.whole)
-            }
-        };
+        let ([front, back], whole) = self.part_mut(spot.place);
         let of_face = match spot.kind {
-            Channel::Front => Some(front),
-            Channel::Back => back.as_mut(),
+            Channel::Front => front,
+            Channel::Back => back,
             Channel::Absorbed => None,
         };
         let ratios = match of_face {
