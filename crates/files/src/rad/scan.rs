@@ -256,21 +256,7 @@ impl<'a> Scan<'a> {
         let Primitive { modifier, kind, identifier, place } = primitive;
         let error = |problem: String| Error::input(place, problem);
         match *kind {
-            "alias" => {
-                let known = self.word(lexer, place)?.unwrap_or_default();
-                let Some(&material) = self.named.get(known) else {
-                    return Err(error(format!(
-                        "the alias of {}, which is not defined",
-                        quoted(known)
-                    ))
-                    .remedy("define it before"));
-                };
-                if *modifier != "void" {
-                    return self.unread(primitive, modified(modifier, place));
-                }
-                self.named.insert(identifier.to_string(), material);
-                Ok(())
-            }
+            "alias" => self.alias(lexer, primitive),
             _ if SURFACES.contains(kind) => {
                 let numbers = self.numbers(lexer, primitive)?;
                 self.surface(primitive, &numbers, placement)
@@ -307,9 +293,7 @@ impl<'a> Scan<'a> {
                     .remedy("write its surfaces as polygons, or as an OBJ of the scene"))
             }
             _ if self.dialect == Dialect::Sec2 && SEC2_LINES.contains(kind) => {
-                while lexer.peek().is_some_and(|word| word.parse::<f64>().is_ok()) {
-                    self.number(lexer, place, kind)?;
-                }
+                self.numbers_that_follow(lexer, primitive)?;
                 if *kind != "point" {
                     let warning = format!(
                         "{place}: {kind} {identifier} is not read: give the scene such a light"
@@ -319,10 +303,7 @@ impl<'a> Scan<'a> {
                 Ok(())
             }
             "x" if self.dialect == Dialect::Sec2 => {
-                let mut numbers = Vec::new();
-                while lexer.peek().is_some_and(|word| word.parse::<f64>().is_ok()) {
-                    numbers.push(self.number(lexer, place, kind)?);
-                }
+                let mut numbers = self.numbers_that_follow(lexer, primitive)?;
                 // some files have the counts of Radiance before the colour
                 if let &[texts, integers, reals, ref colour @ ..] = numbers.as_slice()
                     && [texts, integers] == [0.0; 2]
@@ -330,34 +311,63 @@ impl<'a> Scan<'a> {
                 {
                     numbers = colour.to_vec();
                 }
-                self.material(
-                    &Primitive { kind: "light", place: place.clone(), ..*primitive },
-                    numbers,
-                    None,
-                )
+                let light = Primitive { kind: "light", place: place.clone(), ..*primitive };
+                self.material(&light, numbers, None)
             }
             _ if *modifier == SEC2_SCALE || SEC2_LINES.contains(kind) => {
                 let word = if *modifier == SEC2_SCALE { modifier } else { kind };
                 Err(error(format!("{} is a word of SEC2", quoted(word)))
                     .remedy("give the object `\"dialect\": \"sec2\"`"))
             }
-            _ => {
-                let all = SURFACES.iter().chain(&MATERIALS).copied();
-                let otherwise = format!(
-                    "there are {}: take it out, or give the scene what it stands for",
-                    all.clone().collect::<Vec<_>>().join(", ")
-                );
-                let problem =
-                    format!("{modifier} {kind} {identifier}: {} is not supported", quoted(kind));
-                let error = error(problem).did_you_mean(nearest(kind, all), otherwise);
-                if self.numbers(lexer, primitive).is_err() {
-                    return Err(error);
-                }
-                self.unread(primitive, error.clone())?;
-                self.unknown.push((self.file.materials.len() - 1, error));
-                Ok(())
-            }
+            _ => self.unknown(lexer, primitive),
         }
+    }
+
+    /// Gives a material another name.
+    fn alias(&mut self, lexer: &mut Lexer, primitive: &Primitive) -> Result<()> {
+        let Primitive { modifier, identifier, place, .. } = primitive;
+        let known = self.word(lexer, place)?.unwrap_or_default();
+        let Some(&material) = self.named.get(known) else {
+            let problem = format!("the alias of {}, which is not defined", quoted(known));
+            return Err(Error::input(place, problem).remedy("define it before"));
+        };
+        if *modifier != "void" {
+            return self.unread(primitive, modified(modifier, place));
+        }
+        self.named.insert(identifier.to_string(), material);
+        Ok(())
+    }
+
+    /// Keeps what has a type that Radiance does not have: an error where a surface has it, or where
+    /// it may be a surface itself.
+    fn unknown(&mut self, lexer: &mut Lexer, primitive: &Primitive) -> Result<()> {
+        let Primitive { modifier, kind, identifier, place } = primitive;
+        let all = SURFACES.iter().chain(&MATERIALS).copied();
+        let otherwise = format!(
+            "there are {}: take it out, or give the scene what it stands for",
+            all.clone().collect::<Vec<_>>().join(", ")
+        );
+        let problem = format!("{modifier} {kind} {identifier}: {} is not supported", quoted(kind));
+        let error = Error::input(place, problem).did_you_mean(nearest(kind, all), otherwise);
+        if self.numbers(lexer, primitive).is_err() {
+            return Err(error);
+        }
+        self.unread(primitive, error.clone())?;
+        self.unknown.push((self.file.materials.len() - 1, error));
+        Ok(())
+    }
+
+    /// Reads the numbers of a line without counts, as SEC2 has them.
+    fn numbers_that_follow(
+        &mut self,
+        lexer: &mut Lexer,
+        primitive: &Primitive,
+    ) -> Result<Vec<f64>> {
+        let mut numbers = Vec::new();
+        while lexer.peek().is_some_and(|word| word.parse::<f64>().is_ok()) {
+            numbers.push(self.number(lexer, &primitive.place, primitive.kind)?);
+        }
+        Ok(numbers)
     }
 
     /// Keeps what may be a material, with what is wrong with it.
@@ -448,49 +458,10 @@ impl<'a> Scan<'a> {
     ) -> Result<()> {
         let Primitive { modifier, kind, identifier, place } = primitive;
         let wrong = |problem: String| {
-            Err(Error::input(place, format!("{kind} {}: {problem}", quoted(identifier)))
-                .remedy("see the manual of Radiance on surfaces"))
+            Error::input(place, format!("{kind} {}: {problem}", quoted(identifier)))
+                .remedy("see the manual of Radiance on surfaces")
         };
-        let count = match *kind {
-            "sphere" | "bubble" => 4,
-            "cylinder" | "tube" => 7,
-            "cone" | "cup" | "ring" => 8,
-            _ => numbers.len(),
-        };
-        if numbers.len() != count || *kind == "polygon" && (count < 9 || count % 3 != 0) {
-            return wrong(format!("{} numbers", numbers.len()));
-        }
-        if *kind == "polygon" && count > 3 * MOST_CORNERS {
-            return wrong(format!("more than {MOST_CORNERS} corners"));
-        }
-        let at = |i: usize| DVec3::new(numbers[i], numbers[i + 1], numbers[i + 2]);
-        let positive =
-            |radii: &[f64]| radii.iter().all(|r| *r >= 0.0) && radii.iter().any(|r| *r > 0.0);
-        let radii: &[f64] = match *kind {
-            "sphere" | "bubble" => &numbers[3..],
-            "cylinder" | "tube" | "cone" | "cup" | "ring" => &numbers[6..],
-            _ => &[1.0],
-        };
-        if !positive(radii) {
-            return wrong("a radius that is not above 0".into());
-        }
-        let mut tube = None;
-        let shape = match *kind {
-            "polygon" => shapes::polygon(&(0..count / 3).map(|i| at(3 * i)).collect::<Vec<_>>()),
-            "sphere" => shapes::sphere(at(0), radii[0]),
-            "bubble" => shapes::inverted(shapes::sphere(at(0), radii[0])),
-            "cylinder" => {
-                tube = Some((at(0), at(3), radii[0]));
-                shapes::cone(at(0), at(3), [radii[0]; 2])
-            }
-            "tube" => shapes::inverted(shapes::cone(at(0), at(3), [radii[0]; 2])),
-            "cone" => shapes::cone(at(0), at(3), [radii[0], radii[1]]),
-            "cup" => shapes::inverted(shapes::cone(at(0), at(3), [radii[0], radii[1]])),
-            _ => shapes::ring(at(0), at(3), [radii[0], radii[1]]),
-        };
-        if shape.is_empty() {
-            return wrong("no extent".into());
-        }
+        let shape = triangles(kind, numbers).map_err(wrong)?;
         let transform = placement.transform;
         let moved = shape.iter().map(|corners| corners.map(|p| transform.transform_point3(p)));
         let mut triangles: Vec<[DVec3; 3]> = moved.collect();
@@ -498,7 +469,7 @@ impl<'a> Scan<'a> {
             triangles = shapes::inverted(triangles);
         }
         if triangles.iter().flatten().any(|p| !p.is_finite()) {
-            return wrong("a coordinate that is not finite where it stands".into());
+            return Err(wrong("a coordinate that is not finite where it stands".into()));
         }
         let material = self.made_of(placement.modifier.as_deref().unwrap_or(modifier), place)?;
         if *kind == "polygon" && self.is_reversed_copy(material, &triangles) {
@@ -509,10 +480,9 @@ impl<'a> Scan<'a> {
             if let Some(problem) = &self.file.materials[material].problem {
                 return Err(problem.clone());
             }
-            let scale = transform.matrix3.determinant().abs().cbrt();
-            let tube = tube.map(|(from, to, radius)| {
-                let [from, to] = [from, to].map(|p| transform.transform_point3(p));
-                (from, to, radius * scale)
+            let tube = (*kind == "cylinder").then(|| {
+                let [from, to] = [0, 3].map(|i| transform.transform_point3(point(numbers, i)));
+                (from, to, numbers[6] * transform.matrix3.determinant().abs().cbrt())
             });
             self.file.lamps.push(RadLamp { identifier, material, tube, triangles });
             return Ok(());
@@ -631,6 +601,48 @@ impl<'a> Scan<'a> {
 
 /// What a user can do about a material that is not read; the remedy of errors.
 const OWN: &str = "give the scene a material of this name";
+
+/// Returns the point whose coordinates begin at an index of the arguments.
+fn point(numbers: &[f64], index: usize) -> DVec3 {
+    DVec3::new(numbers[index], numbers[index + 1], numbers[index + 2])
+}
+
+/// Returns the triangles of a surface of Radiance in its own coordinates, or what is wrong with its
+/// arguments.
+fn triangles(kind: &str, numbers: &[f64]) -> std::result::Result<Vec<[DVec3; 3]>, String> {
+    let count = match kind {
+        "sphere" | "bubble" => 4,
+        "cylinder" | "tube" => 7,
+        "cone" | "cup" | "ring" => 8,
+        _ => numbers.len(),
+    };
+    if numbers.len() != count || kind == "polygon" && (count < 9 || !count.is_multiple_of(3)) {
+        return Err(format!("{} numbers", numbers.len()));
+    }
+    if kind == "polygon" && count > 3 * MOST_CORNERS {
+        return Err(format!("more than {MOST_CORNERS} corners"));
+    }
+    let radii = match kind {
+        "sphere" | "bubble" => &numbers[3..],
+        "cylinder" | "tube" | "cone" | "cup" | "ring" => &numbers[6..],
+        _ => &[1.0],
+    };
+    if radii.iter().any(|r| *r < 0.0) || !radii.iter().any(|r| *r > 0.0) {
+        return Err("a radius that is not above 0".into());
+    }
+    let at = |index| point(numbers, index);
+    let shape = match kind {
+        "polygon" => shapes::polygon(&(0..count / 3).map(|i| at(3 * i)).collect::<Vec<_>>()),
+        "sphere" => shapes::sphere(at(0), radii[0]),
+        "bubble" => shapes::inverted(shapes::sphere(at(0), radii[0])),
+        "cylinder" => shapes::cone(at(0), at(3), [radii[0]; 2]),
+        "tube" => shapes::inverted(shapes::cone(at(0), at(3), [radii[0]; 2])),
+        "cone" => shapes::cone(at(0), at(3), [radii[0], radii[1]]),
+        "cup" => shapes::inverted(shapes::cone(at(0), at(3), [radii[0], radii[1]])),
+        _ => shapes::ring(at(0), at(3), [radii[0], radii[1]]),
+    };
+    if shape.is_empty() { Err("no extent".into()) } else { Ok(shape) }
+}
 
 /// Returns the error for a material that a pattern, a texture or a mixture changes.
 fn modified(modifier: &str, place: &str) -> Error {
