@@ -240,6 +240,24 @@ impl<L: Lanes> ops::Add for Spectrum<L> {
     }
 }
 
+impl<L: Lanes> ops::MulAssign<&Self> for Spectrum<L> {
+    #[inline]
+    fn mul_assign(&mut self, other: &Self) {
+        for (value, other) in self.0.values_mut().iter_mut().zip(other.0.values()) {
+            *value *= other;
+        }
+    }
+}
+
+impl<L: Lanes> ops::MulAssign<f32> for Spectrum<L> {
+    #[inline]
+    fn mul_assign(&mut self, factor: f32) {
+        for value in self.0.values_mut() {
+            *value *= factor;
+        }
+    }
+}
+
 impl<L: Lanes> ops::AddAssign for Spectrum<L> {
     #[inline]
     fn add_assign(&mut self, other: Self) {

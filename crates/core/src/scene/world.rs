@@ -52,7 +52,7 @@ use crate::{
         stand::{InLayers, LayerBins, Stand},
     },
 };
-use images::LightImages;
+use images::LightShapes;
 use shapes::{Found, Shapes, has_parallel};
 use tubes::Tubes;
 
@@ -211,11 +211,7 @@ pub struct Scene {
     /// The tree by which one of many lights is chosen.
     light_tree: Option<LightTree>,
     tubes: Tubes,
-    light_triangles: Vec<Triangle>,
-    light_of_triangle: Vec<u32>,
-    light_bvh: Bvh,
-    /// Images of lights and openings, where the scene repeats.
-    light_images: LightImages,
+    light_shapes: LightShapes,
     /// Indices of the lights at infinity.
     infinite: Vec<usize>,
     /// Whether the light of one of these enters through openings alone.

@@ -15,7 +15,7 @@
 //! example that of a small lamp in a mirror, and the standard errors of a run may then be too
 //! small: `chance` finds the captors concerned.
 //!
-//! Reading order: `face` (where paths start), `Path::follow` (how they go on), `vertex` and
+//! Reading order: `face` (where paths start), `walk` (how they go on), `vertex` and
 //! `choice` (how a point is joined with a light), `course` (what that light has met), `reflectors`
 //! and `spots` (what the pilot run learns), `unseen` and `chance` (what paths miss), `joined` (the
 //! use of next-event estimation for pictures).
@@ -33,6 +33,7 @@ mod spots;
 mod tests;
 mod unseen;
 mod vertex;
+mod walk;
 
 use glam::Vec3;
 
@@ -45,12 +46,8 @@ use crate::{
     },
     scene::{
         light::{Emission, Light, LightHit, LightSample, Strata, Toward},
-        material::{LobeKind, Scatterer, Transport},
+        material::{Scatterer, Transport},
         world::{Arrived, ChosenImage, FlatMirrors, Scene, SurfaceHit},
-    },
-    transport::{
-        met::Along,
-        trace::{MAX_INTERACTIONS, MAX_TOTAL_REFLECTIONS, roulette},
     },
 };
 use course::{Course, Lit};
@@ -394,140 +391,6 @@ impl Path<'_, '_> {
         }
         let target = reflectors.choose(self.scene, from, u / reflectors.share, self.rng);
         target.map_or(Aim::Nowhere, |(triangle, point)| Aim::At(triangle, point))
-    }
-
-    /// Follows a path along `leg` and returns an estimate of the radiance that arrives by it,
-    /// without the part that next-event estimation at the beginning of the leg counts. For an aimed
-    /// leg, it returns the part of the radiance that aiming counts, divided by the density of the
-    /// direction. It keeps `account` of the parameters that it meets.
-    fn follow<L: Lanes>(&mut self, mut leg: Leg, account: &mut impl Along<L>) -> Spectrum<L> {
-        let scene = self.scene;
-        let parameters = scene.parameters();
-        let [mut radiance, mut throughput] =
-            [0.0, 1.0].map(|value| Spectrum::splat(scene.lanes(), value));
-        let mut total_reflections = 0;
-        // the fraction that surfaces have left of the path; the weights of its choices of direction
-        // do not end it
-        let mut kept = 1.0;
-        for _ in 0..MAX_INTERACTIONS {
-            self.rays += 1;
-            let hit = scene.closest(&leg.ray);
-            if leg.aimed.is_none() {
-                // a light with a material lies in a surface, so lights are met a little beyond it
-                let t_max = scene.beyond(hit.as_ref());
-                scene.lights_met(&leg.ray, t_max, |hit| {
-                    let found = self.met::<L>(&leg, &hit) * &throughput;
-                    account.found(scene, &found, |met| met.add(parameters.of_light(hit.light)));
-                    radiance += found;
-                });
-            }
-            let Some(hit) = hit else {
-                self.cut_off = scene.is_endless(&leg.ray) && self.rng.uniform() < kept;
-                return radiance;
-            };
-            let at = scene.arrived(hit, leg.ray.direction);
-            let Arrived { surface, material, interaction, .. } = &at;
-            match self.arrival_weight(&leg, &hit, interaction.cos) {
-                Some(weight) => throughput = throughput.scaled(weight),
-                None => return radiance,
-            }
-            let mut here = Vertex::on(scene, &at);
-            // photons that are sent pass whatever lets light straight through, so they never land
-            // there
-            if self.pilot.spots.is_some()
-                && material.straight::<L>(leg.ray.direction, surface.normal).is_none()
-            {
-                here.arrival = leg.density.map(|density| {
-                    let (from, d2) = (leg.at.point, leg.at.point.distance_squared(hit.point));
-                    Arrival { from, density: density * interaction.cos / d2 }
-                });
-            }
-            let free = if material.is_diffuse() { self.free_share() } else { 1.0 };
-            let along = |d| free * material.pdf(interaction, Transport::Importance, d);
-            let scattered = |towards: Vec3| {
-                let arriving = at.along(-towards);
-                let f: Spectrum<L> = material.evaluate(&arriving, -interaction.direction);
-                f.scaled(arriving.cos)
-            };
-            let mut aim = Aim::Free;
-            if material.is_diffuse() {
-                let mut add = |lit: Option<Lit<L>>| {
-                    if let Some(lit) = lit {
-                        let towards = lit.towards;
-                        let found = scattered(towards) * &throughput * &lit.irradiance;
-                        course::count(account, scene, (&here, &lit), &found, |met| {
-                            met.sent_back(scene, (&at).into(), at.scattered(towards));
-                        });
-                        radiance += found;
-                    }
-                };
-                add(self.next_event(&here, along));
-                add(self.mirrored_sun(&here));
-                add(self.sent(&here, along));
-                aim = self.aim(&here);
-            }
-            match aim {
-                Aim::Nowhere => return radiance,
-                Aim::At(triangle, target) => {
-                    let side = (target - hit.point).dot(surface.normal).signum() * surface.normal;
-                    let origin = scene.leave(&hit, side, side).origin;
-                    let direction = (target - origin).normalize_or_zero();
-                    throughput = throughput * scattered(direction);
-                    account.sent_on(scene, &at, at.scattered(direction));
-                    let density = Some(along(direction));
-                    let ray = Ray { origin, direction };
-                    leg = Leg { at: here, ray, density, aimed: Some(triangle), unbroken: true };
-                    total_reflections = 0;
-                }
-                Aim::Free => {
-                    let scatter =
-                        material.sample::<L>(interaction, Transport::Importance, self.rng);
-                    let Some(scatter) = scatter else { return radiance };
-                    let before = throughput.largest();
-                    throughput = throughput * &scatter.weight;
-                    // a solid gives back on exit the factor by which radiance changes on entry
-                    if scatter.lobe != LobeKind::Refraction {
-                        kept *= throughput.largest() / before;
-                    }
-                    if kept < LEAST {
-                        let onward = roulette(throughput, kept / LEAST, self.rng);
-                        let Some(onward) = onward else { return radiance };
-                        (throughput, kept) = (onward, LEAST);
-                    }
-                    throughput = throughput.scaled(1.0 / free);
-                    total_reflections = if scatter.lobe == LobeKind::TotalReflection {
-                        total_reflections + 1
-                    } else {
-                        0
-                    };
-                    if total_reflections == MAX_TOTAL_REFLECTIONS {
-                        break;
-                    }
-                    account.sent_on(scene, &at, scatter.lobe);
-                    let ray = at.leave(scatter.lobe, scatter.direction);
-                    leg = match scatter.lobe {
-                        // light beyond a pane can still be joined with the vertex before the pane
-                        LobeKind::Straight => {
-                            let ray = scene.unfolded(&leg.ray, &hit, ray);
-                            Leg { ray, unbroken: false, aimed: None, ..leg }
-                        }
-                        lobe if lobe.is_specular() => {
-                            Leg { ray, density: None, aimed: None, ..leg }
-                        }
-                        _ => {
-                            let density = Some(along(scatter.direction));
-                            Leg { at: here, ray, density, aimed: None, unbroken: true }
-                        }
-                    };
-                }
-            }
-            if throughput.is_zero() {
-                return radiance;
-            }
-        }
-        // a path of which surfaces have left only a part counts as cut off with that probability
-        self.cut_off = self.rng.uniform() < kept;
-        radiance
     }
 
     /// Returns the weight of the light that comes along a leg from `hit`. A free choice could have

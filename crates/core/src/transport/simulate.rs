@@ -26,6 +26,7 @@ mod plan;
 mod schedule;
 mod shard;
 mod simulation;
+mod stored;
 mod surfaces;
 mod task;
 mod trial;

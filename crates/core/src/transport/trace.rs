@@ -146,6 +146,13 @@ impl<L: Lanes> Event<'_, L> {
         }
     }
 
+    /// Returns whether a flight that accompanies the photon starts, or crosses a captor: it carries light
+    /// that was scattered.
+    #[inline(always)]
+    pub fn is_beside(&self) -> bool {
+        matches!(self, Self::FlightBeside | Self::Crossing { carried: None, .. })
+    }
+
     /// Returns the captor, face and power for which the event counts. `None` away from captors, and
     /// behind captors that count one side only.
     #[inline]

@@ -2,6 +2,7 @@
 
 use std::{
     collections::{BTreeMap, HashMap},
+    mem,
     ops::Range,
     sync::OnceLock,
 };
@@ -11,7 +12,7 @@ use glam::{DVec3, Vec3};
 use super::{
     CaptorPart, Common, CopyPart, LightPart, NO_CAPTOR, NamedMaterial, ObjectCopy, Scene,
     SceneParts, SharedPart, Surface, SurfacePart, flush,
-    images::LightImages,
+    images::LightShapes,
     mirrors::FlatMirrors,
     shapes::{KeptShapes, Outlines},
     tubes::{MANY, Tubes},
@@ -25,7 +26,6 @@ use crate::{
         spectrum::lanes,
     },
     scene::{
-        bvh::Bvh,
         captor::{Captor, CaptorKind, Moments},
         instances::Placed,
         lattice::{Images, Lattice, Layers, Repeats},
@@ -61,141 +61,44 @@ impl Scene {
         let center = working_center(&parts).unwrap_or_else(|| bounds.center());
         let radius = bounds.radius() as f32;
         let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
-        let of_captor = |captor: &CaptorPart| captor.sensor.round.map(|round| round.moved(-center));
-        let rounds: Vec<Round> = parts.captors.iter().filter_map(of_captor).collect();
-        let lattice = parts.lattice.map(|lattice| lattice.relative_to(center));
-        let layers = lattice.map(|lattice| {
-            let layers = Layers::new(&lattice, |visit| each_piece(&parts, center, visit));
-            match layers.range() {
-                Some(_) => layers,
-                None => Layers::new(&lattice, |visit| visit(&[DVec3::ZERO])),
-            }
-        });
-        if let (Some(lattice), Some(layers)) = (&parts.lattice, &layers) {
-            let checked = check_images(&parts, lattice, layers.slack);
-            checked.map_err(|problem| problem.at(place()))?;
+        let periods = parts.lattice.map(|lattice| Periods::of(lattice, &parts, center));
+        if let Some(Periods { own, layers, .. }) = &periods {
+            check_images(&parts, own, layers.slack).map_err(|problem| problem.at(place()))?;
         }
-
-        for light in &parts.lights {
-            let triangles = light.triangles();
-            if !triangles.is_empty() {
-                check_rounding(("light", &light.name), triangles, 0.02, local)?;
-            }
-        }
-        let objects: Vec<Option<usize>> = parts.surfaces.iter().map(|part| part.object).collect();
-        let mut surface_parts: Vec<(usize, SurfacePart)> =
-            parts.surfaces.into_iter().enumerate().collect();
-        // the triangles of a captor become contiguous, whatever the order of the files
-        surface_parts.sort_by_key(|(_, part)| part.captor);
-        // shapes that repeat need their exact corners once more
-        let images = |all: bool, corners: &mut dyn Iterator<Item = &[DVec3; 3]>| {
-            let (Some(lattice), Some(layers)) = (&parts.lattice, &layers) else {
-                return Images::default();
-            };
-            Images::new(lattice, layers.slack, all, corners, local)
-        };
-        let surfaces = || surface_parts.iter().flat_map(|(_, part)| &part.triangles);
-        let of_surfaces = images(false, &mut surfaces());
-        let virtual_triangles = parts.captors.iter().flat_map(|captor| &captor.triangles);
-        let of_captors = images(true, &mut virtual_triangles.into_iter());
-        let of_rounds = match (&lattice, &layers) {
-            (Some(lattice), Some(layers)) => Images::of_rounds(lattice, layers.slack, &rounds),
-            _ => Images::default(),
-        };
-        let mut stand = Stand::default();
-        if !parts.ground.is_empty() {
-            stand.is_ground = vec![false; parts.objects.len()];
-            parts.ground.iter().for_each(|&object| stand.is_ground[object] = true);
-        }
-        // shared copies that are none take no place
-        let is_any = |part: &SharedPart| !part.transforms.is_empty() && part.triangles() > 0;
-        parts.shared.retain(is_any);
-        parts.shared.iter_mut().for_each(|part| part.surfaces.sort_by_key(|of| of.captor));
-        if let Some(dz) = parts.layers {
-            let layers = layers_of(dz, &surface_parts, &parts.shared, &stand);
-            stand.layers = Some(layers.map_err(|problem| problem.of("layers").at(place()))?);
-        }
-        stand.balances = parts.lattice.is_some_and(|lattice| lattice.area().is_some())
-            && parts.lights.iter().all(|light| light.infinite().is_some());
-        let materials = parts.materials.len();
-        let own = OwnSurfaces::of(&surface_parts, &parts.tangents, materials, local);
-        let OwnSurfaces { triangles, runs, tangents, object_parts, of_part, mut found } = own;
-        // before the search structures need memory
-        drop(surface_parts);
-        let copies = copies(parts.copies, &of_part, &objects);
-
-        let mut placed = Placed::new(center);
-        let common = common(parts.shared, &mut placed, triangles.len(), &mut found);
-        let boxes = placed.boxes();
-
-        let lanes = lanes(parts.bands.len());
-        let materials = parts.materials.into_iter().zip(tangents).map(|(named, tangents)| {
-            NamedMaterial { material: named.material.placed(lanes, tangents), ..named }
-        });
-        let materials: Vec<NamedMaterial> = materials.collect();
-
-        let by_face = parts.absorbed_by_face;
-        let captors = Captors::of(parts.captors, &mut found, by_face, center, place)?;
-        let Captors { captors, triangles: captor_triangles, of_triangle: captor_of_triangle } =
-            captors;
-
-        let inside = inside(lattice.as_ref(), (&triangles, &captor_triangles), &rounds, &boxes);
+        parts.lights.iter().try_for_each(|light| check_light(light, local))?;
+        let geometry = Geometry::of(&mut parts, center, periods, place)?;
+        let Geometry { outlines, captors, runs, tangents, object_parts, copies, common, stand } =
+            geometry;
+        let inside = inside(&outlines);
         let bands = parts.bands.len();
         let made = |LightPart { name, source }: LightPart| {
             Light::new(name, source, bands, center, &inside)
         };
         let mut lights: Vec<Light> = parts.lights.into_iter().map(made).collect();
-        if let Some(lattice) = &lattice {
-            lights.iter_mut().for_each(|light| light.bring_into_cell(lattice));
+        if let Some(repeats) = &outlines.repeats {
+            lights.iter_mut().for_each(|light| light.bring_into_cell(&repeats.lattice));
         }
-
-        let mut light_triangles = Vec::new();
-        let mut light_of_triangle = Vec::new();
-        for (l, light) in lights.iter().enumerate() {
-            light_triangles.extend_from_slice(light.triangles());
-            light_of_triangle.resize(light_triangles.len(), l as u32);
-        }
-        let light_images = match (&lattice, &layers) {
-            (Some(lattice), Some(layers)) => {
-                LightImages::new(lattice, layers.slack, &lights, &light_triangles)
-            }
-            _ => LightImages::default(),
+        let light_shapes = LightShapes::of(&lights, outlines.repeats.as_deref());
+        let lanes = lanes(bands);
+        let place_material = |(named, tangents): (NamedMaterial, _)| NamedMaterial {
+            material: named.material.placed(lanes, tangents),
+            ..named
         };
-        let with_images: Vec<Triangle> =
-            light_triangles.iter().chain(&light_images.triangles.shapes).copied().collect();
-        let light_bvh = Bvh::build(&with_images);
-        let repeats = lattice.zip(layers).map(|(lattice, layers)| {
-            let (surfaces, captors, rounds) = (of_surfaces, of_captors, of_rounds);
-            Box::new(Repeats { lattice, layers, surfaces, captors, rounds })
-        });
-        let outlines =
-            Outlines { triangles, captor_triangles, rounds, captor_of_triangle, repeats, placed };
+        let materials: Vec<NamedMaterial> =
+            parts.materials.into_iter().zip(tangents).map(place_material).collect();
+        let is_periodic = outlines.repeats.is_some();
         let shapes = kept.shapes(outlines);
         // after the search structures, whose making needs the most memory
-        let mut surfaces: Vec<Surface> = Vec::with_capacity(shapes.triangles.len());
-        for (count, material, captor) in runs {
-            let run = &shapes.triangles[surfaces.len()..][..count];
-            surfaces.extend(run.iter().map(|t| surface_of(t, material, captor)));
-        }
-        if lattice.is_some() {
-            // the corners of images are rounded where these are
-            for (surface, triangle) in surfaces.iter_mut().zip(&shapes.triangles) {
-                surface.extra_offset = ROUNDING * across(surface.normal, triangle.reach());
-            }
-        }
+        let surfaces = surfaces_of(runs, &shapes.triangles, is_periodic);
         let flush_lights =
             flush::lift(&mut lights, &shapes, (bounds.center() - center).as_vec3(), radius);
-        let find_mirrors = || {
-            FlatMirrors::find(
-                &lights,
-                &shapes.triangles,
-                &surfaces,
-                &materials,
-                MARGIN * closeness(Vec3::splat(radius)),
-            )
-        };
         // images without end are not searched
-        let flat_mirrors = if lattice.is_none() { find_mirrors() } else { None };
+        let flat_mirrors = if is_periodic {
+            None
+        } else {
+            let margin = MARGIN * closeness(Vec3::splat(radius));
+            FlatMirrors::find(&lights, &shapes.triangles, &surfaces, &materials, margin)
+        };
         Ok(Self {
             name: parts.name,
             quantity: parts.quantity,
@@ -223,15 +126,107 @@ impl Scene {
             object_parts,
             flush_lights,
             stand,
-            light_tree: (lights.len() > MANY && lattice.is_none()).then(|| LightTree::new(&lights)),
+            light_tree: (lights.len() > MANY && !is_periodic).then(|| LightTree::new(&lights)),
             tubes: Tubes::new(&lights),
             lights,
-            light_bvh,
-            light_triangles,
-            light_images,
+            light_shapes,
             inside,
-            light_of_triangle,
         })
+    }
+}
+
+/// What a scene is made of besides lights and materials.
+struct Geometry {
+    outlines: Outlines,
+    captors: Vec<Captor>,
+    /// For each part of the surfaces its number of triangles, its material and its captor.
+    runs: Vec<(usize, usize, Option<usize>)>,
+    /// For each material the triangles that have a tangent, with this.
+    tangents: Vec<Vec<(u32, Vec3)>>,
+    /// For each part its first triangle, and its object.
+    object_parts: Vec<(usize, Option<usize>)>,
+    copies: Vec<ObjectCopy>,
+    common: Vec<Common>,
+    stand: Stand,
+}
+
+impl Geometry {
+    /// Takes surfaces, captors and copies out of the parts of a scene. Errors: those of captors and of
+    /// layers.
+    fn of(
+        parts: &mut SceneParts,
+        center: DVec3,
+        periods: Option<Periods>,
+        place: impl Fn() -> String,
+    ) -> Result<Self> {
+        let local = |t: &[DVec3; 3]| Triangle::from(t.map(|p| (p - center).as_vec3()));
+        let of_captor = |captor: &CaptorPart| captor.sensor.round.map(|round| round.moved(-center));
+        let rounds: Vec<Round> = parts.captors.iter().filter_map(of_captor).collect();
+        let objects: Vec<Option<usize>> = parts.surfaces.iter().map(|part| part.object).collect();
+        let mut surfaces: Vec<(usize, SurfacePart)> =
+            mem::take(&mut parts.surfaces).into_iter().enumerate().collect();
+        // the triangles of a captor become contiguous, whatever the order of the files
+        surfaces.sort_by_key(|(_, part)| part.captor);
+        // shapes that repeat need their exact corners once more
+        let repeats = periods
+            .map(|periods| Box::new(periods.repeats(&surfaces, &parts.captors, &rounds, local)));
+        // shared copies that are none take no place
+        let is_any = |part: &SharedPart| !part.transforms.is_empty() && part.triangles() > 0;
+        parts.shared.retain(is_any);
+        parts.shared.iter_mut().for_each(|part| part.surfaces.sort_by_key(|of| of.captor));
+        let stand = stand_of(parts, &surfaces, &place)?;
+        let own = OwnSurfaces::of(&surfaces, &parts.tangents, parts.materials.len(), local);
+        let OwnSurfaces { triangles, runs, tangents, object_parts, of_part, mut found } = own;
+        // before the search structures need memory
+        drop(surfaces);
+        let copies = copies(mem::take(&mut parts.copies), &of_part, &objects);
+        let mut placed = Placed::new(center);
+        let shared = mem::take(&mut parts.shared);
+        let common = common(shared, &mut placed, triangles.len(), &mut found);
+        let (sensors, by_face) = (mem::take(&mut parts.captors), parts.absorbed_by_face);
+        let captors = Captors::of(sensors, &mut found, by_face, center, place)?;
+        let Captors { captors, triangles: captor_triangles, of_triangle: captor_of_triangle } =
+            captors;
+        let outlines =
+            Outlines { triangles, captor_triangles, rounds, captor_of_triangle, repeats, placed };
+        Ok(Self { outlines, captors, runs, tangents, object_parts, copies, common, stand })
+    }
+}
+
+/// The periods of a scene that repeats, and where it holds anything.
+struct Periods {
+    own: Lattice,
+    /// The same, relative to the centre of the scene.
+    lattice: Lattice,
+    layers: Layers,
+}
+
+impl Periods {
+    fn of(own: Lattice, parts: &SceneParts, center: DVec3) -> Self {
+        let lattice = own.relative_to(center);
+        let layers = Layers::new(&lattice, |visit| each_piece(parts, center, visit));
+        let layers = match layers.range() {
+            Some(_) => layers,
+            None => Layers::new(&lattice, |visit| visit(&[DVec3::ZERO])),
+        };
+        Self { own, lattice, layers }
+    }
+
+    /// Adds the images of surfaces, which are sorted by captor, and of sensors.
+    fn repeats(
+        self,
+        surfaces: &[(usize, SurfacePart)],
+        captors: &[CaptorPart],
+        rounds: &[Round],
+        local: impl Fn(&[DVec3; 3]) -> Triangle,
+    ) -> Repeats {
+        let Self { own, lattice, layers } = self;
+        let surfaces = surfaces.iter().flat_map(|(_, part)| &part.triangles);
+        let surfaces = Images::new(&own, layers.slack, false, surfaces, &local);
+        let captors = captors.iter().flat_map(|captor| &captor.triangles);
+        let captors = Images::new(&own, layers.slack, true, captors, &local);
+        let rounds = Images::of_rounds(&lattice, layers.slack, rounds);
+        Repeats { lattice, layers, surfaces, captors, rounds }
     }
 }
 
@@ -395,24 +390,41 @@ impl Captors {
 
 /// Returns a prism around all that photons may meet: triangles of surfaces and of sensors, discs and
 /// spheres, and boxes around copies.
-fn inside(
-    lattice: Option<&Lattice>,
-    (triangles, of_captors): (&[Triangle], &[Triangle]),
-    rounds: &[Round],
-    boxes: &[Extent],
-) -> Prism {
-    let around = Extent::of_triangles(triangles).join(Extent::of_triangles(of_captors));
+fn inside(outlines: &Outlines) -> Prism {
+    let Outlines { triangles, captor_triangles, rounds, repeats, placed, .. } = outlines;
+    let boxes = placed.boxes();
+    let around = Extent::of_triangles(triangles).join(Extent::of_triangles(captor_triangles));
     let around = rounds.iter().map(Round::extent).fold(around, Extent::join);
     let around = boxes.iter().fold(around, |around, copy| around.join(*copy));
     let around = if around.min.is_finite() { around } else { Extent::of([Vec3::ZERO]) };
     let margin = MARGIN * closeness(around.min.abs().max(around.max.abs()));
     let around = Extent { min: around.min - margin, max: around.max + margin };
-    let Some(lattice) = lattice else { return around.into() };
-    let own = triangles.iter().chain(of_captors).flat_map(|t| [t.a, t.b, t.c]);
+    let Some(repeats) = repeats else { return around.into() };
+    let own = triangles.iter().chain(captor_triangles).flat_map(|t| [t.a, t.b, t.c]);
     let corners = own.chain(boxes.iter().flat_map(Extent::corners));
     let of_rounds = rounds.iter().map(Round::extent);
     let corners = corners.chain(of_rounds.flat_map(|extent| extent.corners()));
-    Prism::of_cell(lattice, &around, corners)
+    Prism::of_cell(&repeats.lattice, &around, corners)
+}
+
+/// Returns what the balance and the layers of a stand of plants need. Error: too many layers.
+fn stand_of(
+    parts: &SceneParts,
+    surfaces: &[(usize, SurfacePart)],
+    place: impl Fn() -> String,
+) -> Result<Stand> {
+    let mut stand = Stand::default();
+    if !parts.ground.is_empty() {
+        stand.is_ground = vec![false; parts.objects.len()];
+        parts.ground.iter().for_each(|&object| stand.is_ground[object] = true);
+    }
+    if let Some(dz) = parts.layers {
+        let layers = layers_of(dz, surfaces, &parts.shared, &stand);
+        stand.layers = Some(layers.map_err(|problem| problem.of("layers").at(place()))?);
+    }
+    stand.balances = parts.lattice.is_some_and(|lattice| lattice.area().is_some())
+        && parts.lights.iter().all(|light| light.infinite().is_some());
+    Ok(stand)
 }
 
 /// Makes layers of the height `dz`, m, for surfaces that are sorted by captor, those without one
@@ -448,6 +460,26 @@ fn layers_of(
         part.triangles.iter().map(move |_| counts)
     });
     LayerBins::new(dz, own.chain(copies), heights, of_own)
+}
+
+/// Returns the properties of triangles, of which each run has one material and one captor.
+fn surfaces_of(
+    runs: Vec<(usize, usize, Option<usize>)>,
+    triangles: &[Triangle],
+    is_periodic: bool,
+) -> Vec<Surface> {
+    let mut surfaces: Vec<Surface> = Vec::with_capacity(triangles.len());
+    for (count, material, captor) in runs {
+        let run = &triangles[surfaces.len()..][..count];
+        surfaces.extend(run.iter().map(|t| surface_of(t, material, captor)));
+    }
+    if is_periodic {
+        // the corners of images are rounded where these are
+        for (surface, triangle) in surfaces.iter_mut().zip(triangles) {
+            surface.extra_offset = ROUNDING * across(surface.normal, triangle.reach());
+        }
+    }
+    surfaces
 }
 
 /// Returns the properties of a triangle.
@@ -549,6 +581,14 @@ fn each_piece(parts: &SceneParts, center: DVec3, visit: &mut dyn FnMut(&[DVec3])
     let rounds = parts.captors.iter().filter_map(|captor| Some(captor.sensor.round?.corners()));
     for corners in parts.shared.iter().flat_map(SharedPart::boxes).chain(rounds) {
         visit(&corners.map(|corner| corner - center));
+    }
+}
+
+/// Refuses an area light that is too small where it stands.
+fn check_light(light: &LightPart, local: impl Fn(&[DVec3; 3]) -> Triangle) -> Result<()> {
+    match light.triangles() {
+        [] => Ok(()),
+        triangles => check_rounding(("light", &light.name), triangles, 0.02, local),
     }
 }
 

@@ -7,7 +7,8 @@ use glam::{DVec3, Vec3};
 use crate::{
     math::geometry::Triangle,
     scene::{
-        lattice::{Cell, Images, Lattice, Layers},
+        bvh::Bvh,
+        lattice::{Cell, Images, Lattice, Layers, Repeats},
         light::Light,
     },
 };
@@ -42,9 +43,38 @@ fn rounded(corners: &[DVec3; 3]) -> Triangle {
     corners.map(|corner| corner.as_vec3()).into()
 }
 
+/// What rays may meet of lights: the triangles of area lights, and the images of lights and openings.
+#[derive(Debug)]
+pub struct LightShapes {
+    pub triangles: Vec<Triangle>,
+    /// The light of each triangle.
+    pub of_triangle: Vec<u32>,
+    /// Finds the triangles, and after them their images.
+    pub bvh: Bvh,
+    pub images: LightImages,
+}
+
+impl LightShapes {
+    /// Finds the shapes of lights that lie in the cell, in a scene that may repeat.
+    pub fn of(lights: &[Light], repeats: Option<&Repeats>) -> Self {
+        let (mut triangles, mut of_triangle) = (Vec::new(), Vec::new());
+        for (l, light) in lights.iter().enumerate() {
+            triangles.extend_from_slice(light.triangles());
+            of_triangle.resize(triangles.len(), l as u32);
+        }
+        let images =
+            repeats.map_or_else(LightImages::default, |Repeats { lattice, layers, .. }| {
+                LightImages::new(lattice, layers.slack, lights, &triangles)
+            });
+        let with_images: Vec<Triangle> =
+            triangles.iter().chain(&images.triangles.shapes).copied().collect();
+        Self { triangles, of_triangle, bvh: Bvh::build(&with_images), images }
+    }
+}
+
 impl LightImages {
     /// Finds the images of lights, whose `triangles` are those of all area lights.
-    pub fn new(lattice: &Lattice, slack: f64, lights: &[Light], triangles: &[Triangle]) -> Self {
+    fn new(lattice: &Lattice, slack: f64, lights: &[Light], triangles: &[Triangle]) -> Self {
         let images = |triangles: &[Triangle]| {
             let corners: Vec<[DVec3; 3]> = triangles.iter().map(corners).collect();
             Images::new(lattice, slack, true, corners.iter(), rounded)

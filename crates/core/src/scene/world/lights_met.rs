@@ -96,10 +96,10 @@ impl Scene {
                 visit(light, hit);
             }
         });
-        if self.light_triangles.is_empty() {
+        if self.light_shapes.triangles.is_empty() {
             return;
         }
-        self.light_bvh.crossings(ray, t_max, |hit| {
+        self.light_shapes.bvh.crossings(ray, t_max, |hit| {
             if let Some((light, hit)) = self.emitter_hit(ray, hit.triangle, hit.t) {
                 visit(light, hit);
             }
@@ -114,8 +114,8 @@ impl Scene {
         triangle: u32,
         t: f32,
     ) -> Option<(usize, EmitterHit)> {
-        let light = self.light_of_triangle[triangle as usize] as usize;
-        let cos = -ray.direction.dot(self.light_triangles[triangle as usize].normal());
+        let light = self.light_shapes.of_triangle[triangle as usize] as usize;
+        let cos = -ray.direction.dot(self.light_shapes.triangles[triangle as usize].normal());
         let emitted = self.lights[light].emitted_radiance(ray.direction, cos)?;
         Some((light, EmitterHit { t, cos: cos.abs(), emitted, image: [0, 0] }))
     }

@@ -314,7 +314,7 @@ impl Scene {
         t_max: f32,
         visit: &mut dyn FnMut(usize, EmitterHit),
     ) {
-        if self.light_triangles.is_empty() && self.light_images.tubes.is_empty() {
+        if self.light_shapes.triangles.is_empty() && self.light_shapes.images.tubes.is_empty() {
             return;
         }
         let mut borders = Borders::new();
@@ -329,18 +329,18 @@ impl Scene {
                     visit(light, EmitterHit { t, image, ..hit });
                 }
             };
-            for &(light, cell) in &self.light_images.tubes {
+            for &(light, cell) in &self.light_shapes.images.tubes {
                 let origin = stretch.ray.origin - repeats.lattice.shift(cell).as_vec3();
                 if let Some(hit) = self.lights[light].hit(&Ray { origin, ..stretch.ray }) {
                     met((light, 0), cell, hit);
                 }
             }
-            if self.light_triangles.is_empty() {
+            if self.light_shapes.triangles.is_empty() {
                 continue;
             }
-            let own = self.light_triangles.len();
-            self.light_bvh.crossings(&stretch.ray, to, |hit| {
-                let (triangle, cell) = self.light_images.triangles.origin(hit.triangle, own);
+            let own = self.light_shapes.triangles.len();
+            self.light_shapes.bvh.crossings(&stretch.ray, to, |hit| {
+                let (triangle, cell) = self.light_shapes.images.triangles.origin(hit.triangle, own);
                 if let Some((light, hit)) = self.emitter_hit(&stretch.ray, triangle, hit.t) {
                     met((light, triangle), cell, hit);
                 }
@@ -391,7 +391,7 @@ impl Scene {
     ) -> Option<(f32, bool)> {
         let entrance = self.lights[light].entrance()?;
         let Some(repeats) = &self.shapes.repeats else { return entrance.last_opening(ray, offset) };
-        let openings = self.light_images.openings.get(&light)?;
+        let openings = self.light_shapes.images.openings.get(&light)?;
         let shapes = || entrance.openings().iter().chain(&openings.images.shapes);
         let starts_in: Vec<bool> = {
             let shift = repeats.lattice.shift(repeats.lattice.cell_of(ray.origin.as_dvec3()));

@@ -343,6 +343,56 @@ impl Unlifted<'_> {
     }
 }
 
+/// Virtual captors, of which those that lie in surfaces are moved off them, towards their normals.
+struct Lifted {
+    triangles: Vec<Triangle>,
+    /// Whether any of the triangles is moved.
+    any_triangle: bool,
+    /// The move of each disc and sphere, m.
+    rounds: Vec<DVec3>,
+    /// The distance by which each captor that lies in a surface is moved, m.
+    lifts: BTreeMap<usize, f32>,
+}
+
+impl Lifted {
+    /// Moves the `captors` for which `below` has the distance to the points that rays start from;
+    /// `triangles` are those of all captors, and then their images.
+    fn of(
+        outlines: &Outlines,
+        captors: &[(usize, Range<usize>)],
+        below: &BTreeMap<usize, f32>,
+        triangles: Vec<Triangle>,
+    ) -> Self {
+        let Outlines { captor_triangles, rounds, repeats, .. } = outlines;
+        let of_images = repeats.as_ref().map_or(&[][..], |repeats| &repeats.captors.of);
+        let zero = vec![DVec3::ZERO; rounds.len()];
+        let mut all = Self { triangles, any_triangle: false, rounds: zero, lifts: BTreeMap::new() };
+        for (captor, range) in captors {
+            let Some(below) = below.get(captor) else { continue };
+            if let Some(round) = outlines.round_of(range) {
+                let (reach, normal) = (rounds[round].reach(), rounds[round].normal);
+                let normal = normal.unwrap_or_default();
+                let offset = ROUNDING * across(normal.as_vec3(), reach);
+                let lift = closeness(reach) + 4.0 * offset + 2.0 * below;
+                all.rounds[round] = f64::from(lift) * normal;
+                all.lifts.insert(*captor, lift);
+                continue;
+            }
+            all.any_triangle = true;
+            let own = &mut all.triangles[range.clone()];
+            let apart = |t: &Triangle| closeness(t.reach()) + 4.0 * t.offset();
+            let lift = own.iter().map(apart).fold(0.0, f32::max) + 2.0 * below;
+            own.iter_mut().for_each(|triangle| *triangle = lifted_by(triangle, lift));
+            all.lifts.insert(*captor, lift);
+            let images = all.triangles[captor_triangles.len()..].iter_mut().zip(of_images);
+            for (triangle, _) in images.filter(|(_, (of, _))| range.contains(&(*of as usize))) {
+                *triangle = lifted_by(triangle, lift);
+            }
+        }
+        all
+    }
+}
+
 impl Shapes {
     /// Builds the search structures, in the caller's rayon pool. A virtual captor in the plane of a
     /// surface counts as lying off it, on the side to which its normal points: its triangles move
@@ -382,40 +432,19 @@ impl Shapes {
             rounds: &round_captors,
         };
         let below = unlifted.in_surface(&captors);
-        let mut lifted = all_captors.into_owned();
-        let mut rounds_lifted = vec![DVec3::ZERO; rounds.len()];
-        let (mut lifts, mut are_lifted) = (BTreeMap::new(), false);
-        let of_images = repeats.map_or(&[][..], |repeats| &repeats.captors.of);
-        for (captor, range) in captors.iter().filter(|(captor, _)| below.contains_key(captor)) {
-            if let Some(round) = outlines.round_of(range) {
-                let (reach, normal) = (rounds[round].reach(), rounds[round].normal);
-                let normal = normal.unwrap_or_default();
-                let offset = ROUNDING * across(normal.as_vec3(), reach);
-                let lift = closeness(reach) + 4.0 * offset + 2.0 * below[captor];
-                rounds_lifted[round] = f64::from(lift) * normal;
-                lifts.insert(*captor, lift);
-                continue;
-            }
-            are_lifted = true;
-            let own = &mut lifted[range.clone()];
-            let apart = |t: &Triangle| closeness(t.reach()) + 4.0 * t.offset();
-            let lift = own.iter().map(apart).fold(0.0, f32::max) + 2.0 * below[captor];
-            own.iter_mut().for_each(|triangle| *triangle = lifted_by(triangle, lift));
-            lifts.insert(*captor, lift);
-            let images = lifted[captor_triangles.len()..].iter_mut().zip(of_images);
-            for (triangle, _) in images.filter(|(_, (of, _))| range.contains(&(*of as usize))) {
-                *triangle = lifted_by(triangle, lift);
-            }
-        }
-        let captor_bvh = if are_lifted { Bvh::build_for_few(&lifted) } else { captor_bvh };
-        if rounds_lifted.iter().any(|lift| *lift != DVec3::ZERO) {
+        let lifted = Lifted::of(&outlines, &captors, &below, all_captors.into_owned());
+        let captor_bvh = match lifted.any_triangle {
+            true => Bvh::build_for_few(&lifted.triangles),
+            false => captor_bvh,
+        };
+        if lifted.rounds.iter().any(|lift| *lift != DVec3::ZERO) {
             let lift = |(index, round): (usize, &Round)| {
-                round.moved(rounds_lifted[outlines.round_origin(index).0])
+                round.moved(lifted.rounds[outlines.round_origin(index).0])
             };
-            let lifted = round_captors.shapes.iter().enumerate().map(lift).collect();
-            round_captors = Rounds::new(lifted);
+            round_captors =
+                Rounds::new(round_captors.shapes.iter().enumerate().map(lift).collect());
         }
-        let (in_surface, lifts) = lifts.into_iter().unzip();
+        let (in_surface, lifts) = lifted.lifts.into_iter().unzip();
         let is_plain = outlines.repeats.is_none() && forest.is_none();
         Self {
             copies,

@@ -19,12 +19,13 @@ use crate::{
         spectrum::{Lanes, Spectrum},
     },
     scene::{
+        light::Emission,
         material::{BsdfSample, Scatterer, Transport},
         world::{Arrived, Crossing, Scene},
     },
     transport::{
         settings::Guiding,
-        trace::{Event, Flight, Guide, Onward, Turn, scatter},
+        trace::{Event, Flight, Guide, Onward, Turn, scatter, trace},
     },
 };
 
@@ -67,6 +68,34 @@ impl<'a> Guidance<'a> {
             Self { windows: None, lamps: None, .. } => Guiding::Aim,
             _ => Guiding::Full,
         }
+    }
+
+    /// Follows a photon that was emitted with this density over that without guiding. `flights` is
+    /// `None` where none accompanies it; otherwise it has the emission without guiding from which the
+    /// first one leaves, if that is not the photon itself.
+    pub fn trace<'s, L: Lanes>(
+        &'s self,
+        scene: &'s Scene,
+        (photon, density): (Emission<'_, L>, f32),
+        flights: Option<Option<&Emission<'_, L>>>,
+        copies: &mut Vec<Copies<'s, L>>,
+        rng: &mut Stream,
+        mut on: impl FnMut(Event<'_, L>),
+    ) {
+        let power = photon.power.clone().scaled(1.0 / density);
+        if photon.start.is_some() && density != 1.0 {
+            on(Event::Chance { before: &photon.power, after: &power });
+        }
+        let mut aimed = self.targets.as_ref().map(|targets| Aimed::new(scene, targets));
+        if let (Some(aimed), Some(other)) = (&mut aimed, flights) {
+            aimed.start(&photon, other, rng, &mut on);
+        }
+        let windows = self.windows.as_ref().map(|windows| {
+            let largest = photon.weights.iter().copied().fold(0.0, f64::max);
+            (&*windows.importance, largest as f32 / windows.usual)
+        });
+        copies.clear();
+        trace(scene, photon.ray, power, Guided::new(aimed, windows, copies), rng, on);
     }
 
     /// Whether photons are guided, or a warning must say why they are not.

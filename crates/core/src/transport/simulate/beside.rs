@@ -6,7 +6,7 @@
 use std::sync::{Mutex, atomic::Ordering};
 
 use super::{
-    BATCHES, Keep, Run, lock,
+    BATCHES, Run,
     schedule::{Beside, Schedule},
 };
 use crate::{
@@ -53,11 +53,8 @@ impl Run<'_> {
         // the photon map wants all light in proportion, and so do faces at which photons alone count
         let all = !by_photons.is_empty() || map.is_some();
         let strata = pilot.strata(scene, photons, histories, all);
-        let limit = map.map_or(0, |map| lock(map).limit());
-        let mut stored = map.and_then(|map| lock(map).task(key));
         // weights are those of photons that are divided by the number of paths
-        let per_photon = photons as f64 / histories as f64;
-        let bands = scene.bands().len();
+        let mut stored = self.stored(map, key, photons as f64 / histories as f64);
         let purpose = match self.purpose {
             Purpose::Run => Purpose::Beside,
             other => other,
@@ -75,11 +72,8 @@ impl Run<'_> {
             let delta = left || strata.is_delta(scene.lights(), photon.source);
             let mut finding = Finding::new(scene, photon.light, delta);
             let emitted = usual.as_ref().unwrap_or(&photon.power);
-            tally.emitted(None, photon.weights, emitted);
-            if let Some(account) = &mut account {
-                account.start(scene.parameters().of_light(photon.light));
-                tally.emitted_in_variants(scene, photon.weights, emitted, account.now(scene));
-            }
+            let of = (photon.light, None);
+            self.count_emission(tally, &mut account, of, photon.weights, emitted);
             if let Some(before) = &usual {
                 let event = Event::Chance { before, after: &photon.power };
                 tally.score(scene, None, photon.weights, &event);
@@ -99,19 +93,8 @@ impl Run<'_> {
                     tally.score_met(scene, None, weights, &event, account, counts);
                     account.then(&event);
                 }
-                let history = index as u32;
-                if let Some(task) = &mut stored
-                    && let Some((mut arrival, power)) =
-                        Keep::OnCaptors.arrival(scene, &event, Way::default(), |bin, position| {
-                            task.wants(bin, position, history)
-                        })
-                {
-                    arrival.photon.light = light as u32;
-                    arrival.photon.history = history;
-                    let power = power.values();
-                    let power =
-                        (0..bands).map(|b| (f64::from(power[b]) * weights[b] * per_photon) as f32);
-                    task.push(limit, arrival, power);
+                if let Some(stored) = &mut stored {
+                    stored.add(&event, Way::default(), (light, index), weights);
                 }
                 if let Event::Arrival { at, lobe, .. } = event {
                     let more = [1, u64::from(finding.hidden)];
