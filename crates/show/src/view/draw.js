@@ -329,29 +329,23 @@ let captorBox, fitted;
  *  better, and makes what stands before them transparent if more of them is seen then. */
 function lookAtCaptors() {
   captorBox = boxOfCaptors();
-  let best = { score: 0, away: direction(ACROSS, UP), clear: false };
+  let best = { score: 0, about: ACROSS, up: UP, clear: false };
   // with very many tiles the box decides: on an upright screen, what is long is seen from one of its ends
-  if (MANY && camera.aspect < 1 && captorBox.half.x > captorBox.half.y) best.away = direction(90 + ACROSS / 2, UP);
+  if (MANY && camera.aspect < 1 && captorBox.half.x > captorBox.half.y) best.about = 90 + ACROSS / 2;
   const sides = facts.captors.length && !MANY ? [0, 90, 270, 180] : [];
   // from higher up a scene that is wide fills more of an upright screen
-  for (const up of camera.aspect < 1 ? [42, 60] : [UP, 42]) {
-    for (const side of sides) {
-      for (const across of [ACROSS, -ACROSS]) {
-        const away = direction(side + across, up);
-        lookAt(captorBox, away);
-        const [plain, clear] = [false, true].map((clear) => {
-          state.clear = clear;
-          return captorPixels();
-        });
-        // what is seen only through something counts half
-        const score = (plain + clear) / 2;
-        if (score > 1.15 * best.score) best = { score, away, clear: clear > 1.05 * plain };
-      }
-    }
-  }
+  const [low, high] = camera.aspect < 1 ? [42, 60] : [UP, 42];
+  const tryAll = (views) => captorPixels(views.map(({ about, up }) => direction(about, up))).forEach(([plain, clear], i) => {
+    // what is seen only through something counts half
+    const score = (plain + clear) / 2;
+    if (score > 1.15 * best.score) best = { ...views[i], score, clear: clear > 1.05 * plain };
+  });
+  tryAll(sides.flatMap((side) => [ACROSS, -ACROSS].map((across) => ({ about: side + across, up: low }))));
+  if (sides.length) tryAll([{ about: best.about, up: high }]);
+  const away = direction(best.about, best.up);
   state.clear = best.clear;
-  lookAt(captorBox, best.away);
-  fitted = { away: best.away, eye: camera.position.clone() };
+  lookAt(captorBox, away);
+  fitted = { away, eye: camera.position.clone() };
 }
 
 /** Returns the lengths of the sides of the scene's box, m. */
@@ -697,9 +691,9 @@ function resize() {
   draw();
 }
 
-/** Draws all tiles with their numbers as colours, into `pickTarget`. */
-function drawNumbers(width, height) {
-  setUniforms();
+/** Draws all tiles with their numbers as colours, into `pickTarget`: once, or once into each of these rectangles after
+ *  its `ready` was called. */
+function drawNumbers(width, height, pictures = [{ x: 0, y: 0, width, height, ready: () => {} }]) {
   pickTarget.setSize(width, height);
   const others = scene.children.filter((child) => !meshes.includes(child) && child.visible);
   others.forEach((child) => (child.visible = false));
@@ -707,7 +701,15 @@ function drawNumbers(width, height) {
   renderer.setRenderTarget(pickTarget);
   renderer.setClearColor(0, 0);
   renderer.clear();
-  renderer.render(scene, camera);
+  renderer.autoClear = false;
+  for (const picture of pictures) {
+    picture.ready();
+    setUniforms();
+    pickTarget.viewport.set(picture.x, picture.y, picture.width, picture.height);
+    renderer.setRenderTarget(pickTarget);
+    renderer.render(scene, camera);
+  }
+  renderer.autoClear = true;
   renderer.setRenderTarget(null);
   renderer.setClearColor(paper(), 1);
   meshes.forEach((mesh) => (mesh.material = paintMaterial));
@@ -721,13 +723,28 @@ function numbersAt(x, y, width, height) {
   return new Uint32Array(pixels.buffer).map((id) => id - 1);
 }
 
-/** Returns how much of the picture captors take, without images, as a number of pixels of a small picture. */
-function captorPixels() {
+/** Returns how much of a small picture captors take from each of these sides, without images, as numbers of pixels: as
+ *  they are, and through what stands before them. All pictures are read at once, as reading waits until they are drawn. */
+function captorPixels(aways) {
   const [width, height] = [Math.round(160 * Math.sqrt(camera.aspect)), Math.round(160 / Math.sqrt(camera.aspect))];
   images.forEach((image) => (image.visible = false));
-  drawNumbers(width, height);
+  const pictures = aways.flatMap((away, i) => [false, true].map((clear) => {
+    const ready = () => {
+      lookAt(captorBox, away);
+      state.clear = clear;
+    };
+    return { x: clear ? width : 0, y: i * height, width, height, ready };
+  }));
+  const pixels = aways.map(() => [0, 0]);
+  if (!pictures.length) return pixels;
+  drawNumbers(2 * width, aways.length * height, pictures);
   picked = "";
-  return numbersAt(0, 0, width, height).filter((tile) => tile < facts.tiles && partOf(tile).captor >= 0).length;
+  numbersAt(0, 0, 2 * width, aways.length * height).forEach((tile, at) => {
+    if (tile >= facts.tiles || partOf(tile).captor < 0) return;
+    const [column, row] = [at % (2 * width), Math.floor(at / (2 * width))];
+    pixels[Math.floor(row / height)][column < width ? 0 : 1]++;
+  });
+  return pixels;
 }
 
 let picked = "";
