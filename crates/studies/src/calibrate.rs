@@ -80,11 +80,7 @@ pub fn calibrate(
     path: &Path,
     plan: &CalibrationPlan,
 ) -> Result<Calibration> {
-    let Some(lights) = &result.energy.by_light else {
-        return Err(Error::input(&result.scene, "these results are not split by light")
-            .remedy(words!["run the scene again with ", setting("by_light").on()]));
-    };
-    let names: Vec<&str> = lights.keys().map(String::as_str).collect();
+    let names: Vec<&str> = result.energy_by_light()?.keys().map(String::as_str).collect();
     let lamps = Lamps::new(&names, &plan.groups)?;
     let bands = MeasuredBands::new(result, rows, path)?;
     let size = [lamps.names.len(), bands.measured.len()];
