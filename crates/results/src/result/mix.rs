@@ -108,7 +108,7 @@ impl RunResult {
 
     /// Checks that each factor is of one of the lights, in range, and as many as there are bands.
     fn check_factors(&self, factors: &ByLight<Factor>, lights: &ByLight<Energy>) -> Result<()> {
-        let bands = self.bands.iter().filter(|band| band.sum_of.is_none()).count();
+        let bands = self.own_bands().len();
         for (name, factor) in factors {
             let error = |problem: String| Error::input(&self.scene, problem);
             if !lights.contains_key(name) {

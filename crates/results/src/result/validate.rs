@@ -22,7 +22,7 @@ impl RunResult {
         let rows = self.captors.iter().map(CaptorResult::row);
         let mut rows = rows.chain(self.groups.iter().map(GroupResult::row)).flat_map(Row::parts);
         let parts = self.energy.by_light.iter().flat_map(ByLight::values);
-        let own = self.bands.iter().filter(|band| band.sum_of.is_none()).count();
+        let own = self.own_bands().len();
         let mut factors = self.mixed.iter().flat_map(ByLight::values);
         parts.chain([&self.energy]).all(|energy| energy.is_valid(bands))
             && factors.all(|factor| factor.is_valid(own))

@@ -58,8 +58,8 @@ pub fn even(
         .iter()
         .map(|captor| by_lamp(&captor.front, &lamps, &[(band, 1.0)])[0].clone())
         .collect();
-    let own = result.bands.iter().filter(|band| band.sum_of.is_none()).count();
-    let powers = Powers::new(lights, watts, own);
+    let bands = result.own_bands();
+    let powers = Powers::new(lights, watts, bands.len());
     let factors = match plan.minimum {
         Some(least) => {
             let mut costs = vec![0.0; lamps.names.len()];
@@ -91,9 +91,12 @@ pub fn even(
         band: result.bands[band].name.clone(),
         mean: plan.minimum.is_none().then_some(plan.mean.unwrap_or(before.mean)),
         minimum: plan.minimum,
-        bands: result.bands[..own].iter().map(|band| band.name.clone()).collect(),
+        bands: bands.iter().map(|band| band.name.clone()).collect(),
         warnings: warnings(&lamps, &factors, &lit, band, plan, &after),
-        factors: of_lights.into_iter().map(|(light, factor)| (light, vec![factor; own])).collect(),
+        factors: of_lights
+            .into_iter()
+            .map(|(light, factor)| (light, vec![factor; bands.len()]))
+            .collect(),
         before,
         after,
     })
@@ -132,8 +135,8 @@ impl<'a> Powers<'a> {
         if self.all_metered { self.electric(light) } else { self.radiant(light) }
     }
 
-    /// Returns how the captors are lit in a band with this factor on the power of each light; `None`
-    /// for no captor.
+    /// Returns how the captors are lit in a band with this factor on the power of each light;
+    /// `None` for no captor.
     fn lit(
         &self,
         captors: &[&CaptorResult],
