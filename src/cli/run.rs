@@ -27,7 +27,9 @@ use phylux_core::{
             ThreadCount, TimeLimit, Tolerance,
         },
         shard::Shard,
-        simulate::{Control, End, Plan, Progress, ShardSums, check_shardable, simulate_shard},
+        simulate::{
+            Control, End, Plan, Progress, ShardSums, Simulation, check_shardable, simulate_shard,
+        },
     },
 };
 use phylux_files::{
@@ -39,7 +41,7 @@ use phylux_files::{
 use phylux_results::result::{RunResult, ToleranceResult, WorstResult};
 use phylux_studies::{
     desk::Desk,
-    run::{RunJob, warnings_of},
+    run::{ReadyRun, RunJob, warnings_of},
     text::summary::{far_off, summary},
 };
 
@@ -219,6 +221,25 @@ struct Stats {
     segments_per_second: f64,
 }
 
+impl Stats {
+    /// Finds them by when the run started, had read the scene, traced and estimated.
+    fn new(simulation: &Simulation, times: [Instant; 4]) -> Self {
+        let [load_seconds, trace_seconds, estimate_seconds] =
+            [0, 1, 2].map(|i| (times[i + 1] - times[i]).as_secs_f64());
+        let totals = simulation.totals();
+        Self {
+            photons: totals.histories,
+            segments: totals.segments,
+            threads: simulation.threads(),
+            load_seconds,
+            trace_seconds,
+            estimate_seconds,
+            photons_per_second: totals.histories as f64 / trace_seconds,
+            segments_per_second: totals.segments as f64 / trace_seconds,
+        }
+    }
+}
+
 /// Exit code of a run that ended before its tolerance was met; its results are written.
 const TOLERANCE_NOT_MET: u8 = 3;
 
@@ -250,38 +271,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let scene_read = Instant::now();
 
     if let Some(shard) = arguments.shard {
-        // the trial is made here, since the file of the shard must say what it has chosen
-        let quiet = Control { stop: desk.stop(), progress: &|_| {} };
-        let placed = |error: Error| match &*error.place() {
-            "shard" => error.at(setting("shard")),
-            _ => ready.placed(error),
-        };
-        check_shardable(&ready.settings).map_err(placed)?;
-        let plan = Plan::make(scene, &ready.settings, &quiet).map_err(placed)?;
-        let kept = KeptSettings::new(&plan.settings, plan.choice.as_ref());
-        let head = WorkHead::new(Work::Run, arguments.scene.display().to_string(), digest, &kept);
-        let head = head.of_shard(shard);
-        let write = |shard_sums| {
+        let write = |plan: &Plan, shard_sums| {
+            let kept = KeptSettings::new(&plan.settings, plan.choice.as_ref());
+            let scene = arguments.scene.display().to_string();
+            let head = WorkHead::new(Work::Run, scene, digest, &kept).of_shard(shard);
             desk.writing();
             outputs.write_shard(&read, |writer| write_shard(&head, shard_sums, writer))
         };
-        run_shard(scene, &plan, shard, &desk, write).map_err(placed)?;
-        return Ok(0);
+        let done = run_shard(scene, &ready.settings, shard, &desk, write);
+        return done.map(|()| 0).map_err(|error| match &*error.place() {
+            "shard" => error.at(setting("shard")),
+            _ => ready.placed(error),
+        });
     }
-    let bar = progress_bar(&ready.settings);
-    let progress = |progress: Progress| {
-        if let Some(worst) = progress.worst {
-            let said = far_off(&WorstResult::new(scene, &worst));
-            bar.set_message(terminal::harmless(&said).into_owned());
-        }
-        show(&bar, progress);
-    };
-    let control = Control { stop: desk.stop(), progress: &progress };
     places.extend(ready.place());
     check_places(&places, &read)?;
-    let simulation = ready.simulate(&control, &desk);
-    bar.finish_and_clear();
-    let simulation = simulation?;
+    let simulation = simulate(&ready, scene, &desk)?;
     let traced = Instant::now();
     let result = desk.during("estimating", |_| RunResult::new(&simulation));
     let result = result.with_warnings_of_scene(warnings);
@@ -292,18 +297,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     desk.writing();
 
     desk.during("writing", |_| outputs.write(&read, &result))?;
-    let trace_seconds = (traced - scene_read).as_secs_f64();
-    let totals = simulation.totals();
-    let stats = Stats {
-        photons: totals.histories,
-        segments: totals.segments,
-        threads: simulation.threads(),
-        load_seconds: (scene_read - started).as_secs_f64(),
-        trace_seconds,
-        estimate_seconds: (estimated - traced).as_secs_f64(),
-        photons_per_second: totals.histories as f64 / trace_seconds,
-        segments_per_second: totals.segments as f64 / trace_seconds,
-    };
+    let stats = Stats::new(&simulation, [started, scene_read, traced, estimated]);
     if let Some(file) = stats_file {
         file.write(&read, |writer| {
             serde_json::to_writer_pretty(&mut *writer, &stats)?;
@@ -315,7 +309,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     terminal::warn(&spelled(&summary.warnings));
     let speed = format!(
         "\n{:.1} s on {} thread{}, {:.2e} {}/s; wrote {}\n",
-        trace_seconds,
+        stats.trace_seconds,
         stats.threads,
         if stats.threads == 1 { "" } else { "s" },
         stats.photons_per_second,
@@ -329,22 +323,42 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     })
 }
 
-/// Traces one shard of the run, and hands it to `write`.
+/// Traces the photons or paths of the run, and shows how far it is.
+fn simulate<'a>(ready: &ReadyRun<'a>, scene: &Scene, desk: &Desk) -> Result<Simulation<'a>> {
+    let bar = progress_bar(&ready.settings);
+    let progress = |progress: Progress| {
+        if let Some(worst) = progress.worst {
+            let said = far_off(&WorstResult::new(scene, &worst));
+            bar.set_message(terminal::harmless(&said).into_owned());
+        }
+        show(&bar, progress);
+    };
+    let control = Control { stop: desk.stop(), progress: &progress };
+    let simulation = ready.simulate(&control, desk);
+    bar.finish_and_clear();
+    simulation
+}
+
+/// Traces one shard of the run, and hands it to `write` with the plan of the run.
 fn run_shard(
     scene: &Scene,
-    plan: &Plan,
+    settings: &Settings,
     shard: Shard,
     desk: &Desk,
-    write: impl FnOnce(ShardSums) -> Result<()>,
+    write: impl FnOnce(&Plan, ShardSums) -> Result<()>,
 ) -> Result<()> {
+    check_shardable(settings)?;
+    // the trial is made here, since the file of the shard must say what it has chosen
+    let quiet = Control { stop: desk.stop(), progress: &|_| {} };
+    let plan = Plan::make(scene, settings, &quiet)?;
     let bar = progress_bar(&plan.settings);
     let progress = |progress: Progress| show(&bar, progress);
     let control = Control { stop: desk.stop(), progress: &progress };
-    let shard_sums = simulate_shard(scene, plan, shard, &control);
+    let shard_sums = simulate_shard(scene, &plan, shard, &control);
     bar.finish_and_clear();
     let shard_sums = shard_sums?;
     let text = format!("shard {shard} of {}: {} batches\n", scene.name(), shard_sums.batches.len());
-    write(shard_sums)?;
+    write(&plan, shard_sums)?;
     super::terminal::print(&text)
 }
 

@@ -7,9 +7,10 @@ use csv::{ByteRecord, ReaderBuilder, StringRecord};
 use crate::input::quoted;
 use phylux_core::error::{Error, Result};
 
-/// A line of a CSV file, for errors.
+/// A line of a table, for errors.
 pub struct Place<'a> {
-    path: &'a Path,
+    /// The path of the file.
+    pub path: &'a Path,
     /// Number of the line, from 1.
     pub line: u64,
 }
@@ -84,6 +85,14 @@ pub fn check_missing(place: &Place, missing: &[&str], remedy: &str) -> Result<()
 /// What to do about a row with more cells than the head has names; the remedy of an error.
 pub const DECIMAL_COMMAS: &str =
     "numbers take a decimal point, or, where semicolons separate the columns, a comma";
+
+/// Returns what is wrong with a row that has more cells than a table has `columns`; empty cells do
+/// not count.
+pub fn surplus<'a>(cells: impl Iterator<Item = &'a str> + Clone, columns: usize) -> Option<String> {
+    let more = cells.clone().skip(columns).find(|cell| !cell.is_empty())?;
+    let (count, more) = (cells.count(), quoted(more));
+    Some(format!("{count} cells, with {more} in the last, but {columns} columns"))
+}
 
 /// Columns whose cells are names, which may begin with `#`, if they are the first of a table.
 const NAMES: [&str; 2] = ["id", "captor"];

@@ -1,11 +1,11 @@
 //! Small files of XML, as a tree of elements with their lines.
 
-use std::path::Path;
+use std::{fmt::Display, path::Path};
 
 use quick_xml::{
     Reader, XmlVersion,
     escape::resolve_predefined_entity,
-    events::{BytesRef, Event},
+    events::{BytesRef, BytesStart, Event},
 };
 
 use crate::input::{from_utf16, quoted};
@@ -53,7 +53,7 @@ impl Element {
     }
 
     /// Returns an error at the element in the file at `path`.
-    pub fn error(&self, path: &Path, problem: impl std::fmt::Display) -> Error {
+    pub fn error(&self, path: &Path, problem: impl Display) -> Error {
         Error::input(format!("{}:{}", path.display(), self.line), problem)
     }
 
@@ -86,94 +86,123 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Element> {
         })?,
     };
     let text = text.trim_start_matches('\u{feff}');
-    let mut reader = Reader::from_str(text);
-    let (mut line, mut until) = (1, 0);
-    // elements that have not ended yet, the outermost first
-    let mut open: Vec<Element> = Vec::new();
-    let mut root = None;
-    let mut count = 0;
-    loop {
-        let begin = (reader.buffer_position() as usize).min(text.len());
-        line += text.as_bytes()[until..begin].iter().filter(|&&byte| byte == b'\n').count();
-        until = begin;
-        let wrong = |problem: String| {
-            Error::input(format!("{}:{line}", path.display()), format!("is no XML: {problem}"))
-                .remedy("fetch the file again, or export it anew")
-        };
-        let event = reader.read_event().map_err(|e| wrong(e.to_string()))?;
-        let (start, ends) = match event {
-            Event::Start(start) => (start, false),
-            Event::Empty(start) => (start, true),
-            Event::Text(part) => {
-                if let Some(element) = open.last_mut() {
-                    element.text += &part;
+    let mut tree = Tree { path, line: 1, open: Vec::new(), root: None, count: 0 };
+    tree.read(text)?;
+    tree.root()
+}
+
+/// The elements of a file, as they are read.
+struct Tree<'a> {
+    path: &'a Path,
+    /// The line that is read.
+    line: usize,
+    /// Elements that have not ended yet, the outermost first.
+    open: Vec<Element>,
+    /// The outermost element, once it has ended.
+    root: Option<Element>,
+    /// The number of elements.
+    count: usize,
+}
+
+impl Tree<'_> {
+    fn read(&mut self, text: &str) -> Result<()> {
+        let mut reader = Reader::from_str(text);
+        let mut until = 0;
+        loop {
+            let begin = (reader.buffer_position() as usize).min(text.len());
+            let passed = &text.as_bytes()[until..begin];
+            self.line += passed.iter().filter(|&&byte| byte == b'\n').count();
+            until = begin;
+            match reader.read_event().map_err(|e| self.no_xml(e))? {
+                Event::Start(start) => self.begin(&start)?,
+                Event::Empty(start) => {
+                    self.begin(&start)?;
+                    self.end();
                 }
-                continue;
-            }
-            Event::CData(part) => {
-                if let Some(element) = open.last_mut() {
-                    element.text += &part;
+                Event::End(_) => self.end(),
+                Event::Text(part) => self.add(&part),
+                Event::CData(part) => self.add(&part),
+                Event::GeneralRef(name) => {
+                    let what = || quoted(&format!("&{};", &*name));
+                    let text = replacement(&name).ok_or_else(|| self.unknown_entity(&what()))?;
+                    self.add(&text);
                 }
-                continue;
+                Event::Eof => return Ok(()),
+                _ => {}
             }
-            Event::GeneralRef(name) => {
-                let text = replacement(&name).ok_or_else(|| {
-                    let what = quoted(&format!("&{};", &*name));
-                    Error::input(format!("{}:{line}", path.display()), unknown_entity(&what))
-                        .remedy(WRITE_IT_OUT)
-                })?;
-                if let Some(element) = open.last_mut() {
-                    element.text += &text;
-                }
-                continue;
-            }
-            Event::End(_) => {
-                close(&mut open, &mut root);
-                continue;
-            }
-            Event::Eof => break,
-            _ => continue,
-        };
-        count += 1;
-        if open.len() == DEEPEST || count > MOST {
-            return Err(wrong(format!(
+        }
+    }
+
+    /// Begins an element in the innermost open one.
+    fn begin(&mut self, start: &BytesStart) -> Result<()> {
+        self.count += 1;
+        if self.open.len() == DEEPEST || self.count > MOST {
+            return Err(self.no_xml(format!(
                 "more than {DEEPEST} elements within elements, or {MOST} elements"
             )));
         }
-        let mut element = Element { line, ..Element::default() };
+        let mut element = Element { line: self.line, ..Element::default() };
         element.name = start.local_name().as_ref().to_string();
         for attribute in start.attributes() {
-            let attribute = attribute.map_err(|e| wrong(e.to_string()))?;
+            let attribute = attribute.map_err(|e| self.no_xml(e))?;
             let name = attribute.key.local_name().as_ref().to_string();
             let value = attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|_| {
                 let what = format!("attribute {} ({})", quoted(&name), quoted(&attribute.value));
-                Error::input(format!("{}:{line}", path.display()), unknown_entity(&what))
-                    .remedy(WRITE_IT_OUT)
+                self.unknown_entity(&what)
             })?;
             element.attributes.push((name, value.trim().to_string()));
         }
-        open.push(element);
-        if ends {
-            close(&mut open, &mut root);
+        self.open.push(element);
+        Ok(())
+    }
+
+    /// Adds to the text of the innermost open element.
+    fn add(&mut self, text: &str) {
+        if let Some(element) = self.open.last_mut() {
+            element.text += text;
         }
     }
-    match (open.last(), root) {
-        (Some(element), _) => {
+
+    /// Ends the innermost open element: it belongs to the one around it, or is the outermost.
+    fn end(&mut self) {
+        let Some(mut element) = self.open.pop() else { return };
+        element.text = element.text.trim().to_string();
+        match self.open.last_mut() {
+            Some(outer) => outer.children.push(element),
+            None => self.root = self.root.take().or(Some(element)),
+        }
+    }
+
+    /// Returns the outermost element. Error: the file has none, or one that does not end.
+    fn root(self) -> Result<Element> {
+        if let Some(element) = self.open.last() {
             let problem = format!("{} does not end", quoted(&format!("<{}>", element.name)));
-            Err(element.error(path, problem).remedy("the file is cut off: fetch it again"))
+            return Err(element
+                .error(self.path, problem)
+                .remedy("the file is cut off: fetch it again"));
         }
-        (None, Some(root)) => Ok(root),
-        (None, None) => Err(Error::input(path.display(), "has no element of XML")
-            .remedy("fetch the file again, or export it anew")),
+        self.root
+            .ok_or_else(|| Error::input(self.path.display(), "has no element of XML").remedy(ANEW))
+    }
+
+    fn error(&self, problem: String) -> Error {
+        Error::input(format!("{}:{}", self.path.display(), self.line), problem)
+    }
+
+    fn no_xml(&self, problem: impl Display) -> Error {
+        self.error(format!("is no XML: {problem}")).remedy(ANEW)
+    }
+
+    fn unknown_entity(&self, what: &str) -> Error {
+        let problem = format!(
+            "{what} has an entity that is none of XML's own, and those of a file are not read"
+        );
+        self.error(problem).remedy("write its text in its place")
     }
 }
 
-/// What to do about an entity that is not known.
-const WRITE_IT_OUT: &str = "write its text in its place";
-
-fn unknown_entity(what: &str) -> String {
-    format!("{what} has an entity that is none of XML's own, and those of a file are not read")
-}
+/// What to do about a broken file.
+const ANEW: &str = "fetch the file again, or export it anew";
 
 /// Returns the text for which a reference to a character or to one of the entities of XML itself
 /// stands, such as `&#48;` and `&lt;`; `None` for any other.
@@ -182,16 +211,6 @@ fn replacement(name: &BytesRef) -> Option<String> {
         Ok(Some(character)) => Some(character.into()),
         Ok(None) => resolve_predefined_entity(name).map(str::to_owned),
         Err(_) => None,
-    }
-}
-
-/// Ends the innermost open element: it belongs to the one around it, or is the outermost.
-fn close(open: &mut Vec<Element>, root: &mut Option<Element>) {
-    let Some(mut element) = open.pop() else { return };
-    element.text = element.text.trim().to_string();
-    match open.last_mut() {
-        Some(outer) => outer.children.push(element),
-        None => *root = root.take().or(Some(element)),
     }
 }
 

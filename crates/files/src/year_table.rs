@@ -217,7 +217,7 @@ impl YearFolder {
 mod tests {
     use super::*;
 
-    const TABLE: &str = "captor,time,PAR_front,PAR_front_se,PAR_back,PAR_back_se,far_front,far_front_se,far_back,far_back_se,sunlit,sunlit_se\n\
+    const TABLE: &str = "captor,time,PAR_front,PAR_front_se,PAR_back,PAR_back_se,far_front,far_front_se,far_back,far_back_se,whole,whole_se\n\
         a,2025-06-20T00:00+01:00,1,0.1,,,2,0.2,,,,\n\
         '=b,2025-06-20T00:00+01:00,3,0.3,5,0.5,4,0,6,0,1,0\n\
         a,2025-06-20T01:00+01:00,5,0.5,,,6,0.6,,,,\n\

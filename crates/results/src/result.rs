@@ -426,6 +426,11 @@ impl RunResult {
             None => [&self.unit.flux, &self.unit.irradiance],
         }
     }
+
+    /// Returns the bands without the sums over bands, which come after them.
+    pub fn own_bands(&self) -> &[BandResult] {
+        &self.bands[..self.bands.iter().filter(|band| band.sum_of.is_none()).count()]
+    }
 }
 
 /// The faces and the whole of a captor or group, to change them.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::result::{BandResult, SumUnit};
-use phylux_core::math::units::UnitNames;
+use phylux_core::math::units::{Quantity, UnitNames};
 
 /// How the light of a year was found, and the units of its tables.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -28,6 +28,14 @@ pub struct YearFacts {
     pub bands: Vec<BandResult>,
     /// What a user should know before trusting the tables.
     pub warnings: Vec<String>,
+}
+
+/// Returns the unit of daily light integrals where photons carry this quantity.
+pub fn daily_unit(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Watt => "MJ/m2/d",
+        Quantity::Micromole => "mol/m2/d",
+    }
 }
 
 impl YearFacts {

@@ -11,6 +11,8 @@ mod lines;
 
 use std::io::{self, Write};
 
+use serde_json::json;
+
 use crate::{picture::Scale, rendered::RenderedScene};
 use phylux_core::scene::{captor::Channel, tiles::TilePart};
 
@@ -72,7 +74,18 @@ pub fn write_glb(
     for copy in &copies {
         file.copy(rendered, copy, &range);
     }
-    file.write(rendered, shown, &range, writer)
+    let scene = rendered.scene;
+    let extras = json!({
+        "quantity": if shown.absorbed { "absorbed" } else { "irradiance" },
+        "band": scene.band_names().nth(shown.band),
+        "unit": scene.units(shown.band)[1],
+        "range": [range.low, range.high],
+        "logarithmic": range.log,
+        "colours": "viridis",
+    });
+    // centres have the single precision of the triangles
+    let center = scene.center().as_vec3().as_dvec3();
+    file.write((scene.name(), center), extras, "value", writer)
 }
 
 /// Returns whether two parts belong to one node.

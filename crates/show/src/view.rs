@@ -35,10 +35,13 @@ use phylux_core::{
     },
     transport::surface_light::SurfaceLight,
 };
-use phylux_results::result::{CaptorResult, GroupResult, Row};
+use phylux_results::{
+    result::{CaptorResult, GroupResult, Row},
+    year_facts::daily_unit,
+};
 use shapes::{Shape, quantised, shapes};
+use year::Series;
 pub use year::YearLight;
-use year::{Series, daily_unit};
 
 /// Limit on the number of captors.
 const MOST_CAPTORS: usize = 500_000;
@@ -239,15 +242,8 @@ fn add_photons(
     arrays.add("photonSurfaces", shown.iter().flat_map(|s| on(s).to_le_bytes()))
 }
 
-fn facts(
-    rendered: &RenderedScene,
-    shapes: &[Shape],
-    series: &[(&str, Series)],
-    shown: &[Shown],
-) -> Value {
-    let scene = rendered.scene;
-    let extent = extent(rendered);
-    let unit = scene.quantity().unit_names();
+/// Returns the bands, then the sums over bands.
+fn bands(scene: &Scene) -> Vec<Value> {
     let bands = scene.bands().iter().enumerate().map(
         |(b, band)| json!({ "name": band.name, "of": [b], "nm": band.from_nm.zip(band.to_nm) }),
     );
@@ -260,18 +256,43 @@ fn facts(
         }
         facts
     });
+    bands.chain(sums).collect()
+}
+
+/// Returns the boxes around the lights that have a place.
+fn lights(scene: &Scene) -> Vec<Value> {
+    let lights = scene.lights().iter().filter(|light| light.entrance().is_none());
+    let lights = lights.take(MOST_LIGHTS).map(|light| {
+        let Extent { min, max } = light.extent();
+        json!({ "name": light.name, "min": min.to_array(), "max": max.to_array() })
+    });
+    lights.collect()
+}
+
+/// Returns the numbers of tiles and copies of a shape.
+fn shape(shape: &Shape) -> Value {
+    let mut facts = json!({ "tiles": shape.tiles.len(), "copies": shape.placements.len() });
+    if let Some(merged) = shape.merged {
+        facts["triangles"] = merged.triangles.len().into();
+    }
+    facts
+}
+
+fn facts(
+    rendered: &RenderedScene,
+    shapes: &[Shape],
+    series: &[(&str, Series)],
+    shown: &[Shown],
+) -> Value {
+    let scene = rendered.scene;
+    let extent = extent(rendered);
+    let unit = scene.quantity().unit_names();
     let materials = scene.materials().iter();
     let few_paths = rendered
         .captors
         .iter()
         .enumerate()
         .filter(|(_, captor)| captor.faces().any(|face| face.few_paths));
-    // lights that have a place
-    let lights = scene.lights().iter().filter(|light| light.entrance().is_none());
-    let lights = lights.take(MOST_LIGHTS).map(|light| {
-        let Extent { min, max } = light.extent();
-        json!({ "name": light.name, "min": min.to_array(), "max": max.to_array() })
-    });
     // lights whose shares are known, if all of them are
     let split = rendered.is_by_light() || !rendered.shares().is_empty();
     let lamps = scene.lights().iter().filter(|_| split).map(|light| &light.name);
@@ -280,7 +301,7 @@ fn facts(
         "scene": scene.name(),
         "source": rendered.source,
         "unit": { "flux": printed(&unit.flux), "irradiance": printed(&unit.irradiance) },
-        "bands": bands.chain(sums).collect::<Vec<_>>(),
+        "bands": bands(scene),
         "objects": scene.objects(),
         "materials": materials
             .map(|m| json!({ "name": m.name, "clear": m.material.is_clear() }))
@@ -288,7 +309,7 @@ fn facts(
         "captors": scene.captors().iter().map(|captor| &captor.id).collect::<Vec<_>>(),
         "areas": scene.captors().iter().map(|captor| captor.area).collect::<Vec<_>>(),
         "fewPaths": few_paths.map(|(c, _)| c).collect::<Vec<_>>(),
-        "lights": lights.collect::<Vec<_>>(),
+        "lights": lights(scene),
         "lamps": lamps.collect::<Vec<_>>(),
         "groups": rendered.groups.iter().map(|group| {
             json!({ "name": group.id, "area": group.area })
@@ -299,15 +320,9 @@ fn facts(
         "min": extent.min.to_array(),
         "size": extent.size().to_array(),
         "tiles": rendered.tiles.count(),
-        "shapes": shapes.iter().map(|shape| {
-            let mut facts = json!({ "tiles": shape.tiles.len(), "copies": shape.placements.len() });
-            if let Some(merged) = shape.merged {
-                facts["triangles"] = merged.triangles.len().into();
-            }
-            facts
-        }).collect::<Vec<_>>(),
+        "shapes": shapes.iter().map(shape).collect::<Vec<_>>(),
         "year": (!series.is_empty()).then(|| {
-            let mut year = json!({ "unit": daily_unit(scene.quantity()) });
+            let mut year = json!({ "unit": printed(daily_unit(scene.quantity())) });
             series.iter().for_each(|(name, series)| year[*name] = series.facts());
             year
         }),

@@ -80,11 +80,7 @@ pub fn calibrate(
     path: &Path,
     plan: &CalibrationPlan,
 ) -> Result<Calibration> {
-    let Some(lights) = &result.energy.by_light else {
-        return Err(Error::input(&result.scene, "these results are not split by light")
-            .remedy(words!["run the scene again with ", setting("by_light").on()]));
-    };
-    let names: Vec<&str> = lights.keys().map(String::as_str).collect();
+    let names: Vec<&str> = result.energy_by_light()?.keys().map(String::as_str).collect();
     let lamps = Lamps::new(&names, &plan.groups)?;
     let bands = MeasuredBands::new(result, rows, path)?;
     let size = [lamps.names.len(), bands.measured.len()];
@@ -125,7 +121,6 @@ pub fn calibrate(
     });
     let results: Vec<ReadingResult> =
         readings.all.iter().map(|reading| reading.result(&fit)).collect();
-    let scene_bands = result.bands.iter().filter(|band| band.sum_of.is_none());
     Ok(Calibration {
         phylux: env!("CARGO_PKG_VERSION").into(),
         scene: result.scene.clone(),
@@ -134,7 +129,7 @@ pub fn calibrate(
         varied: Vec::new(),
         runs: None,
         deviance: fit.deviance(&fitted, prior),
-        bands: scene_bands.map(|band| band.name.clone()).collect(),
+        bands: result.own_bands().iter().map(|band| band.name.clone()).collect(),
         factors: factors.collect::<ByLight<_>>(),
         factors_se: errors.collect::<ByLight<_>>(),
         measured_bands: bands.names.clone(),
@@ -273,9 +268,8 @@ impl MeasuredBands {
                 .remedy("give some readings"));
         }
         measured.sort_unstable();
-        let plain = result.bands.iter().take_while(|band| band.sum_of.is_none());
         let mut of_band = Vec::new();
-        for (b, band) in plain.enumerate() {
+        for (b, band) in result.own_bands().iter().enumerate() {
             let holds = |m: &usize| {
                 *m == b || members(&result.bands[*m]).any(|(name, _)| *name == band.name)
             };

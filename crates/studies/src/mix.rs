@@ -63,8 +63,8 @@ const NO_SENSITIVITIES: &str = "the mix does not say on which inputs it depends,
 impl Calibrated {
     fn read(file: &Path, result: &RunResult) -> Result<Self> {
         let calibration = calibration_file::read(file)?;
-        let names = result.bands.iter().filter(|band| band.sum_of.is_none());
-        if !names.map(|band| &band.name).eq(&calibration.bands) {
+        let names = result.own_bands().iter().map(|band| &band.name);
+        if !names.eq(&calibration.bands) {
             return Err(Error::input(file.display(), "its bands are not those of the results")
                 .remedy("calibrate with this scene"));
         }

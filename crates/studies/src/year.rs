@@ -58,7 +58,7 @@ use matrix::Matrix;
 use places::Of;
 use product::{Product, Wanted, daylight_at};
 use trace::{Begun, traced};
-use warnings::{few_photons, hours_by_few, interpolated, no_faces, other_areas, unseen_sun};
+use warnings::of_light;
 
 use phylux_core::{
     error::Result,
@@ -67,10 +67,13 @@ use phylux_core::{
         pattern::apart,
         units::{Quantity, UnitNames},
     },
-    transport::{paths::Unseen, settings::Settings, shard::Shard, simulate::Control},
+    transport::{settings::Settings, shard::Shard, simulate::Control},
 };
 use phylux_files::weather::Slot;
-use phylux_results::{result::BandResult, year_facts::YearFacts};
+use phylux_results::{
+    result::BandResult,
+    year_facts::{YearFacts, daily_unit},
+};
 
 /// The largest number of groups, or of captors if there are no groups, that the chart shows.
 const CHARTED: usize = 6;
@@ -150,6 +153,14 @@ impl Charted {
             daylight: Vec::new(),
         }
     }
+
+    /// Returns the ids and the band for which the chart shows daylight alone, on so many days.
+    fn daylight_of(&self, days: Option<usize>) -> (Vec<usize>, usize, usize) {
+        match (self.band, days) {
+            (Some(band), Some(days)) => (self.ids.clone(), band, days),
+            _ => (Vec::new(), 0, 0),
+        }
+    }
 }
 
 impl Year {
@@ -193,17 +204,13 @@ impl Year {
 
         let (days, months) = (periods(&slots, day), periods(&slots, month));
         let mut charted = Charted::of(&places, &integrated);
-        let lit = |slot: usize| parts.iter().any(|part| !part.weights[slot].is_empty());
-        let lit = (0..slots.len()).map(|s| lit(s) || has_sun[s]);
+        let lit = |s: usize| has_sun[s] || parts.iter().any(|part| !part.weights[s].is_empty());
         let wanted = Wanted {
             hours: numbered(wanted_hours.into_iter()),
-            rows: numbered(lit),
+            rows: numbered((0..slots.len()).map(lit)),
             sun_up: slots.iter().map(|slot| slot.sun_up).collect(),
             periods: summed(&slots, &days, &months),
-            daylight: match (switched.is_empty(), charted.band) {
-                (false, Some(band)) => (charted.ids.clone(), band, days.len()),
-                _ => (Vec::new(), 0, 0),
-            },
+            daylight: charted.daylight_of((!switched.is_empty()).then_some(days.len())),
             rays,
             kept,
             folder,
@@ -211,20 +218,11 @@ impl Year {
         let product = Product::new(&parts, &places, &wanted, control);
         let found = pool.install(|| product.find())?;
         let head = Head::of(&parts, &places, product.powers());
+        warnings.extend(of_light(&parts, &switched, &wanted, &found, settings.seed));
         charted.daylight = found.daylight;
-        warnings.extend(few_photons(&parts, &switched));
-        let unseen = Unseen::of_suns(scene, settings.seed).and_then(|unseen| unseen_sun(&unseen));
-        warnings.extend(unseen);
-        warnings.extend(interpolated(found.interpolated, places.ids.len()));
-        warnings.extend(hours_by_few(found.by_few, wanted.hours.iter().flatten().count()));
-        warnings.extend(other_areas(&parts));
-        warnings.extend(no_faces(&parts));
         let Wanted { hours: hour_place, rows: row_of_slot, .. } = wanted;
         Ok(Self {
-            unit: match scene.quantity() {
-                Quantity::Watt => "MJ/m2/d",
-                Quantity::Micromole => "mol/m2/d",
-            },
+            unit: daily_unit(scene.quantity()),
             states: scenes.states.clone(),
             has_sun,
             photons,

@@ -15,7 +15,27 @@ struct Numbers<'a> {
     line: usize,
 }
 
-impl Numbers<'_> {
+/// What the numbers before the angles say.
+struct Head {
+    /// The number of vertical angles.
+    vertical: usize,
+    /// The number of horizontal angles.
+    horizontal: usize,
+    /// What the intensities are multiplied by.
+    factor: f64,
+}
+
+impl<'a> Numbers<'a> {
+    /// The numbers after line `at`.
+    fn after(file: &'a File, at: usize) -> Self {
+        let separators = |c: char| c.is_whitespace() || c == ',' || c == '\u{1a}';
+        let lines = file.lines.iter().enumerate().skip(at + 1);
+        let words =
+            lines.flat_map(move |(i, line)| line.split(separators).map(move |word| (i, word)));
+        let words = Box::new(words.filter(|(_, word)| !word.is_empty()));
+        Self { file, words, line: file.lines.len().saturating_sub(1) }
+    }
+
     fn word(&mut self, what: impl std::fmt::Display) -> Result<&str> {
         let Some((line, word)) = self.words.next() else {
             let problem = format!("the file ends before {what}");
@@ -52,9 +72,66 @@ impl Numbers<'_> {
         })
     }
 
+    /// Reads the numbers between the tilt, where the flux is `tilt` times that in the file, and the
+    /// angles.
+    fn head(&mut self, tilt: f64) -> Result<Head> {
+        self.number("the number of lamps")?;
+        self.number("the lumens of a lamp")?;
+        let multiplier = self.number("the multiplier of candela")?;
+        let vertical = self.count("the number of vertical angles", MOST)?;
+        let horizontal = self.count("the number of horizontal angles", MOST)?;
+        let kind = self.number("the photometric type")?;
+        if kind != 1.0 {
+            return Err(self.error(format!("photometric type {kind}, must be 1 (C)")).remedy(
+                "export it with type C coordinates; 3 (A) and 2 (B) are for car lamps and floodlights",
+            ));
+        }
+        if vertical.saturating_mul(horizontal) > MOST {
+            let problem = format!("{vertical} x {horizontal} angles, more than {MOST} intensities");
+            return Err(self.error(problem).remedy("export it with fewer angles"));
+        }
+        for what in ["the unit of lengths", "the width", "the length", "the height"] {
+            self.number(what)?;
+        }
+        let ballast = self.number("the ballast factor")?;
+        let photometric = self.number("the ballast-lamp photometric factor")?;
+        self.number("the input watts")?;
+        let old = before_1995(self.file.lines[0].trim());
+        let factor = multiplier * ballast * if old { photometric } else { 1.0 } * tilt;
+        if !(factor > 0.0 && factor.is_finite()) {
+            let problem = format!("multiplier and ballast factor make {factor}, must be above 0");
+            return Err(self.error(problem).remedy(FETCH));
+        }
+        Ok(Head { vertical, horizontal, factor })
+    }
+
+    /// Reads the intensities at the vertical angles for one horizontal angle after the other.
+    fn planes(&mut self, c: &[f64], vertical: usize) -> Result<Vec<Plane>> {
+        let mut planes = Vec::with_capacity(c.len());
+        for (i, &angle) in c.iter().enumerate() {
+            let what = format!("horizontal angle {} of {}: intensity", i + 1, c.len());
+            let values = self.list(&what, vertical)?;
+            if let Some(bad) = values.iter().find(|&&value| value < 0.0) {
+                let problem = format!(
+                    "an intensity of {bad} at horizontal angle {angle}, must be at least 0"
+                );
+                return Err(self.error(problem).remedy(FETCH));
+            }
+            planes.push(Plane { c: angle, values });
+        }
+        Ok(planes)
+    }
+
     fn error(&self, problem: impl std::fmt::Display) -> Error {
         self.file.error(self.line, problem)
     }
+}
+
+/// Whether a file of this version is of before 1995, when the place after the ballast factor had a
+/// factor for lamp and ballast together; later it has another meaning.
+fn before_1995(version: &str) -> bool {
+    ["IESNA91", "IESNA:LM-63-1991", "IESNA:LM-63-1986"].iter().any(|old| version.starts_with(old))
+        || !version.starts_with("IES")
 }
 
 /// Returns what a line says of the tilt, in capitals; `None` if it does not begin with `TILT=`.
@@ -76,61 +153,13 @@ pub(super) fn read(file: &File, at: usize) -> Result<Photometry> {
                 "a lamp whose flux depends on its tilt: export it with TILT=INCLUDE or TILT=NONE",
             ));
     }
-    // before 1995 this is a factor for lamp and ballast together; later the place has another
-    // meaning
-    let version = file.lines[0].trim();
-    let old = version.starts_with("IESNA91")
-        || version.starts_with("IESNA:LM-63-1991")
-        || version.starts_with("IESNA:LM-63-1986")
-        || !version.starts_with("IES");
-    let separators = |c: char| c.is_whitespace() || c == ',' || c == '\u{1a}';
-    let lines = file.lines.iter().enumerate().skip(at + 1);
-    let words = lines.flat_map(move |(i, line)| line.split(separators).map(move |word| (i, word)));
-    let words = Box::new(words.filter(|(_, word)| !word.is_empty()));
-    let mut numbers = Numbers { file, words, line: file.lines.len().saturating_sub(1) };
-
+    let mut numbers = Numbers::after(file, at);
     let tilt = if tilted { numbers.factor_at_tilt_0()? } else { 1.0 };
-    numbers.number("the number of lamps")?;
-    numbers.number("the lumens of a lamp")?;
-    let multiplier = numbers.number("the multiplier of candela")?;
-    let vertical = numbers.count("the number of vertical angles", MOST)?;
-    let horizontal = numbers.count("the number of horizontal angles", MOST)?;
-    let kind = numbers.number("the photometric type")?;
-    if kind != 1.0 {
-        return Err(numbers.error(format!("photometric type {kind}, must be 1 (C)")).remedy(
-            "export it with type C coordinates; 3 (A) and 2 (B) are for car lamps and floodlights",
-        ));
-    }
-    if vertical.saturating_mul(horizontal) > MOST {
-        let problem = format!("{vertical} x {horizontal} angles, more than {MOST} intensities");
-        return Err(numbers.error(problem).remedy("export it with fewer angles"));
-    }
-    for what in ["the unit of lengths", "the width", "the length", "the height"] {
-        numbers.number(what)?;
-    }
-    let ballast = numbers.number("the ballast factor")?;
-    let photometric = numbers.number("the ballast-lamp photometric factor")?;
-    numbers.number("the input watts")?;
-    let factor = multiplier * ballast * if old { photometric } else { 1.0 } * tilt;
-    if !(factor > 0.0 && factor.is_finite()) {
-        let problem = format!("multiplier and ballast factor make {factor}, must be above 0");
-        return Err(numbers.error(problem).remedy(FETCH));
-    }
-
+    let Head { vertical, horizontal, factor } = numbers.head(tilt)?;
     let v = numbers.list("vertical angle", vertical)?;
     let c = numbers.list("horizontal angle", horizontal)?;
     let symmetry = symmetry(&numbers, &c)?;
-    let mut planes = Vec::with_capacity(horizontal);
-    for (i, &c) in c.iter().enumerate() {
-        let what = format!("horizontal angle {} of {horizontal}: intensity", i + 1);
-        let values = numbers.list(&what, vertical)?;
-        if let Some(bad) = values.iter().find(|&&value| value < 0.0) {
-            let problem =
-                format!("an intensity of {bad} at horizontal angle {c}, must be at least 0");
-            return Err(numbers.error(problem).remedy(FETCH));
-        }
-        planes.push(Plane { c, values });
-    }
+    let planes = numbers.planes(&c, vertical)?;
     // words may follow, but a number means that one of the counts is wrong
     if let Ok(word) = numbers.word("")
         && word.parse::<f64>().is_ok()

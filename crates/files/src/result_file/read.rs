@@ -85,6 +85,8 @@ mod tests {
         // a sum has a share of its own, but no factor
         let own = bands.iter().filter(|band| band.sum_of.is_none()).count();
         assert!(own < bands.len());
+        // places in lists are those of bands, which come before the sums
+        assert!(read(&|result| result.bands.reverse()).is_err());
         for entries in 0..=bands.len() + 1 {
             let factors = read(&|result| result.mixed = lamp(Factor::Bands(vec![2.0; entries])));
             let shares = read(&|result| result.unseen = Some(vec![0.1; entries]));

@@ -3,9 +3,11 @@
 
 use std::path::Path;
 
+use csv::StringRecord;
+
 use super::file::{MOST, ScatterTable, Wanted};
 use crate::{
-    csv_table::{DECIMAL_COMMAS, is_comment, number, separated, separator},
+    csv_table::{DECIMAL_COMMAS, Place, is_comment, number, separated, separator, surplus},
     input::quoted,
 };
 use phylux_core::{
@@ -83,38 +85,13 @@ fn read<'a>(bytes: &[u8], path: &'a Path, wanted: Wanted) -> Result<Grid<'a>> {
     let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !is_comment(line));
     let separator = lines.next().and_then(separator).unwrap_or(',');
     let mut rows = separated(bytes, path, separator);
-    let header = "a table begins with `theta_i,phi_i,theta_o,phi_o` and the names of the bands";
     let Some(first) = rows.next() else {
-        return Err(Error::input(path.display(), "is empty").remedy(header));
+        return Err(Error::input(path.display(), "is empty").remedy(HEADER));
     };
     let (place, names) = first?;
-    let column = |name: &str| names.iter().position(|other| other == name);
-    let mut columns = Vec::new();
-    for name in ANGLES {
-        let found = column(name);
-        let missing = || place.error(format!("no column `{name}`")).remedy(header);
-        columns.push(found.ok_or_else(missing)?);
-    }
-    let others = names.iter().enumerate().filter(|(_, name)| !ANGLES.contains(name));
-    let others: Vec<(usize, &str)> = others.collect();
-    for &band in wanted.bands {
-        let index = match (column(band), others.as_slice()) {
-            (Some(index), _) => index,
-            (None, [(only, _)]) if !wanted.named => *only,
-            (None, _) => {
-                let error = place.error(format!("no column {} for that band", quoted(band)));
-                let known = others.iter().map(|(_, name)| *name);
-                return Err(match nearest(band, known.clone()) {
-                    Some(near) => error.remedy(format!("did you mean {}?", quoted(near))),
-                    None => error.remedy(format!("there are {}", some(known.map(quoted), 20))),
-                });
-            }
-        };
-        columns.push(index);
-    }
-
+    let columns = Columns::find(names, &place, wanted, separator)?;
     let bands = wanted.bands.len();
-    let (mut all, mut lines) = (Vec::<[f64; 4]>::new(), Vec::new());
+    let (mut all, mut lines) = (Vec::new(), Vec::new());
     let mut values = Vec::new();
     for row in rows {
         let (place, row) = row?;
@@ -122,51 +99,90 @@ fn read<'a>(bytes: &[u8], path: &'a Path, wanted: Wanted) -> Result<Grid<'a>> {
             let problem = format!("more than {MOST} values");
             return Err(place.error(problem).remedy("use fewer angles or bands"));
         }
-        if let Some(more) = row.iter().skip(names.len()).find(|cell| !cell.is_empty()) {
-            let problem = format!(
-                "{} cells, with {} in the last, but {} columns",
-                row.len(),
-                quoted(more),
-                names.len()
-            );
+        if let Some(problem) = surplus(row.iter(), columns.names.len()) {
             return Err(place.error(problem).remedy(DECIMAL_COMMAS));
         }
         let mut angles = [0.0; 4];
-        for (i, &column) in columns.iter().enumerate() {
-            let cell = row.get(column).unwrap_or_default();
-            let what = names.get(column).unwrap_or_default();
-            let number = number(cell, Some(separator)).ok_or_else(|| {
-                place
-                    .error(format!("{} is {}, not a finite number", quoted(what), quoted(cell)))
-                    .remedy("every row has four angles, degrees, and a value for each band, 1/sr")
-            })?;
-            let high = match i {
-                THETA_I | THETA_O => 180.0,
-                PHI_I | PHI_O => 360.0,
-                _ => f64::from(f32::MAX),
-            };
-            if !(0.0..=high).contains(&number) {
-                let (problem, remedy) = match i {
-                    0..4 => (
-                        format!("{what} = {number}, must be from 0 to {high}"),
-                        "angles are in degrees, and azimuths below 0 take 360 more",
-                    ),
-                    _ => (
-                        format!("{} is {number}, must be at least 0", quoted(what)),
-                        "noise below 0 counts as 0",
-                    ),
-                };
-                return Err(place.error(problem).remedy(remedy));
-            }
-            match i {
-                0..4 => angles[i] = number,
-                _ => values.push(number as f32),
-            }
+        for (i, angle) in angles.iter_mut().enumerate() {
+            *angle = columns.number(i, &row, &place)?;
+        }
+        for i in angles.len()..columns.read.len() {
+            values.push(columns.number(i, &row, &place)? as f32);
         }
         all.push(angles);
         lines.push(place.line);
     }
     sorted(path, &all, &lines, &values, bands)
+}
+
+/// What the header must be; the remedy of an error.
+const HEADER: &str = "a table begins with `theta_i,phi_i,theta_o,phi_o` and the names of the bands";
+
+/// The columns of a table that are read.
+struct Columns {
+    /// The names of all columns.
+    names: StringRecord,
+    /// Indices of the columns of the four angles, then of those of the bands.
+    read: Vec<usize>,
+    separator: char,
+}
+
+impl Columns {
+    /// Finds the angles and the `wanted` bands among the names of the columns. Error, at the
+    /// `place` of the names: one is missing.
+    fn find(names: StringRecord, place: &Place, wanted: Wanted, separator: char) -> Result<Self> {
+        let column = |name: &str| names.iter().position(|other| other == name);
+        let mut read = Vec::new();
+        for name in ANGLES {
+            let missing = || place.error(format!("no column `{name}`")).remedy(HEADER);
+            read.push(column(name).ok_or_else(missing)?);
+        }
+        let others = names.iter().enumerate().filter(|(_, name)| !ANGLES.contains(name));
+        let others: Vec<(usize, &str)> = others.collect();
+        for &band in wanted.bands {
+            read.push(match (column(band), others.as_slice()) {
+                (Some(index), _) => index,
+                (None, [(only, _)]) if !wanted.named => *only,
+                (None, _) => {
+                    let error = place.error(format!("no column {} for that band", quoted(band)));
+                    let known = others.iter().map(|(_, name)| *name);
+                    return Err(match nearest(band, known.clone()) {
+                        Some(near) => error.remedy(format!("did you mean {}?", quoted(near))),
+                        None => error.remedy(format!("there are {}", some(known.map(quoted), 20))),
+                    });
+                }
+            });
+        }
+        Ok(Self { names, read, separator })
+    }
+
+    /// Reads the angle `i` of a row, or, from 4 on, the value of a band. Error: it is no number, or
+    /// beyond its range.
+    fn number(&self, i: usize, row: &StringRecord, place: &Place) -> Result<f64> {
+        let cell = row.get(self.read[i]).unwrap_or_default();
+        let what = self.names.get(self.read[i]).unwrap_or_default();
+        let number = number(cell, Some(self.separator)).ok_or_else(|| {
+            place
+                .error(format!("{} is {}, not a finite number", quoted(what), quoted(cell)))
+                .remedy("every row has four angles, degrees, and a value for each band, 1/sr")
+        })?;
+        let high = match i {
+            THETA_I | THETA_O => 180.0,
+            PHI_I | PHI_O => 360.0,
+            _ => f64::from(f32::MAX),
+        };
+        if (0.0..=high).contains(&number) {
+            return Ok(number);
+        }
+        Err(match i {
+            0..4 => place
+                .error(format!("{what} = {number}, must be from 0 to {high}"))
+                .remedy("angles are in degrees, and azimuths below 0 take 360 more"),
+            _ => place
+                .error(format!("{} is {number}, must be at least 0", quoted(what)))
+                .remedy("noise below 0 counts as 0"),
+        })
+    }
 }
 
 /// Sorts rows, which may come in any order, by their angles.
@@ -219,18 +235,24 @@ fn sorted<'a>(
                 rows.len()
             );
             if let Some(missing) = missing {
-                let mut rest = missing;
-                let mut indices = [0; 4];
-                for i in (0..4).rev() {
-                    indices[i] = rest % sizes[i];
-                    rest /= sizes[i];
-                }
+                let indices = indices(missing, sizes);
                 let [a, b, c, d] = [0, 1, 2, 3].map(|i| empty.angles[i][indices[i]]);
                 problem += &format!(": none for {a}, {b}, {c}, {d}");
             }
             Err(empty.error(problem).remedy(full))
         }
     }
+}
+
+/// Returns the indices into four lists of these `sizes` of the combination at `place`.
+fn indices(place: usize, sizes: [usize; 4]) -> [usize; 4] {
+    let mut rest = place;
+    let mut indices = [0; 4];
+    for i in (0..4).rev() {
+        indices[i] = rest % sizes[i];
+        rest /= sizes[i];
+    }
+    indices
 }
 
 /// Azimuths of a grid, rad, each with its index in its list.
@@ -271,12 +293,7 @@ impl Grid<'_> {
         let sizes = angles.each_ref().map(Vec::len);
         let mut values = Vec::with_capacity(sizes.iter().product::<usize>() * self.bands);
         for place in 0..sizes.iter().product() {
-            let mut indices = [0; 4];
-            let mut rest = place;
-            for i in (0..4).rev() {
-                indices[i] = rest % sizes[i];
-                rest /= sizes[i];
-            }
+            let mut indices = indices(place, sizes);
             let mut other = indices;
             match (has_zero, indices[list]) {
                 (true, 0) => other[list] = last,

@@ -86,93 +86,38 @@ pub(super) fn parse(bytes: &[u8], path: &Path, wanted: Wanted) -> Result<Scatter
     reading.element(xml::parse(bytes, path)?);
     let mut content = reading.content;
     let error = |problem: String| Error::input(path.display(), problem);
-    match content.structure.as_str() {
-        "" | "Columns" => {}
-        other => {
-            return Err(error(format!("its data are in {}, not in columns", quoted(other)))
-                .remedy("export it with Klems' patches"));
-        }
+    if !["", "Columns"].contains(&content.structure.as_str()) {
+        let problem = format!("its data are in {}, not in columns", quoted(&content.structure));
+        return Err(error(problem).remedy("export it with Klems' patches"));
     }
     content.front = wanted.front;
     let mut warnings = content.keep_system();
     let of_band = content.wavelengths(path, wanted, &mut warnings)?;
-    let is_black = |direction: &str| -> Result<bool> {
-        let values = content.matrix(direction, false, &of_band, path)?;
-        Ok(values.is_some_and(|values| values.values.iter().all(|&f| f == 0.0)))
-    };
-    let mut sides =
-        [["Reflection Front", "Transmission Front"], ["Reflection Back", "Transmission Back"]];
-    if wanted.front == Side::Inside {
-        sides.reverse();
-    }
-    let [front, back] = sides;
-    let mut has = |direction: &str| content.has(direction, &of_band);
-    let mut known = [front, back].map(|face| face.map(&mut has));
-    // some programs write zeros for the face that they did not trace light from
-    for (face, name, other) in [(1, back[1], front[1]), (0, front[1], back[1])] {
-        if known[face][1] && known[1 - face][1] && is_black(name)? && !is_black(other)? {
-            known[face] = [false; 2];
-            warnings.push(format!(
-                "`{name}` is all zeros: light from there is taken from the other face"
-            ));
-        }
-    }
-    if known == [[false; 2]; 2] {
-        return Err(error("no matrix of light in it".into())
-            .remedy("it needs `Transmission Front`, `Reflection Front` or those of `Back`"));
-    }
-    let mut face = |own: [&str; 2],
-                    [reflects, transmits]: [bool; 2],
-                    other: [&str; 2],
-                    [mirrors, lets]: [bool; 2]| {
-        // all rows of a face have to be the same patches: those of the file, or, where one matrix
-        // is turned around, those in which light leaves
-        let turned = !transmits && lets;
-        let mut part = |own: &str, is_known: bool, other: &str, other_known: bool, turned: bool| {
-            let name = match (is_known, other_known) {
-                (true, _) => own,
-                (false, true) => {
-                    let way = if own.starts_with('T') { ", the other way around" } else { "" };
-                    warnings.push(format!("it has no `{own}`: that is taken from `{other}`{way}"));
-                    other
-                }
-                (false, false) => return Ok(None),
-            };
-            content.matrix(name, turned, &of_band, path)
-        };
-        let reflected = part(own[0], reflects, other[0], mirrors, turned)?;
-        let transmitted = part(own[1], transmits, other[1], lets, turned)?;
-        let like = |values: &PairValues| PairValues {
-            values: vec![0.0; values.values.len()],
-            ..values.clone()
-        };
-        Ok(match (reflected, transmitted) {
-            (None, None) => None,
-            (Some(reflected), None) => {
-                Some(FaceValues { transmitted: like(&reflected), reflected })
-            }
-            (None, Some(transmitted)) => {
-                Some(FaceValues { reflected: like(&transmitted), transmitted })
-            }
-            (Some(reflected), Some(transmitted)) => Some(FaceValues { reflected, transmitted }),
-        })
-    };
+    let matrices = Matrices { content: &content, of_band, path };
+    let [front, back] = matrices.faces(&mut warnings)?;
     // a sheet without values for the back takes them from the front by itself
-    let no_back = known[1] == [false; 2];
-    let found = face(front, known[0], back, known[1])?;
-    let back = if no_back { None } else { face(back, known[1], front, known[0])? };
-    let Some(front) = found else { return Err(error("no matrix of light in it".into())) };
-    for face in [Some(&front), back.as_ref()].into_iter().flatten() {
-        if face.reflected.rows.len() != face.transmitted.rows.len() {
-            return Err(error(
-                "reflection and transmission have other patches of incidence".into(),
-            )
-            .remedy("export both with the same patches"));
-        }
-    }
+    let has_back = back.has != [false; 2];
+    let values = matrices.values(front, back, &mut warnings)?;
+    let back = if has_back { matrices.values(back, front, &mut warnings)? } else { None };
+    let front = values.ok_or_else(|| {
+        error("no matrix of light in it".into())
+            .remedy("it needs `Transmission Front`, `Reflection Front` or those of `Back`")
+    })?;
     let faces = BsdfFaces { front, back, bands: wanted.bands.len() };
     Ok(ScatterTable { faces, warnings, tolerated: TOLERATED })
 }
+
+/// The two matrices of a face, reflection and transmission.
+#[derive(Clone, Copy)]
+struct Face {
+    /// The directions of light that they are for, as the file names them.
+    directions: [&'static str; 2],
+    /// Whether the file has them.
+    has: [bool; 2],
+}
+
+/// The index of transmission among the matrices of a face.
+const TRANSMISSION: usize = 1;
 
 /// A ring of which nothing is said, which no basis may have.
 const NO_RING: (f64, usize) = (f64::NAN, 0);
@@ -318,29 +263,135 @@ impl Content {
         Ok(of_bands)
     }
 
+    /// Returns the rings of patches of an angle basis. Error: the basis is not defined, or does not
+    /// divide the hemisphere into patches.
+    fn rings(&self, name: &str) -> std::result::Result<Rings, String> {
+        let defined = self.bases.iter().find(|(known, _)| known == name);
+        let rings = match defined {
+            Some((_, rings)) => rings.clone(),
+            None => match KNOWN.iter().find(|(known, _)| name.contains(known)) {
+                Some((_, rings)) => rings.to_vec(),
+                None => return Err(format!("no angle basis {}", quoted(name))),
+            },
+        };
+        let mut last = 0.0;
+        for &(end, cells) in &rings {
+            if !(end > last && end <= 90.0 + 1e-6 && (1..=10_000).contains(&cells)) {
+                return Err(format!(
+                    "the angle basis {} is no division into patches",
+                    quoted(name)
+                ));
+            }
+            last = end;
+        }
+        match last >= 90.0 - 1e-6 && rings.len() <= 1000 {
+            true => Ok(rings),
+            false => Err(format!("the angle basis {} does not end at 90 degrees", quoted(name))),
+        }
+    }
+}
+
+/// The matrices of a file at the wavelengths that the bands take.
+struct Matrices<'a> {
+    content: &'a Content,
+    of_band: Vec<&'a str>,
+    path: &'a Path,
+}
+
+impl Matrices<'_> {
+    /// Returns the front and the back of the sheet. Some programs write zeros for the face that
+    /// they did not trace light from, which then has no matrices.
+    fn faces(&self, warnings: &mut Vec<String>) -> Result<[Face; 2]> {
+        let mut faces =
+            [["Reflection Front", "Transmission Front"], ["Reflection Back", "Transmission Back"]]
+                .map(|directions| Face { directions, has: directions.map(|way| self.has(way)) });
+        if self.content.front == Side::Inside {
+            faces.reverse();
+        }
+        for (face, other) in [(1, 0), (0, 1)] {
+            let [name, lit] = [face, other].map(|i| faces[i].directions[TRANSMISSION]);
+            let both = faces.iter().all(|face| face.has[TRANSMISSION]);
+            if both && self.is_black(name)? && !self.is_black(lit)? {
+                faces[face].has = [false; 2];
+                warnings.push(format!(
+                    "`{name}` is all zeros: light from there is taken from the other face"
+                ));
+            }
+        }
+        Ok(faces)
+    }
+
+    fn is_black(&self, direction: &str) -> Result<bool> {
+        let matrix = self.matrix(direction, false)?;
+        Ok(matrix.is_some_and(|matrix| matrix.values.iter().all(|&f| f == 0.0)))
+    }
+
+    /// Returns the values of a face, where it has no matrix those of the `other` one; `None` if
+    /// neither has any. Error: reflection and transmission do not suit each other.
+    fn values(
+        &self,
+        own: Face,
+        other: Face,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<FaceValues>> {
+        // all rows of a face have to be the same patches: those of the file, or, where one matrix
+        // is turned around, those in which light leaves
+        let turned = !own.has[TRANSMISSION] && other.has[TRANSMISSION];
+        let mut part = |kind: usize| {
+            let [own_name, other_name] = [own, other].map(|face| face.directions[kind]);
+            match (own.has[kind], other.has[kind]) {
+                (true, _) => self.matrix(own_name, turned),
+                (false, true) => {
+                    let way = if kind == TRANSMISSION { ", the other way around" } else { "" };
+                    warnings.push(format!(
+                        "it has no `{own_name}`: that is taken from `{other_name}`{way}"
+                    ));
+                    self.matrix(other_name, turned)
+                }
+                (false, false) => Ok(None),
+            }
+        };
+        let (reflected, transmitted) = (part(0)?, part(TRANSMISSION)?);
+        let black =
+            |like: &PairValues| PairValues { values: vec![0.0; like.values.len()], ..like.clone() };
+        let values = match (reflected, transmitted) {
+            (None, None) => return Ok(None),
+            (None, Some(transmitted)) => FaceValues { reflected: black(&transmitted), transmitted },
+            (Some(reflected), transmitted) => FaceValues {
+                transmitted: transmitted.unwrap_or_else(|| black(&reflected)),
+                reflected,
+            },
+        };
+        match values.reflected.rows.len() == values.transmitted.rows.len() {
+            true => Ok(Some(values)),
+            false => {
+                let problem = "reflection and transmission have other patches of incidence";
+                Err(Error::input(self.path.display(), problem)
+                    .remedy("export both with the same patches"))
+            }
+        }
+    }
+
     /// Returns whether there is a block for a direction of light, at the wavelengths of the bands.
-    fn has(&self, direction: &str, of_band: &[&str]) -> bool {
-        let of =
-            |wavelength: &&str| self.blocks.iter().any(|block| block.is(wavelength, direction));
-        of_band.iter().any(of)
+    fn has(&self, direction: &str) -> bool {
+        self.blocks(direction).next().is_some()
+    }
+
+    /// Returns the block for a direction of light at the wavelength of each band that has one.
+    fn blocks(&self, direction: &str) -> impl Iterator<Item = &Block> {
+        let blocks = &self.content.blocks;
+        let find = move |at: &&str| blocks.iter().find(|block| block.is(at, direction));
+        self.of_band.iter().filter_map(find)
     }
 
     /// Returns the matrix for a direction of light, with the blocks of the wavelengths that the
     /// bands use; `None` where the file has no such matrix. If it is `turned`, light comes from
     /// where it leaves in the file.
-    fn matrix(
-        &self,
-        direction: &str,
-        turned: bool,
-        of_band: &[&str],
-        path: &Path,
-    ) -> Result<Option<PairValues>> {
+    fn matrix(&self, direction: &str, turned: bool) -> Result<Option<PairValues>> {
         let error =
-            |problem: String| Error::input(path.display(), format!("{direction}: {problem}"));
+            |problem: String| Error::input(self.path.display(), format!("{direction}: {problem}"));
         let fetch = "the file is broken: export it anew";
-        let find =
-            |wavelength: &&str| self.blocks.iter().find(|block| block.is(wavelength, direction));
-        let blocks: Vec<&Block> = of_band.iter().filter_map(find).collect();
+        let blocks: Vec<&Block> = self.blocks(direction).collect();
         if blocks.is_empty() {
             return Ok(None);
         }
@@ -348,10 +399,11 @@ impl Content {
             let problem = format!("its values are {}, not BTDF or BRDF", quoted(&block.kind));
             return Err(error(problem).remedy("export f in 1/sr"));
         }
-        if blocks.len() < of_band.len() {
+        if blocks.len() < self.of_band.len() {
             return Err(error("for some wavelengths only".into()).remedy(fetch));
         }
-        let rings = |name: &str| self.rings(name).map_err(|problem| error(problem).remedy(fetch));
+        let rings =
+            |name: &str| self.content.rings(name).map_err(|problem| error(problem).remedy(fetch));
         let (incident, leaving) = (rings(&blocks[0].incident)?, rings(&blocks[0].leaving)?);
         let cells = |rings: &Rings| rings.iter().map(|(_, cells)| cells).sum::<usize>();
         let (columns, rows) = (cells(&incident), cells(&leaving));
@@ -360,7 +412,7 @@ impl Content {
             return Err(error(format!("more than {MOST} values")).remedy("use fewer bands"));
         }
         let mut values = vec![0.0; columns * rows * bands];
-        let order = |rings: &Rings| match self.front {
+        let order = |rings: &Rings| match self.content.front {
             Side::Outside => from_front(rings),
             Side::Inside => (0..cells(rings)).collect(),
         };
@@ -396,40 +448,13 @@ impl Content {
         };
         // azimuth 0 of the file points right as seen from the inside, so it points left as seen
         // from the front, which is half a turn from u
-        let turns = if self.front == Side::Outside { [0.0, PI] } else { [PI, 0.0] };
+        let turns = if self.content.front == Side::Outside { [0.0, PI] } else { [PI, 0.0] };
         let mut ends = [patches(&incident, turns[0]), patches(&leaving, turns[1])];
         if turned {
             ends.reverse();
         }
         let [rows, columns] = ends;
         Ok(Some(PairValues { rows, columns, turns: None, values }))
-    }
-
-    /// Returns the rings of patches of an angle basis. Error: the basis is not defined, or does not
-    /// divide the hemisphere into patches.
-    fn rings(&self, name: &str) -> std::result::Result<Rings, String> {
-        let defined = self.bases.iter().find(|(known, _)| known == name);
-        let rings = match defined {
-            Some((_, rings)) => rings.clone(),
-            None => match KNOWN.iter().find(|(known, _)| name.contains(known)) {
-                Some((_, rings)) => rings.to_vec(),
-                None => return Err(format!("no angle basis {}", quoted(name))),
-            },
-        };
-        let mut last = 0.0;
-        for &(end, cells) in &rings {
-            if !(end > last && end <= 90.0 + 1e-6 && (1..=10_000).contains(&cells)) {
-                return Err(format!(
-                    "the angle basis {} is no division into patches",
-                    quoted(name)
-                ));
-            }
-            last = end;
-        }
-        match last >= 90.0 - 1e-6 && rings.len() <= 1000 {
-            true => Ok(rings),
-            false => Err(format!("the angle basis {} does not end at 90 degrees", quoted(name))),
-        }
     }
 }
 

@@ -135,27 +135,27 @@ impl Loader<'_> {
         if colour.is_none() && entry.illum != Some(7) {
             self.warn(&place, format!("no {key}: it reflects nothing"));
         }
+        let (material, warning) = self.of_illum(entry, &place)?;
+        if let Some(warning) = warning {
+            self.warn(place, warning);
+        }
+        Ok(material)
+    }
+
+    /// Returns the material that the `illum` of an MTL entry stands for, and a warning where the
+    /// entry may mean another one.
+    fn of_illum(&self, entry: &MtlEntry, place: &str) -> Result<(Material, Option<String>)> {
         let fraction = |key: &str, rgb: Option<[f64; 3]>| {
             self.rgb_bands(entry, key, rgb.unwrap_or_default(), 1.0)
         };
-        let at_place = |problem: Problem| problem.at(&place);
-        let lambert = |fraction: Vec<f64>| {
-            Lambert::new(&single(&fraction)).map(Material::from).map_err(at_place)
+        let at_place = |problem: Problem| problem.at(place);
+        let lambert = || -> Result<Material> {
+            let kd = single(&fraction("Kd", entry.kd)?);
+            Lambert::new(&kd).map(Material::from).map_err(at_place)
         };
         let specular = entry.ks.is_some_and(|ks| ks.iter().any(|&v| v > 0.0));
-        match entry.illum {
-            Some(1) => lambert(fraction("Kd", entry.kd)?),
-            Some(3) => {
-                let material = lambert(fraction("Kd", entry.kd)?)?;
-                if specular {
-                    self.warn(
-                        place,
-                        "illum 3 with Ks: read as lambert with Kd alone, without what Ks mirrors; \
-                        give the scene a material of this name if that matters",
-                    );
-                }
-                Ok(material)
-            }
+        Ok(match entry.illum {
+            Some(1) => (lambert()?, None),
             Some(2) if specular => {
                 let phong = PhongSpec {
                     reflectance: Some(PerBand::Each(fraction("Kd", entry.kd)?)),
@@ -163,18 +163,20 @@ impl Loader<'_> {
                     transmittance: None,
                     exponent: Some(entry.ns.unwrap_or(0.0)),
                 };
-                let material = self.phong(&phong).map_err(|why| of_mtl(why, &place))?;
-                self.warn(
-                    place,
-                    "illum 2 with Ks: read as phong (many modelling programs write \
-                    this by default); give the scene a material of this name if that is not meant",
-                );
-                Ok(material)
+                let warning = "illum 2 with Ks: read as phong (many modelling programs write this \
+                    by default); give the scene a material of this name if that is not meant";
+                let material = self.phong(&phong).map_err(|why| of_mtl(why, place))?;
+                (material, Some(warning.into()))
             }
-            Some(2) => lambert(fraction("Kd", entry.kd)?),
+            Some(2) => (lambert()?, None),
+            Some(3) => {
+                let warning = "illum 3 with Ks: read as lambert with Kd alone, without what Ks \
+                    mirrors; give the scene a material of this name if that matters";
+                (lambert()?, specular.then(|| warning.into()))
+            }
             Some(5) => {
                 let mirror = Mirror::new(&single(&fraction("Ks", entry.ks)?));
-                mirror.map(Material::from).map_err(at_place)
+                (mirror.map(Material::from).map_err(at_place)?, None)
             }
             Some(6) => {
                 let given = entry.tf.filter(|tf| *tf != [1.0; 3]);
@@ -187,25 +189,18 @@ impl Loader<'_> {
                     thin: true,
                     tint: None,
                 };
-                let (material, warning) =
-                    self.thin_leaf(&leaf).map_err(|why| of_mtl(why, &place))?;
-                if let Some(warning) = warning {
-                    self.warn(place, warning);
-                }
-                Ok(material)
+                self.thin_leaf(&leaf).map_err(|why| of_mtl(why, place))?
             }
             Some(7) => {
                 let tint = single(&fraction("Kd", entry.kd.or(Some([1.0; 3])))?);
                 let glass = Dielectric::new(entry.ni.unwrap_or(1.0), &tint);
-                glass.map(Material::from).map_err(at_place)
+                (glass.map(Material::from).map_err(at_place)?, None)
             }
             other => {
-                let material = lambert(fraction("Kd", entry.kd)?)?;
                 let illum = other.map_or("no illum".into(), |illum| format!("illum {illum}"));
-                self.warn(place, format!("{illum}: read as lambert with Kd"));
-                Ok(material)
+                (lambert()?, Some(format!("{illum}: read as lambert with Kd")))
             }
-        }
+        })
     }
 
     fn material(&mut self, pointer: &str, file: &MaterialSpec) -> Result<Material> {

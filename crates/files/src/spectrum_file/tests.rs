@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use phylux_core::math::curve::Curve;
 use phylux_testing::{check_error, spoiled};
 
 const FILES: [&str; 10] = [

@@ -69,12 +69,19 @@ pub(super) fn parse(bytes: &[u8], path: &Path, stamp: Option<Stamp>) -> Result<W
     Ok(weather)
 }
 
-/// Returns the start of a record that ends at `hour` of a day, on the clock of a typical year and
-/// as a real time.
-fn typical(date: Date, hour: i64, zone: f64) -> (f64, Timestamp) {
+/// Returns the record of the hour that ends at `hour` of a day, on the clock of a typical year,
+/// with its global, direct normal and diffuse light.
+fn typical(
+    line: &Line,
+    (date, hour): (Date, i64),
+    zone: f64,
+    [global, direct, diffuse]: [Option<f64>; 3],
+) -> Record {
     let since_midnight = (hour - 1) as f64 * HOUR;
     let unix = date.days() as f64 * DAY + since_midnight - zone;
-    (in_typical_year(date) + since_midnight, Timestamp { unix, offset: zone })
+    let from = in_typical_year(date) + since_midnight;
+    let (to, start) = (from + HOUR, Timestamp { unix, offset: zone });
+    Record { line: line.line, from, to, start, global, direct, diffuse }
 }
 
 /// Reads EnergyPlus weather (Auxiliary programs, EnergyPlus 9.6): eight lines about the place, then
@@ -99,11 +106,8 @@ fn read_epw(path: &Path, lines: &[Line], odd: &mut Odd) -> Result<Weather> {
         let date = date(line, year, 1, 2)?;
         let hour = line.integer(3, "the hour", 1..=24)?;
         let mut value = |column, name| line.irradiance(column, name, odd);
-        let [global, direct, diffuse] =
-            [value(13, "global")?, value(14, "direct normal")?, value(15, "diffuse")?];
-        let (from, start) = typical(date, hour, zone);
-        let to = from + HOUR;
-        records.push(Record { line: line.line, from, to, start, global, direct, diffuse });
+        let light = [value(13, "global")?, value(14, "direct normal")?, value(15, "diffuse")?];
+        records.push(typical(line, (date, hour), zone, light));
     }
     Ok(typical_year(path, site, zone, records))
 }
@@ -148,10 +152,8 @@ fn read_tmy3(path: &Path, lines: &[Line], odd: &mut Odd) -> Result<Weather> {
             _ => (date, hour),
         };
         let mut value = |k: usize, name| line.irradiance(columns[k], name, odd);
-        let [global, direct, diffuse] = [value(0, "GHI")?, value(1, "DNI")?, value(2, "DHI")?];
-        let (from, start) = typical(date, hour, zone);
-        let to = from + HOUR;
-        records.push(Record { line: line.line, from, to, start, global, direct, diffuse });
+        let light = [value(0, "GHI")?, value(1, "DNI")?, value(2, "DHI")?];
+        records.push(typical(line, (date, hour), zone, light));
     }
     Ok(typical_year(path, site, zone, records))
 }
@@ -197,11 +199,8 @@ fn read_tmy2(path: &Path, lines: &[Line], odd: &mut Odd) -> Result<Weather> {
         let mut value = |from: usize, name: &str| -> Result<Option<f64>> {
             Ok(odd.irradiance(line.cut(from..from + 4)?, 1.0, name, line.line))
         };
-        let [global, direct, diffuse] =
-            [value(17, "global")?, value(23, "direct normal")?, value(29, "diffuse")?];
-        let (from, start) = typical(date, hour, zone);
-        let to = from + HOUR;
-        records.push(Record { line: line.line, from, to, start, global, direct, diffuse });
+        let light = [value(17, "global")?, value(23, "direct normal")?, value(29, "diffuse")?];
+        records.push(typical(line, (date, hour), zone, light));
     }
     Ok(typical_year(path, site, zone, records))
 }

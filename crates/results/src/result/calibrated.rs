@@ -64,8 +64,7 @@ impl FactorErrors {
                 *name == band.name || members.is_some_and(|all| all.contains(&band.name))
             })
         };
-        let plain = result.bands.iter().filter(|band| band.sum_of.is_none());
-        let of_bands = plain.map(of_band).collect();
+        let of_bands = result.own_bands().iter().map(of_band).collect();
         Ok(Self { lights, measured: of_bands, bands: measured.len(), covariance })
     }
 

@@ -35,62 +35,13 @@ impl RunResult {
     /// standard errors of sums over them are upper bounds, and so are those of ratios unless
     /// numerator and denominator are combinations of what they were.
     pub fn mix_bands(&self, factors: &ByLight<Factor>) -> Result<Self> {
-        let Some(lights) = &self.energy.by_light else {
-            return Err(Error::input(&self.scene, "these results are not split by light")
-                .remedy(words!["run the scene again with ", setting("by_light").on()]));
-        };
-        if self.calibrated {
-            let problem = "these results were mixed with a calibration, and their errors are its";
-            return Err(Error::input(&self.scene, problem).remedy(words![
-                "mix those of the run, with ",
-                setting("calibration"),
-                " and ",
-                setting("power"),
-                " together"
-            ]));
-        }
-        for (name, factor) in factors {
-            if !lights.contains_key(name) {
-                let error = Error::input(&self.scene, format!("no light `{name}`"));
-                let near = nearest(name, lights.keys().map(String::as_str));
-                let otherwise = format!("there are {}", some(lights.keys(), LISTED));
-                return Err(error.did_you_mean(near, otherwise));
-            }
-            let values = factor.values();
-            if let Some(wrong) = values.iter().find(|f| !(0.0..=MAX_FACTOR).contains(*f)) {
-                let problem = format!("factor {} of light `{name}`", number(*wrong));
-                return Err(Error::input(&self.scene, problem)
-                    .remedy(format!("it must be from 0 to {MAX_FACTOR:e}")));
-            }
-            let bands = self.bands.iter().filter(|band| band.sum_of.is_none()).count();
-            if matches!(factor, Factor::Bands(_)) && values.len() != bands {
-                let problem =
-                    format!("{} factors of light `{name}` for {bands} bands", values.len());
-                return Err(Error::input(&self.scene, problem).remedy("give one for each band"));
-            }
-        }
+        let lights = self.lights_to_mix()?;
+        self.check_factors(factors, lights)?;
         let mix = Mix::new(&self.bands, &self.ratios, factors);
         let captors: Vec<CaptorResult> = self.captors.iter().map(|c| mix.captor(c)).collect();
-        let mut ranges: HashMap<&str, [Spread; 2]> = HashMap::new();
-        for captor in &captors {
-            for group in captor.groups.iter().flatten() {
-                let [front, back] = ranges.entry(group).or_default();
-                front.add(&captor.front, captor.area);
-                captor.back.iter().for_each(|face| back.add(face, captor.area));
-            }
-        }
-        let group = |group: &GroupResult| {
-            let range = ranges.get(group.id.as_str()).cloned().unwrap_or_default();
-            mix.group(group, &range)
-        };
-        let groups = self.groups.iter().map(group).collect();
-        let mut mixed = self.mixed.clone().unwrap_or_default();
-        for (name, factor) in factors {
-            let before = mixed.entry(name.clone()).or_insert(Factor::All(1.0));
-            *before = before.times(factor);
-        }
+        let groups = mix.groups(&self.groups, &captors);
         let mut result = Self {
-            mixed: Some(mixed),
+            mixed: Some(self.mixed_by(factors)),
             energy: mix.energy(&self.energy, lights),
             // what a lamp needs at another power is not known
             electricity: None,
@@ -129,6 +80,64 @@ impl RunResult {
             (result.sensitivity, result.budget) = (None, None);
         }
         Ok(result.with_warnings_of_scene(warnings))
+    }
+
+    /// Returns the energy of each light. Error: the results are not split by light.
+    pub fn energy_by_light(&self) -> Result<&ByLight<Energy>> {
+        self.energy.by_light.as_ref().ok_or_else(|| {
+            Error::input(&self.scene, "these results are not split by light")
+                .remedy(words!["run the scene again with ", setting("by_light").on()])
+        })
+    }
+
+    /// Returns the energy of each light. Error: these results are not to be mixed.
+    fn lights_to_mix(&self) -> Result<&ByLight<Energy>> {
+        let lights = self.energy_by_light()?;
+        if self.calibrated {
+            let problem = "these results were mixed with a calibration, and their errors are its";
+            return Err(Error::input(&self.scene, problem).remedy(words![
+                "mix those of the run, with ",
+                setting("calibration"),
+                " and ",
+                setting("power"),
+                " together"
+            ]));
+        }
+        Ok(lights)
+    }
+
+    /// Checks that each factor is of one of the lights, in range, and as many as there are bands.
+    fn check_factors(&self, factors: &ByLight<Factor>, lights: &ByLight<Energy>) -> Result<()> {
+        let bands = self.own_bands().len();
+        for (name, factor) in factors {
+            let error = |problem: String| Error::input(&self.scene, problem);
+            if !lights.contains_key(name) {
+                let near = nearest(name, lights.keys().map(String::as_str));
+                let otherwise = format!("there are {}", some(lights.keys(), LISTED));
+                return Err(error(format!("no light `{name}`")).did_you_mean(near, otherwise));
+            }
+            let values = factor.values();
+            if let Some(wrong) = values.iter().find(|f| !(0.0..=MAX_FACTOR).contains(*f)) {
+                return Err(error(format!("factor {} of light `{name}`", number(*wrong)))
+                    .remedy(format!("it must be from 0 to {MAX_FACTOR:e}")));
+            }
+            if matches!(factor, Factor::Bands(_)) && values.len() != bands {
+                let count = values.len();
+                return Err(error(format!("{count} factors of light `{name}` for {bands} bands"))
+                    .remedy("give one for each band"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the factors on the powers of the run, of which these results may already have some.
+    fn mixed_by(&self, factors: &ByLight<Factor>) -> ByLight<Factor> {
+        let mut mixed = self.mixed.clone().unwrap_or_default();
+        for (name, factor) in factors {
+            let before = mixed.entry(name.clone()).or_insert(Factor::All(1.0));
+            *before = before.times(factor);
+        }
+        mixed
     }
 }
 
@@ -353,6 +362,23 @@ impl<'a> Mix<'a> {
             groups: captor.groups.clone(),
             ..*captor
         }
+    }
+
+    /// Rescales groups, whose captors have been.
+    fn groups(&self, groups: &[GroupResult], captors: &[CaptorResult]) -> Vec<GroupResult> {
+        let mut ranges: HashMap<&str, [Spread; 2]> = HashMap::new();
+        for captor in captors {
+            for group in captor.groups.iter().flatten() {
+                let [front, back] = ranges.entry(group).or_default();
+                front.add(&captor.front, captor.area);
+                captor.back.iter().for_each(|face| back.add(face, captor.area));
+            }
+        }
+        let group = |group: &GroupResult| {
+            let range = ranges.get(group.id.as_str()).cloned().unwrap_or_default();
+            self.group(group, &range)
+        };
+        groups.iter().map(group).collect()
     }
 
     fn group(&self, group: &GroupResult, [front, back]: &[Spread; 2]) -> GroupResult {

@@ -142,8 +142,8 @@ impl Inputs {
                 None => sets.push((input.set, vec![index])),
             }
         }
-        let bands = result.bands.iter().filter(|band| band.sum_of.is_none()).count();
-        let sums = result.bands.iter().filter(|band| band.sum_of.is_some()).map(|sum| {
+        let bands = result.own_bands().len();
+        let sums = result.bands[bands..].iter().map(|sum| {
             let mut weights = vec![0.0; bands];
             sum.members(&result.bands).for_each(|(band, weight)| weights[band] = weight);
             weights

@@ -11,8 +11,8 @@ use crate::{
 use phylux_core::math::stats::is_possible;
 
 impl RunResult {
-    /// Returns whether every list has an entry for each band, as the lists of a run have, and no
-    /// number is so large that sums and squares of such numbers are infinite.
+    /// Returns whether every list has an entry for each band, as the lists of a run have, sums come
+    /// after bands, and no number is so large that sums and squares of such numbers are infinite.
     pub fn is_valid(&self) -> bool {
         let (bands, ratios) = (self.bands.len(), self.ratios.len());
         let of_captor = |captor: &CaptorResult| {
@@ -22,7 +22,7 @@ impl RunResult {
         let rows = self.captors.iter().map(CaptorResult::row);
         let mut rows = rows.chain(self.groups.iter().map(GroupResult::row)).flat_map(Row::parts);
         let parts = self.energy.by_light.iter().flat_map(ByLight::values);
-        let own = self.bands.iter().filter(|band| band.sum_of.is_none()).count();
+        let own = self.own_bands().len();
         let mut factors = self.mixed.iter().flat_map(ByLight::values);
         parts.chain([&self.energy]).all(|energy| energy.is_valid(bands))
             && factors.all(|factor| factor.is_valid(own))
@@ -33,6 +33,7 @@ impl RunResult {
             && self.electricity.iter().all(|found| found.is_valid(bands))
             && self.ratios.iter().all(|ratio| ratio.is_valid(own))
             && self.bands.iter().all(BandResult::is_valid)
+            && self.own_bands().iter().all(|band| band.sum_of.is_none())
             && self.captors.iter().all(of_captor)
             && self.groups.iter().all(|group| is_possible(group.area))
             && rows.all(|row| row.is_valid(bands, ratios))

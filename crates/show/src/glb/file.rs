@@ -6,7 +6,7 @@ use std::{
     io::{self, Write},
 };
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde_json::{Map, Value, json};
 
 use crate::{
@@ -144,12 +144,10 @@ pub(super) const TRIANGLES: u8 = 4;
 impl GlbFile {
     pub(super) fn node(&mut self, mesh: Mesh, name: String, extras: Option<Map<String, Value>>) {
         let count = mesh.values.len();
-        let colour = json!({ "componentType": UNSIGNED_BYTE, "type": "VEC4", "count": count,
-                             "normalized": true });
         let value = json!({ "componentType": FLOAT, "type": "SCALAR", "count": count });
         let attributes = json!({
             "POSITION": self.positions(&mesh.corners),
-            "COLOR_0": self.add(mesh.colours.into_flattened(), colour),
+            "COLOR_0": self.corner_colours(mesh.colours),
             "_VALUE": self.add(flat(&mesh.values), value),
         });
         let primitive = json!({ "attributes": attributes, "material": 0, "mode": TRIANGLES });
@@ -186,20 +184,27 @@ impl GlbFile {
         self.accessors.len() - 1
     }
 
+    /// Adds the colours of corners, and returns the index of their accessor.
+    pub(super) fn corner_colours(&mut self, colours: Vec<[u8; 4]>) -> usize {
+        let colour = json!({ "componentType": UNSIGNED_BYTE, "type": "VEC4",
+                             "count": colours.len(), "normalized": true });
+        self.add(colours.into_flattened(), colour)
+    }
+
+    /// Writes the file: its nodes in the scene of this name about its centre, with the `extras` of
+    /// the scene; `material` is the name of the material of meshes with colours at corners.
     pub(super) fn write(
         mut self,
-        rendered: &RenderedScene,
-        shown: &Shown,
-        range: &Scale,
+        (name, center): (&str, DVec3),
+        extras: Value,
+        material: &str,
         writer: &mut dyn Write,
     ) -> io::Result<()> {
-        let scene = rendered.scene;
         let colours = self.colours();
-        let center = scene.center().as_vec3();
         let children: Vec<usize> = (1..=self.nodes.len()).collect();
         // the y axis of glTF is up, in a scene the z axis
         let mut upright = json!({
-            "name": scene.name(),
+            "name": name,
             "rotation": [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2],
             "translation": [center.x, center.z, -center.y],
         });
@@ -207,18 +212,10 @@ impl GlbFile {
             upright["children"] = children.into();
         }
         self.nodes.insert(0, upright);
-        let extras = json!({
-            "quantity": if shown.absorbed { "absorbed" } else { "irradiance" },
-            "band": scene.band_names().nth(shown.band),
-            "unit": scene.units(shown.band)[1],
-            "range": [range.low, range.high],
-            "logarithmic": range.log,
-            "colours": "viridis",
-        });
         let mut root = json!({
             "asset": { "version": "2.0", "generator": concat!("phylux ", env!("CARGO_PKG_VERSION")) },
             "scene": 0,
-            "scenes": [{ "name": scene.name(), "nodes": [0], "extras": extras }],
+            "scenes": [{ "name": name, "nodes": [0], "extras": extras }],
             "nodes": self.nodes,
         });
         // glTF does not allow empty lists
@@ -229,7 +226,7 @@ impl GlbFile {
             root["buffers"] = json!([{ "byteLength": self.data.len() }]);
             root["extensionsUsed"] = json!(["KHR_materials_unlit"]);
             let mut materials = vec![json!({
-                "name": "value",
+                "name": material,
                 "pbrMetallicRoughness": { "metallicFactor": 0 },
                 "extensions": { "KHR_materials_unlit": {} },
             })];

@@ -1,14 +1,11 @@
 //! Histories of light as lines in a glTF file.
 
-use std::{
-    f32::consts::FRAC_1_SQRT_2,
-    io::{self, Write},
-};
+use std::io::{self, Write};
 
 use glam::DVec3;
 use serde_json::json;
 
-use super::file::{GlbFile, UNSIGNED_BYTE, write_chunks};
+use super::file::GlbFile;
 use phylux_results::histories::{HistoriesLine, HistoriesPart, HistoriesResult};
 
 /// The constant of the specification (section 5) for pieces of lines.
@@ -43,11 +40,10 @@ pub fn write_glb_lines(result: &HistoriesResult, writer: &mut dyn Write) -> io::
             continue;
         }
         let [r, g, b] = COLOURS.get(i).copied().unwrap_or(OTHERS);
-        let colours = vec![[r, g, b, 255]; ends.len()].into_flattened();
-        let colour = json!({ "componentType": UNSIGNED_BYTE, "type": "VEC4", "count": ends.len(),
-                             "normalized": true });
-        let attributes =
-            json!({ "POSITION": file.positions(&ends), "COLOR_0": file.add(colours, colour) });
+        let attributes = json!({
+            "POSITION": file.positions(&ends),
+            "COLOR_0": file.corner_colours(vec![[r, g, b, 255]; ends.len()]),
+        });
         let name = name(group);
         let primitive = json!({ "attributes": attributes, "material": 0, "mode": LINES });
         let column = result.column;
@@ -59,38 +55,8 @@ pub fn write_glb_lines(result: &HistoriesResult, writer: &mut dyn Write) -> io::
         }));
         file.meshes.push(json!({ "name": name, "primitives": [primitive] }));
     }
-    // the y axis of glTF is up, in a scene the z axis
-    let children: Vec<usize> = (1..=file.nodes.len()).collect();
-    let mut upright = json!({
-        "name": result.scene,
-        "rotation": [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2],
-        "translation": [center.x, center.z, -center.y],
-    });
-    if !children.is_empty() {
-        upright["children"] = children.into();
-    }
-    file.nodes.insert(0, upright);
     let extras = json!({ "to": result.to, "band": result.band, "photons": result.photons });
-    let mut root = json!({
-        "asset": { "version": "2.0", "generator": concat!("phylux ", env!("CARGO_PKG_VERSION")) },
-        "scene": 0,
-        "scenes": [{ "name": result.scene, "nodes": [0], "extras": extras }],
-        "nodes": file.nodes,
-    });
-    // glTF does not allow empty lists
-    if !file.data.is_empty() {
-        root["meshes"] = file.meshes.into();
-        root["accessors"] = file.accessors.into();
-        root["bufferViews"] = file.views.into();
-        root["buffers"] = json!([{ "byteLength": file.data.len() }]);
-        root["extensionsUsed"] = json!(["KHR_materials_unlit"]);
-        root["materials"] = json!([{
-            "name": "lines",
-            "pbrMetallicRoughness": { "metallicFactor": 0 },
-            "extensions": { "KHR_materials_unlit": {} },
-        }]);
-    }
-    write_chunks(serde_json::to_vec(&root)?, file.data, writer)
+    file.write((&result.scene, center), extras, "lines", writer)
 }
 
 /// Returns the name of a group, such as `lamp, by wall (white)`.

@@ -193,23 +193,7 @@ impl<'a> Whitted<'a> {
             } else {
                 scene.closest(&ray)
             };
-            // a light with a material lies in a surface: search a little beyond the hit
-            let t_max = scene.beyond(hit.as_ref());
-            scene.lights_met(&ray, t_max, |hit| {
-                let met = scene.lights()[hit.light].radiance::<L>(&ray, hit.on.as_ref());
-                let met = met.scaled(share(&way, &hit)) * throughput;
-                match gloss {
-                    Some((gloss, direction)) => {
-                        sum.lamps += met.scaled(leaves[gloss].weight(direction, &ray, &hit));
-                    }
-                    // a lamp mirrored by a smooth leaf is met by some of the rays of a pixel, and
-                    // the filter evens it; the sun is so bright that it stays in its place
-                    None if on_gloss && scene.lights()[hit.light].entrance().is_none() => {
-                        sum.lamps += met;
-                    }
-                    None => sum.told += met,
-                }
-            });
+            self.add_lights(&mut sum, &way, hit.as_ref(), &leaves, &share);
             let Some(hit) = hit else { continue };
             let at = if from_eye {
                 self.seen(hit, ray.direction)
@@ -262,6 +246,35 @@ impl<'a> Whitted<'a> {
             }
         }
         sum
+    }
+
+    /// Adds the emitted radiance of the lights that a branch meets before `hit`, each times the
+    /// weight that `share` gives it.
+    #[inline]
+    fn add_lights<L: Lanes>(
+        &self,
+        sum: &mut Found<L>,
+        way: &Way<L>,
+        hit: Option<&SurfaceHit>,
+        leaves: &[Gloss],
+        share: &impl Fn(&Way<L>, &LightHit) -> f32,
+    ) {
+        let scene = self.light.scene;
+        // a light with a material lies in a surface: search a little beyond the hit
+        scene.lights_met(&way.ray, scene.beyond(hit), |hit| {
+            let light = &scene.lights()[hit.light];
+            let met = light.radiance::<L>(&way.ray, hit.on.as_ref());
+            let met = met.scaled(share(way, &hit)) * &way.throughput;
+            match way.gloss {
+                Some((gloss, direction)) => {
+                    sum.lamps += met.scaled(leaves[gloss].weight(direction, &way.ray, &hit));
+                }
+                // a lamp mirrored by a smooth leaf is met by some of the rays of a pixel, and the
+                // filter evens it; the sun is so bright that it stays in its place
+                None if way.on_gloss && light.entrance().is_none() => sum.lamps += met,
+                None => sum.told += met,
+            }
+        });
     }
 }
 

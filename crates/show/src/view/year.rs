@@ -12,7 +12,6 @@ use serde_json::{Value, json};
 use super::levels::Levels;
 use phylux_core::{
     error::{Error, Result, call},
-    math::units::{Quantity, printed},
     scene::world::Scene,
     words,
 };
@@ -101,14 +100,6 @@ impl YearLight {
 fn ids(scene: &Scene) -> impl Iterator<Item = &str> {
     let captors = scene.captors().iter().map(|captor| captor.id.as_str());
     captors.chain(scene.groups().iter().map(String::as_str))
-}
-
-/// Returns the unit of daily light integrals of scenes in this quantity, as it is printed.
-pub fn daily_unit(quantity: Quantity) -> String {
-    printed(match quantity {
-        Quantity::Micromole => "mol/m2/d",
-        Quantity::Watt => "MJ/m2/d",
-    })
 }
 
 /// The encoded values of all hours, days or months that are not dark everywhere.

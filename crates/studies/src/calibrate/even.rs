@@ -16,7 +16,7 @@ use phylux_core::{
 use phylux_files::input::quoted;
 use phylux_results::{
     calibration::{EvenPowers, Lit},
-    result::{ByLight, CaptorResult, Evenness, RunResult},
+    result::{ByLight, CaptorResult, Energy, Evenness, RunResult},
 };
 
 /// With fewer captors than this for each lamp there is a warning.
@@ -49,10 +49,7 @@ pub fn even(
     watts: &BTreeMap<String, f64>,
     plan: &EvenPlan,
 ) -> Result<EvenPowers> {
-    let Some(lights) = &result.energy.by_light else {
-        return Err(Error::input(&result.scene, "these results are not split by light")
-            .remedy(words!["run the scene again with ", setting("by_light").on()]));
-    };
+    let lights = result.energy_by_light()?;
     let names: Vec<&str> = lights.keys().map(String::as_str).collect();
     let lamps = Lamps::new(&names, &plan.groups)?;
     let band = band_of(result, plan)?;
@@ -61,16 +58,13 @@ pub fn even(
         .iter()
         .map(|captor| by_lamp(&captor.front, &lamps, &[(band, 1.0)])[0].clone())
         .collect();
-    let own = result.bands.iter().filter(|band| band.sum_of.is_none()).count();
-    let watts_of = |light: &str| watts.get(light).copied();
-    let power_of = |light: &str| lights[light].power.iter().take(own).sum::<f64>();
-    let all_metered = names.iter().all(|light| watts_of(light).is_some() || power_of(light) == 0.0);
+    let bands = result.own_bands();
+    let powers = Powers::new(lights, watts, bands.len());
     let factors = match plan.minimum {
         Some(least) => {
             let mut costs = vec![0.0; lamps.names.len()];
             for (light, &lamp) in names.iter().zip(&lamps.of_light) {
-                costs[lamp] +=
-                    if all_metered { watts_of(light).unwrap_or(0.0) } else { power_of(light) };
+                costs[lamp] += powers.cost(light);
             }
             least_power(&captors, &found, &costs, least)?
         }
@@ -85,30 +79,10 @@ pub fn even(
         .map(|(light, &lamp)| (light.to_string(), factors[lamp]))
         .collect();
     let mixed = result.mix(&of_lights)?;
-    let lit = |result: &RunResult, factor: &dyn Fn(&str) -> f64| {
-        let captors = captors_of(result, &plan.captors)?;
-        let values = captors.iter().map(|captor| {
-            let face = &captor.front;
-            (face.irradiance[band], face.irradiance_se[band], captor.area)
-        });
-        let Some(Evenness { mean, min, cv }) = Evenness::of(values) else {
-            return Err(Error::input(&result.scene, "has no such captor"));
-        };
-        let watts: f64 =
-            names.iter().map(|light| factor(light) * watts_of(light).unwrap_or(0.0)).sum();
-        Ok(Lit {
-            mean: mean.0,
-            mean_se: mean.1,
-            min: min.0,
-            min_se: min.1,
-            cv: cv.map(|(cv, _)| cv),
-            cv_se: cv.and_then(|(_, error)| error),
-            power: names.iter().map(|light| factor(light) * power_of(light)).sum(),
-            watts: all_metered.then_some(watts),
-        })
-    };
-    let before = lit(result, &|_| 1.0)?;
-    let after = lit(&mixed, &|light| of_lights[light])?;
+    let lit = captors_of(&mixed, &plan.captors)?;
+    let no_captor = || Error::input(&result.scene, "has no such captor");
+    let before = powers.lit(&captors, band, |_| 1.0).ok_or_else(no_captor)?;
+    let after = powers.lit(&lit, band, |light| of_lights[light]).ok_or_else(no_captor)?;
     Ok(EvenPowers {
         phylux: env!("CARGO_PKG_VERSION").into(),
         scene: result.scene.clone(),
@@ -117,19 +91,76 @@ pub fn even(
         band: result.bands[band].name.clone(),
         mean: plan.minimum.is_none().then_some(plan.mean.unwrap_or(before.mean)),
         minimum: plan.minimum,
-        bands: result.bands[..own].iter().map(|band| band.name.clone()).collect(),
-        warnings: warnings(
-            &lamps,
-            &factors,
-            &captors_of(&mixed, &plan.captors)?,
-            band,
-            plan,
-            &after,
-        ),
-        factors: of_lights.into_iter().map(|(light, factor)| (light, vec![factor; own])).collect(),
+        bands: bands.iter().map(|band| band.name.clone()).collect(),
+        warnings: warnings(&lamps, &factors, &lit, band, plan, &after),
+        factors: of_lights
+            .into_iter()
+            .map(|(light, factor)| (light, vec![factor; bands.len()]))
+            .collect(),
         before,
         after,
     })
+}
+
+/// What the lights of a run take.
+struct Powers<'a> {
+    lights: &'a ByLight<Energy>,
+    watts: &'a BTreeMap<String, f64>,
+    /// The number of bands.
+    bands: usize,
+    /// Whether the electric power of every light that shines is known.
+    all_metered: bool,
+}
+
+impl<'a> Powers<'a> {
+    fn new(lights: &'a ByLight<Energy>, watts: &'a BTreeMap<String, f64>, bands: usize) -> Self {
+        let mut powers = Self { lights, watts, bands, all_metered: true };
+        let is_metered = |light: &String| watts.contains_key(light) || powers.radiant(light) == 0.0;
+        powers.all_metered = lights.keys().all(is_metered);
+        powers
+    }
+
+    /// Returns the light of a light, over all bands.
+    fn radiant(&self, light: &str) -> f64 {
+        self.lights[light].power.iter().take(self.bands).sum()
+    }
+
+    /// Returns the electric power of a light, 0 where it is not known.
+    fn electric(&self, light: &str) -> f64 {
+        self.watts.get(light).copied().unwrap_or(0.0)
+    }
+
+    /// Returns the power of a light that is to be small: the electric one where all are known.
+    fn cost(&self, light: &str) -> f64 {
+        if self.all_metered { self.electric(light) } else { self.radiant(light) }
+    }
+
+    /// Returns how the captors are lit in a band with this factor on the power of each light;
+    /// `None` for no captor.
+    fn lit(
+        &self,
+        captors: &[&CaptorResult],
+        band: usize,
+        factor: impl Fn(&str) -> f64,
+    ) -> Option<Lit> {
+        let values = captors.iter().map(|captor| {
+            let face = &captor.front;
+            (face.irradiance[band], face.irradiance_se[band], captor.area)
+        });
+        let Evenness { mean, min, cv } = Evenness::of(values)?;
+        let lights = || self.lights.keys().map(|light| (light, factor(light)));
+        let watts = || lights().map(|(light, factor)| factor * self.electric(light)).sum();
+        Some(Lit {
+            mean: mean.0,
+            mean_se: mean.1,
+            min: min.0,
+            min_se: min.1,
+            cv: cv.map(|(cv, _)| cv),
+            cv_se: cv.and_then(|(_, error)| error),
+            power: lights().map(|(light, factor)| factor * self.radiant(light)).sum(),
+            watts: self.all_metered.then(watts),
+        })
+    }
 }
 
 fn band_of(result: &RunResult, plan: &EvenPlan) -> Result<usize> {

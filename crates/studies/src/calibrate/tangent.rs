@@ -193,7 +193,7 @@ impl<'a> Depends<'a> {
             let back = captor.back.iter().map(move |face| ((id, "back"), face));
             std::iter::once(((id, "front"), &captor.front)).chain(back)
         };
-        let bands = result.bands.iter().filter(|band| band.sum_of.is_none()).count();
+        let bands = result.own_bands().len();
         let count = numbers.varies().len();
         Ok(Self {
             bands: &result.bands,

@@ -58,6 +58,15 @@ pub(super) struct Piece {
 }
 
 impl Piece {
+    const EMPTY: Self = Self {
+        triangles: Vec::new(),
+        open_edges: 0,
+        turned_edges: 0,
+        area: 0.0,
+        volume: 0.0,
+        extent: Extent::EMPTY,
+    };
+
     pub fn is_closed(&self) -> bool {
         self.open_edges == 0 && self.turned_edges == 0
     }
@@ -103,80 +112,103 @@ pub(super) fn pieces(
     kind: impl Fn(usize) -> Option<u32>,
 ) -> Pieces {
     let Welded { triangles, vertices } = welded;
-    let mut edges = Vec::new();
-    let mut members = Vec::new();
-    for (triangle, &[a, b, c]) in vertices.iter().enumerate() {
-        let Some(kind) = kind(triangles[triangle]) else { continue };
-        if a == b || b == c || c == a {
-            continue;
-        }
-        members.push(triangle);
-        for (p, q) in [(a, b), (b, c), (c, a)] {
-            let ends = [p.min(q), p.max(q)];
-            edges.push(Edge { kind, ends, triangle: triangle as u32, forward: p < q });
-        }
-    }
+    let (members, mut edges) = edges(welded, kind);
     if edges.is_empty() {
         return Pieces::default();
     }
     edges.par_sort_unstable();
-
-    let mut joined = Joined::new(vertices.len());
-    let mut open = Vec::new();
-    let mut turned = Vec::new();
-    let mut crowded = Vec::new();
-    for edge in edges.chunk_by(|e, f| (e.kind, e.ends) == (f.kind, f.ends)) {
-        match edge {
-            [e, f] => {
-                joined.join(e.triangle, f.triangle);
-                if e.forward == f.forward {
-                    turned.push(e.triangle);
-                }
-            }
-            _ => {
-                // solids listed one after the other may share an edge: each gets its own two
-                // triangles
-                let mut waiting: Vec<&Edge> = Vec::new();
-                for e in edge {
-                    match waiting.pop_if(|f| f.forward != e.forward) {
-                        Some(f) => joined.join(e.triangle, f.triangle),
-                        None => waiting.push(e),
-                    }
-                }
-                open.extend(waiting.iter().map(|e| e.triangle));
-                if edge.len() > 2 {
-                    crowded.push(edge.iter().map(|e| e.triangle).collect::<Vec<u32>>());
-                }
-            }
-        }
-    }
-
+    let Seams { mut joined, open, turned, crowded } = Seams::of(&edges, vertices.len());
     let mut list: Vec<Piece> = Vec::new();
     let mut piece_of_root = vec![usize::MAX; vertices.len()];
     for triangle in members {
-        let root = joined.root(triangle as u32) as usize;
+        let root = joined.root(triangle) as usize;
         if piece_of_root[root] == usize::MAX {
             piece_of_root[root] = list.len();
-            list.push(Piece {
-                triangles: Vec::new(),
-                open_edges: 0,
-                turned_edges: 0,
-                area: 0.0,
-                volume: 0.0,
-                extent: Extent::EMPTY,
-            });
+            list.push(Piece::EMPTY);
         }
         let piece = &mut list[piece_of_root[root]];
-        let triangle = triangles[triangle];
+        let triangle = triangles[triangle as usize];
         let first = piece.triangles.first().copied().unwrap_or(triangle);
         piece.add(triangle, &scene.triangles().at(triangle), &scene.triangles().at(first));
     }
     let mut piece_of = |triangle: u32| piece_of_root[joined.root(triangle) as usize];
     open.iter().for_each(|&t| list[piece_of(t)].open_edges += 1);
     turned.iter().for_each(|&t| list[piece_of(t)].turned_edges += 1);
+    let owners = crowded.iter().map(|edge| edge.iter().map(|&t| piece_of(t)).collect());
+    Pieces { meeting: meeting(&list, owners), list }
+}
+
+/// Returns the triangles that have a `kind` and corners apart from each other, by their places
+/// among those that are welded, and their edges.
+fn edges(welded: &Welded, kind: impl Fn(usize) -> Option<u32>) -> (Vec<u32>, Vec<Edge>) {
+    let (mut members, mut edges) = (Vec::new(), Vec::new());
+    for ((triangle, &[a, b, c]), &index) in (0..).zip(&welded.vertices).zip(&welded.triangles) {
+        let Some(kind) = kind(index) else { continue };
+        if a == b || b == c || c == a {
+            continue;
+        }
+        members.push(triangle);
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            let ends = [p.min(q), p.max(q)];
+            edges.push(Edge { kind, ends, triangle, forward: p < q });
+        }
+    }
+    (members, edges)
+}
+
+/// Triangles that are joined by their edges, and the edges that join them badly.
+struct Seams {
+    joined: Joined,
+    /// A triangle for each edge of it that has no other one.
+    open: Vec<u32>,
+    /// One of the two triangles of each edge that face opposite ways.
+    turned: Vec<u32>,
+    /// The triangles of each edge that has more than two.
+    crowded: Vec<Vec<u32>>,
+}
+
+impl Seams {
+    /// Joins so many triangles by their edges, which are sorted.
+    fn of(edges: &[Edge], triangles: usize) -> Self {
+        let joined = Joined::new(triangles);
+        let (open, turned, crowded) = (Vec::new(), Vec::new(), Vec::new());
+        let mut seams = Self { joined, open, turned, crowded };
+        for edge in edges.chunk_by(|e, f| (e.kind, e.ends) == (f.kind, f.ends)) {
+            match edge {
+                [e, f] => {
+                    seams.joined.join(e.triangle, f.triangle);
+                    if e.forward == f.forward {
+                        seams.turned.push(e.triangle);
+                    }
+                }
+                _ => seams.add_odd(edge),
+            }
+        }
+        seams
+    }
+
+    /// Joins the triangles of an edge of one, or of more than two. Solids listed one after the
+    /// other may share an edge: each gets its own two triangles.
+    fn add_odd(&mut self, edge: &[Edge]) {
+        let mut waiting: Vec<&Edge> = Vec::new();
+        for e in edge {
+            match waiting.pop_if(|f| f.forward != e.forward) {
+                Some(f) => self.joined.join(e.triangle, f.triangle),
+                None => waiting.push(e),
+            }
+        }
+        self.open.extend(waiting.iter().map(|e| e.triangle));
+        if edge.len() > 2 {
+            self.crowded.push(edge.iter().map(|e| e.triangle).collect());
+        }
+    }
+}
+
+/// Returns the pairs of pieces that meet in edges, of which each is given by the pieces of its
+/// triangles.
+fn meeting(list: &[Piece], edges: impl Iterator<Item = Vec<usize>>) -> Vec<[usize; 2]> {
     let mut meeting = Vec::new();
-    for triangles in &crowded {
-        let mut owners: Vec<usize> = triangles.iter().map(|&t| piece_of(t)).collect();
+    for mut owners in edges {
         owners.sort_unstable();
         owners.dedup();
         match owners[..] {
@@ -186,7 +218,7 @@ pub(super) fn pieces(
     }
     meeting.sort_unstable();
     meeting.dedup();
-    Pieces { list, meeting }
+    meeting
 }
 
 /// Sets of triangles that are merged one by one (union-find).

@@ -1,6 +1,6 @@
 //! The summary of a result that fits on one screen, as `phylux run` prints it at its end.
 
-use std::{collections::HashSet, fmt::Write};
+use std::{collections::HashSet, fmt::Write, iter::once};
 
 use super::{
     Page,
@@ -17,8 +17,8 @@ use phylux_core::{
 };
 use phylux_results::quantity::{Per, Quantity};
 use phylux_results::result::{
-    AbsorbedByFace, BandResult, CaptorResult, FaceResult, GroupResult, NearestResult, PerKwh,
-    RunResult, Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
+    AbsorbedByFace, BandResult, CaptorResult, Electricity, FaceResult, GroupResult, NearestResult,
+    PerKwh, RunResult, Share, SumUnit, ToleranceResult, Uniformity, WorstResult,
 };
 
 /// The most bands that are shown.
@@ -420,21 +420,65 @@ fn own_rows(table: &mut Table, groups: &[&GroupResult]) {
 /// Writes what the light of each lamp costs, where it goes, and what groups have of it.
 fn electricity(page: &Page, text: &mut String, result: &RunResult) {
     let Some(found) = &result.electricity else { return };
-    let bands = shown_bands(page, result);
-    let names = || bands.iter().map(|&b| result.bands[b].name.clone());
-    let cells = |of: &[Option<f64>]| -> Vec<String> {
-        bands.iter().map(|&b| of[b].map_or("-".into(), short)).collect()
+    let shown = ShownBands { bands: shown_bands(page, result), result };
+    per_electricity(page, text, found, &shown);
+    let Some(groups) = &found.groups else {
+        let words = words![
+            "  where it goes is not known, as other lights shine too: run with ",
+            setting("by_light").on(),
+            "\n"
+        ];
+        text.push_str(&words.spelled(page.spelling));
+        return;
     };
+    if let Some(all) = &found.shares {
+        let mut table = Table::new("share of the light", shown.names(), "standard error");
+        for (name, Share { share, share_se }) in all.all() {
+            shown.line(&mut table, name, share, share_se);
+        }
+        table.below(text, page);
+    }
+    let planes = groups.iter().filter_map(|(name, group)| Some((name, group.plane.as_ref()?)));
+    let planes: Vec<_> = planes.collect();
+    let mut table = Table::new("planes of sensors", shown.names(), "standard error");
+    for (name, plane) in planes.iter().take(page.shown(SHOWN_GROUPS)) {
+        let Share { share, share_se } = &plane.share;
+        let title = format!("{name}, share of {} m2", short(plane.area));
+        shown.line(&mut table, &title, share, share_se);
+        shown.line(&mut table, "  mol/kWh", &plane.mol_per_kwh, &plane.mol_per_kwh_se);
+        shown.line(&mut table, "  kWh/mol", &plane.kwh_per_mol, &plane.kwh_per_mol_se);
+    }
+    some_groups(page, text, &table, planes.len());
+    // what arrives on the small area of a sensor itself says little
+    let groups = groups.iter().filter(|(_, group)| page.full || group.of == "absorbed");
+    let groups: Vec<_> = groups.collect();
+    let mut table = Table::new("share of groups", shown.names(), "standard error");
+    for (name, group) in groups.iter().take(page.shown(SHOWN_GROUPS)) {
+        let title = format!("{name}, {}", group.of);
+        shown.line(&mut table, &title, &group.share.share, &group.share.share_se);
+        shown.line(&mut table, "  mol/kWh", &group.mol_per_kwh, &group.mol_per_kwh_se);
+    }
+    some_groups(page, text, &table, groups.len());
+}
+
+/// Writes a table that has the first of so many groups, if it has rows.
+fn some_groups(page: &Page, text: &mut String, table: &Table, count: usize) {
+    if !table.is_empty() {
+        table.below(text, page);
+        text.push_str(&page.more(count, SHOWN_GROUPS));
+    }
+}
+
+/// Writes the light of each lamp, and of all, over what it takes.
+fn per_electricity(page: &Page, text: &mut String, found: &Electricity, shown: &ShownBands) {
     let with_watts = |watts: f64, values: &[f64]| {
-        [short(watts)]
-            .into_iter()
-            .chain(bands.iter().map(|&b| short(values[b])))
-            .collect::<Vec<_>>()
+        let values = shown.bands.iter().map(|&b| short(values[b]));
+        once(short(watts)).chain(values).collect::<Vec<_>>()
     };
-    let heads = ["W".to_string()].into_iter().chain(names());
+    let heads = once("W".to_string()).chain(shown.names());
     let mut table = Table::new("light per electricity", heads, "");
-    let units = bands.iter().map(|&b| found.unit[b].to_string());
-    table.row("", [String::new()].into_iter().chain(units), "");
+    let units = shown.bands.iter().map(|&b| found.unit[b].to_string());
+    table.row("", once(String::new()).chain(units), "");
     for (name, lamp) in found.lights.iter().take(page.shown(SHOWN_GROUPS)) {
         table.row(format!("  {name}"), with_watts(lamp.watts, &lamp.per_watt), "");
     }
@@ -447,57 +491,33 @@ fn electricity(page: &Page, text: &mut String, result: &RunResult) {
     for (name, of) in [("  mol/kWh", mol_per_kwh), ("  kWh/mol", kwh_per_mol)] {
         // results of before do not have them
         if of.iter().any(Option::is_some) {
-            table.row(name, [String::new()].into_iter().chain(cells(of)), "");
+            table.row(name, once(String::new()).chain(shown.cells(of)), "");
         }
     }
     table.below(text, page);
-    let Some(groups) = &found.groups else {
-        let words = words![
-            "  where it goes is not known, as other lights shine too: run with ",
-            setting("by_light").on(),
-            "\n"
-        ];
-        text.push_str(&words.spelled(page.spelling));
-        return;
-    };
-    let line = |table: &mut Table, name: &str, of: &[Option<f64>], errors: &[Option<f64>]| {
-        if bands.iter().any(|&b| of[b].is_some()) {
-            let most = bands.iter().filter_map(|&b| errors[b]).fold(0.0, f64::max);
-            table.row(format!("  {name}"), cells(of), format!("at most {}", short(most)));
+}
+
+/// The bands and sums that are shown of a result.
+struct ShownBands<'a> {
+    bands: Vec<usize>,
+    result: &'a RunResult,
+}
+
+impl ShownBands<'_> {
+    fn names(&self) -> impl Iterator<Item = String> {
+        self.bands.iter().map(|&b| self.result.bands[b].name.clone())
+    }
+
+    fn cells(&self, of: &[Option<f64>]) -> Vec<String> {
+        self.bands.iter().map(|&b| of[b].map_or("-".into(), short)).collect()
+    }
+
+    /// Adds a row of values with the largest of their standard errors, if any of them is known.
+    fn line(&self, table: &mut Table, name: &str, of: &[Option<f64>], errors: &[Option<f64>]) {
+        if self.bands.iter().any(|&b| of[b].is_some()) {
+            let most = self.bands.iter().filter_map(|&b| errors[b]).fold(0.0, f64::max);
+            table.row(format!("  {name}"), self.cells(of), format!("at most {}", short(most)));
         }
-    };
-    if let Some(all) = &found.shares {
-        let mut table = Table::new("share of the light", names(), "standard error");
-        for (name, Share { share, share_se }) in all.all() {
-            line(&mut table, name, share, share_se);
-        }
-        table.below(text, page);
-    }
-    let planes = groups.iter().filter_map(|(name, group)| Some((name, group.plane.as_ref()?)));
-    let planes: Vec<_> = planes.collect();
-    let mut table = Table::new("planes of sensors", names(), "standard error");
-    for (name, plane) in planes.iter().take(page.shown(SHOWN_GROUPS)) {
-        let Share { share, share_se } = &plane.share;
-        line(&mut table, &format!("{name}, share of {} m2", short(plane.area)), share, share_se);
-        line(&mut table, "  mol/kWh", &plane.mol_per_kwh, &plane.mol_per_kwh_se);
-        line(&mut table, "  kWh/mol", &plane.kwh_per_mol, &plane.kwh_per_mol_se);
-    }
-    if !table.is_empty() {
-        table.below(text, page);
-        text.push_str(&page.more(planes.len(), SHOWN_GROUPS));
-    }
-    // what arrives on the small area of a sensor itself says little
-    let groups = groups.iter().filter(|(_, group)| page.full || group.of == "absorbed");
-    let groups: Vec<_> = groups.collect();
-    let mut table = Table::new("share of groups", names(), "standard error");
-    for (name, group) in groups.iter().take(page.shown(SHOWN_GROUPS)) {
-        let title = format!("{name}, {}", group.of);
-        line(&mut table, &title, &group.share.share, &group.share.share_se);
-        line(&mut table, "  mol/kWh", &group.mol_per_kwh, &group.mol_per_kwh_se);
-    }
-    if !table.is_empty() {
-        table.below(text, page);
-        text.push_str(&page.more(groups.len(), SHOWN_GROUPS));
     }
 }
 

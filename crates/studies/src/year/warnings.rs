@@ -4,6 +4,7 @@ use super::{
     hours::Lamp,
     interpolated::MANY,
     part::{Part, too_few_photons},
+    product::{Found, Wanted},
 };
 use phylux_core::transport::paths::Unseen;
 use phylux_results::result::FEW_HISTORIES;
@@ -11,9 +12,30 @@ use phylux_results::result::FEW_HISTORIES;
 /// Fraction of the daylight above which sunlight that is not found hour by hour is worth a warning.
 const UNSEEN: f64 = 1e-3;
 
+/// Returns the warnings about what was `found` of the light of `parts` and of the `lamps` that are
+/// switched.
+pub(super) fn of_light(
+    parts: &[Part],
+    lamps: &[(usize, Lamp)],
+    wanted: &Wanted,
+    found: &Found,
+    seed: u64,
+) -> Vec<String> {
+    let (all, by_hour) = (wanted.hours.len(), wanted.hours.iter().flatten().count());
+    let unseen = Unseen::of_suns(parts[0].scene, seed);
+    let others = [
+        unseen.and_then(|unseen| unseen_sun(&unseen)),
+        interpolated(found.interpolated, all),
+        hours_by_few(found.by_few, by_hour),
+        other_areas(parts),
+        no_faces(parts),
+    ];
+    few_photons(parts, lamps).into_iter().chain(others.into_iter().flatten()).collect()
+}
+
 /// Returns warnings of captors on whose fronts too few photons of daylight, or of the lamps that are
 /// lit, arrived to estimate an error.
-pub(super) fn few_photons(parts: &[Part], lamps: &[(usize, Lamp)]) -> Vec<String> {
+fn few_photons(parts: &[Part], lamps: &[(usize, Lamp)]) -> Vec<String> {
     let is_lit = |(_, lamp): &&(usize, Lamp)| lamp.on.iter().any(|on| *on > 0.0);
     let lit: Vec<usize> = lamps.iter().filter(is_lit).map(|(lamp, _)| *lamp).collect();
     let daylight = parts
@@ -26,7 +48,7 @@ pub(super) fn few_photons(parts: &[Part], lamps: &[(usize, Lamp)]) -> Vec<String
 
 /// Returns a warning if at more than a few captors and groups the light of hours is less sure
 /// because it is interpolated than because of chance.
-pub(super) fn interpolated(many: usize, all: usize) -> Option<String> {
+fn interpolated(many: usize, all: usize) -> Option<String> {
     (many as f64 > MANY * all as f64).then(|| {
         format!(
             "hours are interpolated: at {many} of {all} captors and groups this makes up most of their errors; \
@@ -37,7 +59,7 @@ pub(super) fn interpolated(many: usize, all: usize) -> Option<String> {
 
 /// Returns a warning if at more than a few captors and groups most hours are found by few photons:
 /// an hour has the photons of four bundles of suns alone, where sums have those of all.
-pub(super) fn hours_by_few(few: usize, all: usize) -> Option<String> {
+fn hours_by_few(few: usize, all: usize) -> Option<String> {
     (few as f64 > MANY * all as f64).then(|| {
         format!(
             "hours have few photons: at {few} of {all} captors and groups fewer than some {FEW_HISTORIES} make up \
@@ -48,7 +70,7 @@ pub(super) fn hours_by_few(few: usize, all: usize) -> Option<String> {
 
 /// Returns a warning of sunlight that is mirrored or refracted but not found hour by hour; `None` if
 /// there is hardly any.
-pub(super) fn unseen_sun(unseen: &Unseen) -> Option<String> {
+fn unseen_sun(unseen: &Unseen) -> Option<String> {
     let share = unseen.share();
     (share > UNSEEN).then(|| {
         format!(
@@ -60,7 +82,7 @@ pub(super) fn unseen_sun(unseen: &Unseen) -> Option<String> {
 }
 
 /// Returns a warning if captors are larger or smaller in some states than in the first scene.
-pub(super) fn other_areas(parts: &[Part]) -> Option<String> {
+fn other_areas(parts: &[Part]) -> Option<String> {
     let captors = parts[0].scene.captors();
     let differs = |captor: &usize| {
         let area = |part: &Part| part.scene.captors()[*captor].area;
@@ -78,7 +100,7 @@ pub(super) fn other_areas(parts: &[Part]) -> Option<String> {
 }
 
 /// Returns a warning if the scene asks for what surfaces absorb on each face: a year has their sum.
-pub(super) fn no_faces(parts: &[Part]) -> Option<String> {
+fn no_faces(parts: &[Part]) -> Option<String> {
     parts[0].scene.absorbed_by_face().then(|| {
         "`absorbed_by_face`: a year tells what surfaces absorb on both faces together; run an hour for each face \
          (docs/year.md#warnings-of-a-year)"
