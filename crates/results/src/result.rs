@@ -142,6 +142,9 @@ pub struct RunResult {
     /// than one flat mirror), per band, in [0, 1]. Absent where there can be none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unseen: Option<Vec<f64>>,
+    /// About the standard error of it, by the number of photons that found such light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unseen_se: Option<Vec<f64>>,
     /// For paths: the fraction of them that the length limits cut off, in [0, 1]; light that they
     /// could still have found is missing. Absent where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]

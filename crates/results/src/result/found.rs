@@ -97,6 +97,9 @@ impl RunResult {
             energy,
             electricity: Electricity::new(scene, totals, !alone),
             unseen: simulation.unseen().map(|unseen| shares(scene, unseen)),
+            unseen_se: simulation.unseen().map(|unseen| {
+                shares(scene, unseen).into_iter().map(|share| unseen.error_of(share)).collect()
+            }),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
             tolerance: simulation.accuracy().map(|found| ToleranceResult::new(scene, found)),
             map: map.map(|map| MapResult { arrivals: map.arrivals(), photons: map.histories }),

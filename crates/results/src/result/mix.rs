@@ -118,6 +118,7 @@ impl RunResult {
             bands: self.bands.clone(),
             ratios: self.ratios.clone(),
             unseen: self.unseen.clone(),
+            unseen_se: self.unseen_se.clone(),
             ..*self
         };
         mix.add_dependence(self, &mut result);

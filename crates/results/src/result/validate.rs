@@ -27,6 +27,7 @@ impl RunResult {
         parts.chain([&self.energy]).all(|energy| energy.is_valid(bands))
             && factors.all(|factor| factor.is_valid(own))
             && self.unseen.iter().all(|shares| are_values(shares, bands))
+            && self.unseen_se.iter().all(|errors| are_values(errors, bands))
             && self.cut_off.is_none_or(is_possible)
             && self.period_h.is_none_or(is_possible)
             && self.tolerance.iter().all(ToleranceResult::is_valid)

@@ -61,6 +61,7 @@ impl Year {
             },
             electricity: None,
             unseen: None,
+            unseen_se: None,
             cut_off: None,
             tolerance: None,
             map: None,
