@@ -91,7 +91,8 @@ fn values(run: &RunResult) -> Vec<Value> {
         }
         let of_faces = [Some(&group.front), group.back.as_ref()].into_iter().flatten();
         let ratios = of_faces.map(|face| &face.ratios).chain([&group.absorbed_ratios]);
-        for (i, Ratios { ratio, ratio_se, .. }) in ratios.flatten().enumerate() {
+        for (i, found) in ratios.flatten().enumerate() {
+            let Ratios { ratio, ratio_se, .. } = &**found;
             for (r, (value, error)) in ratio.iter().zip(ratio_se).enumerate() {
                 let what = format!("{}, ratio {r} of list {i}", group.id);
                 all.push(Value { what, value: value.unwrap_or(0.0), error: *error });

@@ -386,10 +386,10 @@ pub struct Whole {
     pub own: Own,
     /// What the surfaces absorbed of the light on each face, where the scene asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_by_face: Option<AbsorbedByFace>,
+    pub absorbed_by_face: Option<Box<AbsorbedByFace>>,
     /// Ratios of the power that the surfaces absorbed, where the scene asks for ratios.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_ratios: Option<Ratios>,
+    pub absorbed_ratios: Option<Box<Ratios>>,
 }
 
 /// Power that a captor absorbed of one light.
@@ -401,10 +401,10 @@ pub struct Absorbed {
     pub absorbed_se: Vec<Option<f64>>,
     /// The parts of it by face, where the scene asks for them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_by_face: Option<AbsorbedByFace>,
+    pub absorbed_by_face: Option<Box<AbsorbedByFace>>,
     /// Ratios of this power, where the scene asks for ratios.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_ratios: Option<Ratios>,
+    pub absorbed_ratios: Option<Box<Ratios>>,
 }
 
 /// Power that surfaces absorbed of the light on each face, per band; both add up to what they
@@ -526,7 +526,7 @@ pub struct FaceResult {
     pub dli_se: Option<Vec<Option<f64>>>,
     /// Ratios of the light that arrived, where the scene asks for ratios.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ratios: Option<Ratios>,
+    pub ratios: Option<Box<Ratios>>,
     /// Whether value and standard error may be far too small: because few paths found most of the
     /// light, because paths missed light that photons found here, or because fewer than 30
     /// histories of photons came here.

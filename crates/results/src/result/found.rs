@@ -441,12 +441,12 @@ fn whole(scene: &Scene, totals: &Totals, channel: usize) -> Whole {
         let absorbed_by_face = scene.absorbed_by_face().then(|| {
             let first = channel - Channel::Absorbed as usize + ABSORBED_FRONT;
             let [front, back] = [first, first + 1].map(|channel| Sums::of(totals, channel));
-            AbsorbedByFace {
+            Box::new(AbsorbedByFace {
                 front: front.mean,
                 front_se: front.standard_error,
                 back: back.mean,
                 back_se: back.standard_error,
-            }
+            })
         });
         Absorbed { absorbed: mean, absorbed_se: standard_error, absorbed_by_face, absorbed_ratios }
     };

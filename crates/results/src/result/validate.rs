@@ -98,7 +98,7 @@ impl Row<'_> {
             let faces = (0..3).filter_map(|face| quantity.at(self, face));
             faces.map(|column| (column, quantity.width(bands, ratios)))
         });
-        let found = self.faces.iter().flatten().filter_map(|face| face.ratios.as_ref());
+        let found = self.faces.iter().flatten().filter_map(|face| face.ratios.as_deref());
         let knn = self.faces.iter().flatten().filter_map(|face| face.knn.as_ref()?.as_deref());
         columns.into_iter().all(|(column, width)| column.is_valid(width))
             && found.chain(self.absorbed_ratios).all(|found| found.has_covariances(ratios))
