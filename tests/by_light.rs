@@ -176,7 +176,11 @@ fn a_mix_is_linear() {
     // a mix of a mix, and results that are read again from their file
     let half = mix([0.5, 1.0, 4.0]).mix(&factors([2.0, 1.0, 0.25])).expect("a mix");
     assert_eq!(value(&half)["captors"], value(&same)["captors"]);
-    let ones = factors([1.0; 3]).into_iter().map(|(name, one)| (name, Factor::All(one)));
+    let all = |f: [f64; 3]| factors(f).into_iter().map(|(name, one)| (name, Factor::All(one)));
+    // one that gives up what it is made of is the same
+    let own = split.clone().into_mixed(&all([0.5, 1.0, 4.0]).collect()).expect("a mix");
+    assert_eq!(value(&own), value(&mix([0.5, 1.0, 4.0])));
+    let ones = all([1.0; 3]);
     assert_eq!(half.mixed, Some(ones.collect()));
     let read: RunResult = serde_json::from_str(&value(&split).to_string()).expect("a result");
     assert_eq!(value(&read), value(&split));

@@ -926,8 +926,9 @@ fn errors_of_outer_walls_are_honest() {
 }
 
 /// Straight shadow edges across 180 discs: the intervals of their sunlit shares hold the closed form,
-/// the share of a disc beyond a chord, in 91 % at least. Seed 1; if 95 % hold, the odds of fewer than
-/// 91 % are 1 %; the test repeats itself on no other seed.
+/// the share of a disc beyond a chord, in 91 % at least, and the errors of the discs that an edge
+/// crosses state is at most a quarter larger than the true one. Seed 1; if 95 % hold, the odds of fewer
+/// than 91 % are 1 %; the root of the mean square of some 160 has an error of 6 %.
 #[test]
 fn intervals_of_sunlit_shares_hold() {
     const DISCS: usize = 180;
@@ -947,7 +948,7 @@ fn intervals_of_sunlit_shares_hold() {
         .light(json!({ "type": "sun", "irradiance": 800, "half_angle_deg": 0 }))
         .edited(|scene| scene["captors"] = (0..DISCS).map(disc).collect())
         .run(1000, 1);
-    let mut held = 0;
+    let (mut held, mut squares) = (0, [0.0; 2]);
     for captor in &result.captors {
         // the sun shines on what lies at x below 0
         let t = (-captor.center[0] / RADIUS).clamp(-1.0, 1.0);
@@ -955,6 +956,13 @@ fn intervals_of_sunlit_shares_hold() {
         let (found, error) = sunlit(&captor.own);
         held += usize::from((found - share).abs() <= 1.98 * error);
         assert!(error < 0.1, "{}: {error}", captor.id);
+        if t.abs() < 1.0 {
+            let [stated, true_one] = &mut squares;
+            (*stated, *true_one) = (*stated + error * error, *true_one + (found - share).powi(2));
+        }
     }
     assert!(held as f64 >= 0.91 * DISCS as f64, "{held} of {DISCS}");
+    let [stated, true_one] = squares;
+    let times = (stated / true_one).sqrt();
+    assert!((0.85..1.25).contains(&times), "{times} times the true error");
 }

@@ -13,7 +13,7 @@ use phylux::{
 use serde_json::{Value, json};
 
 use crate::{
-    bad_input::bad_scene,
+    bad_input::{bad_scene, phylux},
     common::{run_file, sunlit},
     exact::Comparisons,
     world::{Mesh, Point, World, back, front},
@@ -955,6 +955,32 @@ fn the_hill_hides_the_sun() {
                     let (in_sun, error) = sunlit(&found.own);
                     assert!((in_sun - share).abs() <= 5.0 * error, "{what}: {in_sun} {error}");
                 }
+            }
+        }
+    }
+}
+
+/// A sun that stands behind the slope is named as such by `check` and `run`, also beside a sky, and not
+/// as a light without power; one in front of it is not.
+#[test]
+fn a_sun_behind_the_slope_is_named() {
+    for (azimuth, is_behind) in [(90.0, true), (270.0, false)] {
+        for with_sky in [false, true] {
+            let world = World::new()
+                .with("periodic", json!({ "x": [0, 0.8], "y": [0, 1], "slope": [0.4, 0] }))
+                .with("sun_at", json!({ "elevation_deg": 20, "azimuth_deg": azimuth }))
+                .light(json!({ "name": "low sun", "type": "sun", "irradiance": 700 }))
+                .captor("up", &Mesh::square([0.4, 0.8, 0.5], UP, 0.1));
+            let world = if with_sky { world.light(sky()) } else { world };
+            let scene = world.write();
+            for command in
+                [&["check", "scene.json"][..], &["run", "scene.json", "--photons", "1e4"]]
+            {
+                let output = phylux(&scene.path(""), command);
+                let said = String::from_utf8_lossy(&output.stderr);
+                let named = said.contains("behind the slope") && said.contains("`low sun`");
+                assert_eq!(named, is_behind, "{azimuth}: {said}");
+                assert!(!said.contains("without power"), "{said}");
             }
         }
     }

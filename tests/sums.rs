@@ -200,7 +200,7 @@ fn mixes_have_ratios() {
         let on_faces = faces.filter(|face| face.photons > 0).map(|face| face.ratios.clone());
         let absorbed = result.captors.iter().filter(|captor| captor.absorbed.is_some());
         let all = on_faces.chain(absorbed.map(|captor| captor.absorbed_ratios.clone()));
-        all.map(|ratios| ratios.expect("ratios")).collect()
+        all.map(|ratios| *ratios.expect("ratios")).collect()
     };
     assert_eq!(ratios(&even), ratios(&by_bands));
     let all = [&result, &same, &uneven, &back].map(ratios);

@@ -7,6 +7,7 @@ import json
 import math
 import numbers as kinds
 import os
+import sys
 import unicodedata
 from collections.abc import Callable, Iterable, KeysView, Mapping, Sequence, ValuesView
 from decimal import Decimal
@@ -45,8 +46,10 @@ def plain(value: Any, place: str) -> Any:
 
 def _plain(value: Any) -> Any:
     kind = type(value)
-    if kind is int or kind is bool or value is None or kind is float and math.isfinite(value):
+    if kind is bool or value is None or kind is float and math.isfinite(value):
         return value
+    if kind is int:
+        return _whole(value)
     if isinstance(value, str):
         return _text(value)
     if isinstance(value, Mapping):
@@ -58,7 +61,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (Sequence, KeysView, ValuesView)) and not isinstance(value, (bytes, bytearray, memoryview)):
         return _each(value, _plain)
     if isinstance(value, kinds.Integral):
-        return int(value)
+        return _whole(int(value))
     if isinstance(value, (kinds.Real, Decimal)):
         return _finite(value)
     if is_missing(value):
@@ -138,10 +141,22 @@ def _text(value: str) -> str:
     return found
 
 
+def _whole(value: int) -> int:
+    if abs(value) > sys.float_info.max:
+        raise _too_large()
+    return value
+
+
+def _too_large() -> _No:
+    return _No(f"is beyond {sys.float_info.max:.2g}, the largest number", "give a smaller one")
+
+
 def _finite(value: Any) -> float:
     try:
         number = float(value.item() if hasattr(value, "item") else value)
-    except (TypeError, ValueError, OverflowError):
+    except OverflowError:
+        raise _too_large() from None
+    except (TypeError, ValueError):
         raise _No(f"{value!r} is no number", "give a number") from None
     if not math.isfinite(number):
         raise _No(f"{number} is no finite number", "give a finite one")

@@ -52,7 +52,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let result = read_json(&arguments.results)?;
     let entries = entries.into_iter().map(|(name, factor)| (name, Factor::All(factor))).collect();
     let mix = Mix::new(&result, entries, arguments.calibration.as_deref())?;
-    let mixed = mix.of(&result).map_err(|e| e.at(arguments.results.display()))?;
+    let mixed = mix.of_own(result).map_err(|e| e.at(arguments.results.display()))?;
     let ids = mixed.captors.iter().map(|captor| captor.id.as_str());
     places.extend(outputs.captor_places(ids, &read)?);
     check_places(&places, &read)?;

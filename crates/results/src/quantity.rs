@@ -244,7 +244,7 @@ pub static QUANTITIES: [Quantity; 14] = [
             "numerator / denominator of the light that arrived (was absorbed); null where the \
              denominator found nothing",
         ],
-        ..of_faces("ratio", Measure::Number, |face| face.ratios.as_ref().map(Column::of_ratios))
+        ..of_faces("ratio", Measure::Number, |face| face.ratios.as_deref().map(Column::of_ratios))
     },
     Quantity {
         array: "absorbed_ratios",
@@ -283,8 +283,8 @@ pub static QUANTITIES: [Quantity; 14] = [
             "with [`sunlit`](scene-format.md#top-level): the fraction of the area that has a \
              straight path to the sun, also through thin panes, by one of its faces or by the \
              front of a sensor that counts one side; of groups the mean over their area. By shadow \
-             rays from 64 points (fewer with more than 5,000 captors, at least 8); the error is at \
-             least one point",
+             rays from 72 points (fewer with more than 5,000 captors, at least 8): two in each of \
+             36 even parts, whose differences give the error; it is at least one point",
         ],
         ..entry("sunlit", Find::Own)
     },

@@ -142,6 +142,9 @@ pub struct RunResult {
     /// than one flat mirror), per band, in [0, 1]. Absent where there can be none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unseen: Option<Vec<f64>>,
+    /// About the standard error of it, by the number of photons that found such light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unseen_se: Option<Vec<f64>>,
     /// For paths: the fraction of them that the length limits cut off, in [0, 1]; light that they
     /// could still have found is missing. Absent where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -383,10 +386,10 @@ pub struct Whole {
     pub own: Own,
     /// What the surfaces absorbed of the light on each face, where the scene asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_by_face: Option<AbsorbedByFace>,
+    pub absorbed_by_face: Option<Box<AbsorbedByFace>>,
     /// Ratios of the power that the surfaces absorbed, where the scene asks for ratios.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_ratios: Option<Ratios>,
+    pub absorbed_ratios: Option<Box<Ratios>>,
 }
 
 /// Power that a captor absorbed of one light.
@@ -398,10 +401,10 @@ pub struct Absorbed {
     pub absorbed_se: Vec<Option<f64>>,
     /// The parts of it by face, where the scene asks for them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_by_face: Option<AbsorbedByFace>,
+    pub absorbed_by_face: Option<Box<AbsorbedByFace>>,
     /// Ratios of this power, where the scene asks for ratios.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absorbed_ratios: Option<Ratios>,
+    pub absorbed_ratios: Option<Box<Ratios>>,
 }
 
 /// Power that surfaces absorbed of the light on each face, per band; both add up to what they
@@ -528,7 +531,7 @@ pub struct FaceResult {
     pub dli_se: Option<Vec<Option<f64>>>,
     /// Ratios of the light that arrived, where the scene asks for ratios.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ratios: Option<Ratios>,
+    pub ratios: Option<Box<Ratios>>,
     /// Whether value and standard error may be far too small: because few paths found most of the
     /// light, because paths missed light that photons found here, or because fewer than 30
     /// histories of photons came here.

@@ -30,7 +30,8 @@ use phylux_core::{
     scene::{
         captor::{Captor, CaptorKind},
         daylight::InfiniteLight,
-        light::Entrance,
+        lattice::Lattice,
+        light::{Entrance, Light},
         material::{Material, Scatterer},
         world::{FlushLight, LOOKED_AT, Scene, Standing},
     },
@@ -269,7 +270,20 @@ fn check_distances(scene: &Scene, remarks: &mut Remarks) {
 }
 
 fn check_lights(scene: &Scene, remarks: &mut Remarks) {
-    let dark = scene.lights().iter().filter(|light| light.power.iter().all(|&p| p == 0.0));
+    let is_behind = |light: &Light| {
+        let hillside = scene.lattice().and_then(Lattice::hillside);
+        let infinite = light.entrance().map(|entrance| &entrance.light);
+        hillside.zip(infinite).is_some_and(|(hillside, light)| light.is_behind(hillside))
+    };
+    let behind = scene.lights().iter().filter(|light| is_behind(light));
+    remarks.warn_of(quoted(behind.map(|light| &light.name)), |list| {
+        format!(
+            "lights whose sun stands behind the slope of the ground, from where none of it arrives: {list}; check \
+            where the sun stands, and `slope` (docs/scene-format.md#scenes-that-repeat)"
+        )
+    });
+    let is_dark = |light: &&Light| light.power.iter().all(|&p| p == 0.0);
+    let dark = scene.lights().iter().filter(is_dark).filter(|light| !is_behind(light));
     remarks.warn_of(quoted(dark.map(|light| &light.name)), |list| {
         format!("lights without power in any band: {list}; give them power or remove them")
     });

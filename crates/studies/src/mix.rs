@@ -36,8 +36,20 @@ impl Mix {
     /// Returns what the run of the result would have found with the factors. Errors then include those
     /// of the calibration's factors. Errors: those of [`RunResult::mix_bands`].
     pub fn of(&self, result: &RunResult) -> Result<RunResult> {
+        self.made_by(|factors| result.mix_bands(factors))
+    }
+
+    /// Does the same, and [gives up](RunResult::into_mixed) the result, which may be large.
+    pub fn of_own(&self, result: RunResult) -> Result<RunResult> {
+        self.made_by(|factors| result.into_mixed(factors))
+    }
+
+    fn made_by(
+        &self,
+        mix: impl FnOnce(&ByLight<Factor>) -> Result<RunResult>,
+    ) -> Result<RunResult> {
         let Some(Calibrated { factors: own, errors }) = &self.calibration else {
-            return result.mix_bands(&self.factors);
+            return mix(&self.factors);
         };
         // one mix knows more of the errors of ratios than two
         let mut all = own.clone();
@@ -45,7 +57,7 @@ impl Mix {
             let product = all.get(light).map_or_else(|| factor.clone(), |own| own.times(factor));
             all.insert(light.clone(), product);
         }
-        let mixed = result.mix_bands(&all)?;
+        let mixed = mix(&all)?;
         let Some(errors) = errors else { return Ok(mixed) };
         let mut warnings = mixed.warnings_of_scene();
         if mixed.sensitivity.is_some() {

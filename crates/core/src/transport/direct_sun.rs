@@ -1,11 +1,6 @@
 //! Direct and mirrored sunlight on captors, found by shadow rays.
 
-use std::{
-    ops::Range,
-    sync::atomic::{AtomicBool, Ordering},
-};
-
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{
     math::{
@@ -13,7 +8,7 @@ use crate::{
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
-        captor::{CHANNELS, Captor, CaptorKind, Channel},
+        captor::{CaptorKind, Channel},
         daylight::InfiniteLight,
         world::Scene,
     },
@@ -106,130 +101,6 @@ pub fn direct_sun(
     with_lanes!(scene.lanes(), L => of_captor::<L>(scene, captor, channels, lights, seed, rays, stop))
 }
 
-/// Number of points of each captor for its sunlit share, up to [`SunRays::CAPTORS`] captors; at least
-/// one in each of [`SETS`] sets.
-const SHARE_POINTS: u64 = 64;
-
-/// Returns the fraction of each captor's area that has a straight path to the sun, also through thin
-/// panes, by one of its faces, or by the front of a sensor that counts one side; with its
-/// [standard error](error_of_share). The scene has one sun. The same seed gives the same values on any
-/// number of threads. `None` if no sun is there, or if there are several.
-pub fn sunlit_shares(scene: &Scene, seed: u64) -> Option<Vec<[f64; 2]>> {
-    let light = only_sun(scene)?;
-    let captors = scene.captors().len() as u64;
-    let points = (SHARE_POINTS * SunRays::CAPTORS / captors.max(1)).min(SHARE_POINTS);
-    let rays = SunRays { sets: SETS, points: (points / SETS).max(1) };
-    let (channels, never) = (CHANNELS.len(), AtomicBool::new(false));
-    let share = |captor: usize| {
-        let light = std::slice::from_ref(light);
-        let row = direct_sun(scene, captor, channels, light, seed, rays, &never);
-        let [mean, error] = row.last().map_or([0.0; 2], |pair| pair.map(f64::from));
-        [mean, error_of_share(error, rays.count() as f64)]
-    };
-    Some((0..scene.captors().len()).into_par_iter().map(share).collect())
-}
-
-/// Returns the light that is the scene's one sun; `None` if no sun is there, or several are.
-fn only_sun(scene: &Scene) -> Option<&InfiniteLight> {
-    let mut suns = scene.infinite_lights().filter(|(_, light)| light.suns() > 0);
-    let (_, light) = suns.next().filter(|(_, light)| light.suns() == 1)?;
-    suns.next().is_none().then_some(light)
-}
-
-/// Number of sets of points whose spread gives the error of a sunlit share.
-const SETS: u64 = 8;
-/// The interval of 95 % by Student's distribution for so many sets, over that for the 128 batches of a
-/// run: 2.365 / 1.979.
-const WIDER: f64 = 1.195;
-
-/// Returns the standard error of a share of so many points in [`SETS`] sets, whose spread gives the
-/// error `spread` of their mean. The spread of so few is not well known itself, so that the error is
-/// larger by as much as the interval is wider. And where all sets agree by chance, one more point may
-/// still differ, as one more history may [miss](crate::math::stats::Estimate::with_misses).
-fn error_of_share(spread: f64, points: f64) -> f64 {
-    (WIDER * spread).hypot(1.0 / points)
-}
-
-/// Number of points for the sunlit shares of layers in each of [`SETS`] sets.
-const LAYER_SETS: usize = SETS as usize;
-const LAYER_POINTS: f64 = 16_384.0;
-
-/// Returns the fraction of the leaves of each layer, by area, that has a straight path to the sun,
-/// also through thin panes, by either face; with its [standard error](error_of_share). The points are
-/// spread evenly over all leaves of the scene, which has one sun. The same seed gives the same values
-/// on any number of threads. `None` for a layer in which no point lies; for the whole if the scene has
-/// no layers or not one sun.
-pub fn sunlit_layers(scene: &Scene, seed: u64) -> Option<Vec<Option<[f64; 2]>>> {
-    let mut layers = vec![[[0u64; 2]; LAYER_SETS]; scene.stand().layers.as_ref()?.areas.len()];
-    let sun = only_sun(scene)?;
-    let of_leaves = |captor: &Captor| match captor.kind {
-        CaptorKind::Surface if !scene.is_ground(captor.triangles.start) => captor.area,
-        _ => 0.0,
-    };
-    let mut end = 0.0;
-    let areas: Vec<_> = scene
-        .captors()
-        .iter()
-        .map(|captor| {
-            let start = end;
-            end += of_leaves(captor);
-            start..end
-        })
-        .collect();
-    // in each set the points of a captor are those multiples of one share of the area, from another
-    // start in each set, that lie in its range
-    let before = |set: usize, area: f64| {
-        (LAYER_POINTS * area / end + set as f64 / LAYER_SETS as f64).floor() as u64
-    };
-    let of_captor = |(captor, area): (usize, &Range<f64>)| {
-        let points = std::array::from_fn(|set| before(set, area.end) - before(set, area.start));
-        with_lanes!(scene.lanes(), L => in_layers::<L>(scene, captor, sun, seed, points))
-    };
-    let found: Vec<_> = areas.par_iter().enumerate().map(of_captor).collect();
-    for (set, layer, is_sunlit) in found.into_iter().flatten() {
-        let [points, sunlit] = &mut layers[layer][set];
-        *points += 1;
-        *sunlit += u64::from(is_sunlit);
-    }
-    Some(layers.iter().map(share_of).collect())
-}
-
-/// Looks for the sun from so many points of a captor in each set. Returns for each point that counts
-/// in a layer its set, the layer, and whether the sun shines there.
-fn in_layers<L: Lanes>(
-    scene: &Scene,
-    captor: usize,
-    sun: &InfiniteLight,
-    seed: u64,
-    points: [u64; LAYER_SETS],
-) -> Vec<(usize, usize, bool)> {
-    if points == [0; LAYER_SETS] {
-        return Vec::new();
-    }
-    let faces = [Channel::Front, Channel::Back].map(|face| Face::new(scene, captor, face));
-    let streams = Streams::new(seed, Purpose::DirectSun, captor as u64);
-    let look = |set: usize, point: u64| {
-        let rng = streams.history(point * LAYER_SETS as u64 + set as u64);
-        let mut rng = rng.with_sobol(streams.sequence(set as u64), point, NUMBERS);
-        let beam = faces[0].sunbeam::<L>(sun, &mut rng)?;
-        Some((set, faces[0].layer_of(&beam)?, faces.iter().any(|face| face.is_sunlit(&beam))))
-    };
-    let all = (0..LAYER_SETS).flat_map(|set| (0..points[set]).map(move |point| (set, point)));
-    all.filter_map(|(set, point)| look(set, point)).collect()
-}
-
-/// Returns the share of points in the sun by the counts of several sets, with its standard error.
-fn share_of(sets: &[[u64; 2]; LAYER_SETS]) -> Option<[f64; 2]> {
-    let sets = sets.map(|counts| counts.map(|count| count as f64));
-    let [points, sunlit] =
-        sets.iter().fold([0.0; 2], |[a, b], [points, sunlit]| [a + points, b + sunlit]);
-    let share = sunlit / points;
-    let squares: f64 = sets.iter().map(|[points, sunlit]| (sunlit - share * points).powi(2)).sum();
-    let n = LAYER_SETS as f64;
-    let spread = (squares * n / (n - 1.0)).sqrt();
-    (points > 0.0).then(|| [share, error_of_share(spread / points, points)])
-}
-
 fn of_captor<L: Lanes>(
     scene: &Scene,
     captor: usize,
@@ -315,13 +186,6 @@ fn of_captor<L: Lanes>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::stats::student_half_width;
-
-    #[test]
-    fn the_interval_of_few_sets_is_wider() {
-        let width = |sets: f64| student_half_width(sets - 1.0, 0.95);
-        assert!((width(SETS as f64) / width(128.0) - WIDER).abs() < 1e-3);
-    }
 
     #[test]
     fn few_captors_have_more_rays_and_very_many_fewer() {

@@ -4,7 +4,8 @@
 //! aimed at captors which photons hardly reach. `paths` traces backward paths, from the captors
 //! to the lights. `tally` and `photon_map` hold what is counted and stored; `nearest` and
 //! `surface_light` make radiance estimates of the stored photons; `direct_sun` finds direct
-//! sunlight by shadow rays; `histories` tells on which ways light reaches a captor.
+//! sunlight by shadow rays, `sunlit` the shares in the sun; `histories` tells on which ways light
+//! reaches a captor.
 //!
 //! `met` keeps account of how often light has met the parameters on which results depend.
 //!
@@ -23,6 +24,7 @@ pub mod photon_map;
 pub mod settings;
 pub mod shard;
 pub mod simulate;
+pub mod sunlit;
 pub mod surface_light;
 pub mod tally;
 pub mod trace;

@@ -114,7 +114,7 @@ impl FactorErrors {
     /// Adds to the errors of ratios what the factors bring.
     fn add_to_ratios<'a>(
         &self,
-        found: &mut Option<Ratios>,
+        found: &mut Option<Box<Ratios>>,
         ratios: &[RatioResult],
         of_lights: impl Iterator<Item = (&'a String, &'a [f64])> + Clone,
     ) {

@@ -97,6 +97,9 @@ impl RunResult {
             energy,
             electricity: Electricity::new(scene, totals, !alone),
             unseen: simulation.unseen().map(|unseen| shares(scene, unseen)),
+            unseen_se: simulation.unseen().map(|unseen| {
+                shares(scene, unseen).into_iter().map(|share| unseen.error_of(share)).collect()
+            }),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
             tolerance: simulation.accuracy().map(|found| ToleranceResult::new(scene, found)),
             map: map.map(|map| MapResult { arrivals: map.arrivals(), photons: map.histories }),
@@ -438,12 +441,12 @@ fn whole(scene: &Scene, totals: &Totals, channel: usize) -> Whole {
         let absorbed_by_face = scene.absorbed_by_face().then(|| {
             let first = channel - Channel::Absorbed as usize + ABSORBED_FRONT;
             let [front, back] = [first, first + 1].map(|channel| Sums::of(totals, channel));
-            AbsorbedByFace {
+            Box::new(AbsorbedByFace {
                 front: front.mean,
                 front_se: front.standard_error,
                 back: back.mean,
                 back_se: back.standard_error,
-            }
+            })
         });
         Absorbed { absorbed: mean, absorbed_se: standard_error, absorbed_by_face, absorbed_ratios }
     };

@@ -2,7 +2,7 @@
 
 mod sensitivity;
 
-use std::{collections::HashMap, iter::once};
+use std::{borrow::Cow, collections::HashMap, iter::once};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -35,10 +35,33 @@ impl RunResult {
     /// standard errors of sums over them are upper bounds, and so are those of ratios unless
     /// numerator and denominator are combinations of what they were.
     pub fn mix_bands(&self, factors: &ByLight<Factor>) -> Result<Self> {
+        let captors = self.captors.iter().map(Cow::Borrowed);
+        self.mixed_of(factors, captors, self.warnings_of_scene())
+    }
+
+    /// Does the same, and gives up each captor for that of the mix, so that the light on captors by
+    /// light is in memory once.
+    pub fn into_mixed(mut self, factors: &ByLight<Factor>) -> Result<Self> {
+        // sensitivities are mixed by the light on captors
+        if self.sensitivity.is_some() {
+            return self.mix_bands(factors);
+        }
+        let warnings = self.warnings_of_scene();
+        let captors = std::mem::take(&mut self.captors).into_iter().map(Cow::Owned);
+        self.mixed_of(factors, captors, warnings)
+    }
+
+    /// Mixes these captors, and all else of the results, which warn so of their scene.
+    fn mixed_of<'c>(
+        &self,
+        factors: &ByLight<Factor>,
+        captors: impl Iterator<Item = Cow<'c, CaptorResult>>,
+        mut warnings: Vec<String>,
+    ) -> Result<Self> {
         let lights = self.lights_to_mix()?;
         self.check_factors(factors, lights)?;
         let mix = Mix::new(&self.bands, &self.ratios, factors);
-        let captors: Vec<CaptorResult> = self.captors.iter().map(|c| mix.captor(c)).collect();
+        let captors: Vec<CaptorResult> = captors.map(|captor| mix.captor(&captor)).collect();
         let groups = mix.groups(&self.groups, &captors);
         let mut result = Self {
             mixed: Some(self.mixed_by(factors)),
@@ -69,11 +92,11 @@ impl RunResult {
             bands: self.bands.clone(),
             ratios: self.ratios.clone(),
             unseen: self.unseen.clone(),
+            unseen_se: self.unseen_se.clone(),
             ..*self
         };
         mix.add_dependence(self, &mut result);
         result.add_dli();
-        let mut warnings = self.warnings_of_scene();
         let rows = || self.sensitivity.iter().flatten();
         if rows().next().is_some() && rows().all(|row| row.by_light.is_none()) {
             warnings.push(NO_SENSITIVITIES.into());
@@ -445,11 +468,13 @@ impl<'a> Mix<'a> {
         let parts = self.scaled(before, |part, scale| Absorbed {
             absorbed: scale.times(&part.absorbed),
             absorbed_se: scale.error_times(&part.absorbed, &part.absorbed_se),
-            absorbed_by_face: part.absorbed_by_face.as_ref().map(|faces| AbsorbedByFace {
-                front: scale.times(&faces.front),
-                front_se: scale.error_times(&faces.front, &faces.front_se),
-                back: scale.times(&faces.back),
-                back_se: scale.error_times(&faces.back, &faces.back_se),
+            absorbed_by_face: part.absorbed_by_face.as_ref().map(|faces| {
+                Box::new(AbsorbedByFace {
+                    front: scale.times(&faces.front),
+                    front_se: scale.error_times(&faces.front, &faces.front_se),
+                    back: scale.times(&faces.back),
+                    back_se: scale.error_times(&faces.back, &faces.back_se),
+                })
             }),
             absorbed_ratios: Ratios::mixed(self.ratios, once(absorbed(part, scale))),
         });
@@ -470,7 +495,7 @@ impl<'a> Mix<'a> {
         Whole {
             absorbed: Some(absorbed),
             absorbed_se: Some(error(errors, bands)),
-            absorbed_by_face: by_face,
+            absorbed_by_face: by_face.map(Box::new),
             absorbed_ratios: ratios,
             by_light: Some(parts),
             ..rest
@@ -481,13 +506,13 @@ impl<'a> Mix<'a> {
 /// Returns the light of a lamp on a face.
 fn on_face<'a>(part: &'a FaceResult, scale: &'a Scale) -> OfLight<'a> {
     let (values, errors) = (&part.flux, &part.flux_se);
-    OfLight { ratios: part.ratios.as_ref(), values, errors, factors: &scale.of_bands }
+    OfLight { ratios: part.ratios.as_deref(), values, errors, factors: &scale.of_bands }
 }
 
 /// Returns the light of a lamp that was absorbed.
 fn absorbed<'a>(part: &'a Absorbed, scale: &'a Scale) -> OfLight<'a> {
     let (values, errors) = (&part.absorbed, &part.absorbed_se);
-    OfLight { ratios: part.absorbed_ratios.as_ref(), values, errors, factors: &scale.of_bands }
+    OfLight { ratios: part.absorbed_ratios.as_deref(), values, errors, factors: &scale.of_bands }
 }
 
 fn sum<'a>(parts: impl Iterator<Item = &'a [f64]>, bands: usize) -> Vec<f64> {

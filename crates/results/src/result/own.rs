@@ -12,8 +12,8 @@ use serde::{
 
 use crate::quantity::{Column, Per, Quantity};
 use phylux_core::transport::{
-    direct_sun::{sunlit_layers, sunlit_shares},
     simulate::Simulation,
+    sunlit::{sunlit_layers, sunlit_shares},
 };
 
 /// The ending of keys of standard errors.

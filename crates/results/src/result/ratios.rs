@@ -215,7 +215,7 @@ pub struct Ratios {
 
 impl Ratios {
     /// Finds the ratios of what was counted in a channel; `None` if there are none.
-    pub(super) fn of(totals: &Totals, channel: usize, split: bool) -> Option<Self> {
+    pub(super) fn of(totals: &Totals, channel: usize, split: bool) -> Option<Box<Self>> {
         let found = totals.ratios(channel);
         let (any, histories) = (found.len() > 0, totals.misses_of(channel));
         let of = |(means, covariance): ([f64; 2], Option<[f64; 3]>)| {
@@ -228,7 +228,7 @@ impl Ratios {
         };
         let (ratio, (ratio_se, covariance)): (Vec<_>, (Vec<_>, Vec<_>)) = found.map(of).unzip();
         let covariance = split.then_some(covariance);
-        any.then_some(Self { ratio, ratio_se, ratio_model_se: None, covariance })
+        any.then(|| Box::new(Self { ratio, ratio_se, ratio_model_se: None, covariance }))
     }
 
     /// Returns the ratios of the light of these lamps together at their new powers; lamps have
@@ -237,7 +237,7 @@ impl Ratios {
     pub(super) fn mixed<'a>(
         ratios: &[RatioResult],
         lights: impl Iterator<Item = OfLight<'a>> + Clone,
-    ) -> Option<Self> {
+    ) -> Option<Box<Self>> {
         let mut mixed = Self { covariance: Some(Vec::new()), ..Self::default() };
         for (r, of) in ratios.iter().enumerate() {
             let (mut sums, mut all) = ([0.0; 2], Some([0.0; 3]));
@@ -257,7 +257,7 @@ impl Ratios {
             mixed.ratio_se.push(found.and_then(|(_, error)| error));
             mixed.covariance.iter_mut().for_each(|found| found.push(all));
         }
-        (!ratios.is_empty()).then_some(mixed)
+        (!ratios.is_empty()).then(|| Box::new(mixed))
     }
 
     /// Adds an independent covariance of both `sums` of a ratio, where it is known.

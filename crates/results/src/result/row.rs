@@ -32,8 +32,8 @@ impl Whole {
             area,
             faces,
             absorbed: absorbed.map(|column| column.with(self.absorbed_model_se.as_ref())),
-            absorbed_by_face: self.absorbed_by_face.as_ref(),
-            absorbed_ratios: self.absorbed_ratios.as_ref(),
+            absorbed_by_face: self.absorbed_by_face.as_deref(),
+            absorbed_ratios: self.absorbed_ratios.as_deref(),
             by_light: self.by_light.as_ref(),
             own: Some(&self.own),
         }
@@ -92,8 +92,8 @@ impl Absorbed {
     fn row(&self) -> Row<'_> {
         Row {
             absorbed: Some(Column::known(&self.absorbed, Some(&self.absorbed_se))),
-            absorbed_by_face: self.absorbed_by_face.as_ref(),
-            absorbed_ratios: self.absorbed_ratios.as_ref(),
+            absorbed_by_face: self.absorbed_by_face.as_deref(),
+            absorbed_ratios: self.absorbed_ratios.as_deref(),
             ..Row::default()
         }
     }

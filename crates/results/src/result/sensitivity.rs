@@ -164,14 +164,14 @@ pub struct Dependent<'a> {
 impl<'a> Dependent<'a> {
     fn of_group(group: &'a GroupResult) -> Self {
         let absorbed = group.absorbed.as_deref().zip(group.absorbed_se.as_deref());
-        let ratios = group.absorbed_ratios.as_ref();
+        let ratios = group.absorbed_ratios.as_deref();
         Self::new(&group.id, absorbed, group.absorbed_model_se.as_deref(), ratios, &group.front)
     }
 
     /// Takes a captor.
     pub fn of_captor(captor: &'a CaptorResult) -> Self {
         let absorbed = captor.absorbed.as_deref().zip(captor.absorbed_se.as_deref());
-        let ratios = captor.absorbed_ratios.as_ref();
+        let ratios = captor.absorbed_ratios.as_deref();
         Self::new(&captor.id, absorbed, captor.absorbed_model_se.as_deref(), ratios, &captor.front)
     }
 
@@ -199,7 +199,7 @@ impl<'a> Dependent<'a> {
             None => {
                 let light = (&front.irradiance[..], &front.irradiance_se[..]);
                 let model_errors = front.irradiance_model_se.as_deref().map(|of| &**of);
-                ("front", light, model_errors, front.ratios.as_ref())
+                ("front", light, model_errors, front.ratios.as_deref())
             }
         };
         Self { name, face, values, errors, model_errors, ratios }

@@ -27,6 +27,7 @@ impl RunResult {
         parts.chain([&self.energy]).all(|energy| energy.is_valid(bands))
             && factors.all(|factor| factor.is_valid(own))
             && self.unseen.iter().all(|shares| are_values(shares, bands))
+            && self.unseen_se.iter().all(|errors| are_values(errors, bands))
             && self.cut_off.is_none_or(is_possible)
             && self.period_h.is_none_or(is_possible)
             && self.tolerance.iter().all(ToleranceResult::is_valid)
@@ -98,7 +99,7 @@ impl Row<'_> {
             let faces = (0..3).filter_map(|face| quantity.at(self, face));
             faces.map(|column| (column, quantity.width(bands, ratios)))
         });
-        let found = self.faces.iter().flatten().filter_map(|face| face.ratios.as_ref());
+        let found = self.faces.iter().flatten().filter_map(|face| face.ratios.as_deref());
         let knn = self.faces.iter().flatten().filter_map(|face| face.knn.as_ref()?.as_deref());
         columns.into_iter().all(|(column, width)| column.is_valid(width))
             && found.chain(self.absorbed_ratios).all(|found| found.has_covariances(ratios))

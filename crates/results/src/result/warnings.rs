@@ -117,13 +117,15 @@ fn starved(result: &RunResult) -> Option<Warning> {
 }
 
 fn unseen(result: &RunResult) -> Option<Warning> {
-    let unseen = result.unseen.iter().flatten().copied().fold(0.0, f64::max);
+    let largest = |shares: &Option<Vec<f64>>| shares.iter().flatten().copied().fold(0.0, f64::max);
+    let [unseen, error] = [&result.unseen, &result.unseen_se].map(largest);
     (unseen > 0.0).then(|| Warning {
         kind: "paths cannot find some of the light",
         text: words![
             format!(
-                "about {:.2} % of the flux on the captors is missing, which paths cannot find; ",
-                100.0 * unseen
+                "{:.2} ± {:.2} % of the flux on the captors is missing, which paths cannot find; ",
+                100.0 * unseen,
+                100.0 * error
             ),
             setting("estimator").is("photons"),
             " finds it (docs/method.md#paths-from-the-captors)",

@@ -363,11 +363,11 @@ fn groups(page: &Page, text: &mut String, result: &RunResult) {
             Some((group.absorbed.as_ref()?, group.absorbed_se.as_ref()?))
         }),
         ("      of light on the front".into(), |group| {
-            let AbsorbedByFace { front, front_se, .. } = group.absorbed_by_face.as_ref()?;
+            let AbsorbedByFace { front, front_se, .. } = group.absorbed_by_face.as_deref()?;
             Some((front, front_se))
         }),
         ("      of light on the back".into(), |group| {
-            let AbsorbedByFace { back, back_se, .. } = group.absorbed_by_face.as_ref()?;
+            let AbsorbedByFace { back, back_se, .. } = group.absorbed_by_face.as_deref()?;
             Some((back, back_se))
         }),
     ];

@@ -61,6 +61,7 @@ impl Year {
             },
             electricity: None,
             unseen: None,
+            unseen_se: None,
             cut_off: None,
             tolerance: None,
             map: None,
@@ -117,7 +118,7 @@ impl Mean<'_> {
 
     /// Returns the ratios of the light of a channel; `None` if the scene has none, or the id has no
     /// such channel.
-    fn ratios(&self, id: usize, channel: Channel) -> Option<Ratios> {
+    fn ratios(&self, id: usize, channel: Channel) -> Option<Box<Ratios>> {
         let places = &self.year.places;
         if places.ratios.is_empty() || !places.has(id, channel) {
             return None;
@@ -125,7 +126,7 @@ impl Mean<'_> {
         let found = (0..places.ratios.len()).map(|r| self.values.ratio(id, channel, r));
         let (ratio, ratio_se) =
             found.map(|found| found.map(|v| (v.mean, v.variance.sqrt())).unzip()).unzip();
-        Some(Ratios { ratio, ratio_se, ..Ratios::default() })
+        Some(Box::new(Ratios { ratio, ratio_se, ..Ratios::default() }))
     }
 
     /// Returns what an id has as a whole, with the share of its area that the sun shines on, on

@@ -275,6 +275,13 @@ impl InfiniteLight {
         self.parts.iter().any(InfinitePart::is_sun)
     }
 
+    /// Returns whether suns are part of the light, and all of them stand behind a slope that faces
+    /// `hillside`, from where no light comes.
+    pub fn is_behind(&self, hillside: DVec3) -> bool {
+        let mut suns = self.parts.iter().filter(|part| part.is_sun());
+        self.has_sun() && !suns.any(|part| part.may_shine_on(hillside.as_vec3()))
+    }
+
     /// Returns the radiance that comes from a direction without that of suns, per band, W/m2/sr.
     pub fn radiance_without_suns<L: Lanes>(&self, toward: Vec3) -> Spectrum<L> {
         let parts = self.parts.iter().filter(|part| !part.is_sun());

@@ -37,6 +37,9 @@ pub struct Unseen {
     /// Flux that no path can find: of a point or a line, by way of a mirror or a refraction before
     /// its first diffuse scattering; of the sun, by way of anything but one flat pane or mirror.
     pub hidden: Vec<f64>,
+    /// Number of equal histories that would vary as much as those that brought hidden flux, (Σ x)² /
+    /// Σ x².
+    pub histories: f64,
 }
 
 /// Results of photons that help to judge a run of paths.
@@ -128,13 +131,47 @@ impl Unseen {
         lit.map(|(hidden, all)| hidden / all).fold(0.0, f64::max)
     }
 
+    /// Returns about the standard error of the hidden share of a band: that of a share of histories.
+    pub fn error_of(&self, share: f64) -> f64 {
+        share * ((1.0 - share).max(0.0) / self.histories.max(1.0)).sqrt()
+    }
+}
+
+/// Sums of a run of photons on some surfaces.
+#[derive(Default)]
+struct Brought {
+    all: Vec<f64>,
+    hidden: Vec<f64>,
+    /// The hidden flux of the history under way, in all bands, and the sum over earlier ones of the
+    /// squares of theirs.
+    own: f64,
+    squares: f64,
+}
+
+impl Brought {
     fn add<L: Lanes>(&mut self, weights: &[f64], power: &Spectrum<L>, hidden: bool) {
         let sums = self.all.iter_mut().zip(&mut self.hidden);
         for (((all, unseen), weight), power) in sums.zip(weights).zip(power.values()) {
             let flux = f64::from(*power) * weight;
             *all += flux;
-            *unseen += if hidden { flux } else { 0.0 };
+            if hidden {
+                *unseen += flux;
+                self.own += flux;
+            }
         }
+    }
+
+    /// Closes the history under way.
+    fn settle(&mut self) {
+        self.squares += std::mem::take(&mut self.own).powi(2);
+    }
+
+    /// Returns the flux of so many histories.
+    fn of(self, histories: u64) -> Unseen {
+        let sum: f64 = self.hidden.iter().sum();
+        let equal = if self.squares > 0.0 { sum * sum / self.squares } else { 0.0 };
+        let mean = |sums: Vec<f64>| sums.iter().map(|sum| sum / histories as f64).collect();
+        Unseen { all: mean(self.all), hidden: mean(self.hidden), histories: equal }
     }
 }
 
@@ -265,7 +302,7 @@ fn count<L: Lanes>(
 ) -> (Unseen, Option<ByChance>) {
     let nothing = || {
         let zeros = vec![0.0; scene.bands().len()];
-        Unseen { all: zeros.clone(), hidden: zeros }
+        Brought { all: zeros.clone(), hidden: zeros, ..Brought::default() }
     };
     let (mut on_captors, mut on_surfaces) = (nothing(), nothing());
     let mut by_chance = pilot.map(|_| ByChance::new(scene));
@@ -317,11 +354,11 @@ fn count<L: Lanes>(
                     }
                 }
             });
+            on_captors.settle();
+            on_surfaces.settle();
             rays
         });
     let reached = on_captors.all.iter().any(|&flux| flux > 0.0);
     let flux = if reached { on_captors } else { on_surfaces };
-    let mean = |sums: Vec<f64>| sums.iter().map(|sum| sum / done as f64).collect();
-    let unseen = Unseen { all: mean(flux.all), hidden: mean(flux.hidden) };
-    (unseen, by_chance.and_then(|by_chance| by_chance.of(scene, done)))
+    (flux.of(done), by_chance.and_then(|by_chance| by_chance.of(scene, done)))
 }
