@@ -341,6 +341,9 @@ impl Keep<'_> {
                 (counted.channel() as u32, carried.unwrap_or(counted.power))
             }
             (Keep::Focused(_), _) if !way.is_focused() => return None,
+            (Keep::Focused(_), Event::Arrival { at, .. }) if !at.material.is_diffuse() => {
+                return None;
+            }
             (
                 Keep::OnSurfaces(patches) | Keep::Focused(patches),
                 Event::Arrival { at, power, .. },
