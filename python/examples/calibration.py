@@ -44,24 +44,22 @@ def main(photons=2e6):
     # what the instrument should read by the simulation, with the powers of the data sheet and with those found
     sheet, fitted = (run.irradiance[:, 0, 0] for run in (r, r.mix(dict(zip(TRUE, factors, strict=True)))))
     with px.plots.style(3.5):
-        fig, (left, right) = plt.subplots(1, 2, figsize=(3.5, 1.8), layout="constrained")
+        fig, (left, right) = plt.subplots(1, 2, width_ratios=(4, 5), layout="constrained")
         places = np.arange(len(TRUE))
         left.errorbar(places, factors, 1.98 * np.array(errors), fmt="o", elinewidth=0.8, capsize=2)
         left.plot(places, list(TRUE.values()), "_", markersize=10, markeredgewidth=1.5, color="C1")
-        left.annotate("found, 95 %", (places[0], 0.61), color="C0", ha="left", xytext=(-6, 0), textcoords="offset points")
+        left.annotate("found, 95 %", (places[0], 0.58), color="C0", ha="left", xytext=(-6, 0), textcoords="offset points")
         left.annotate("true", (places[0], 0.53), color="C1", ha="left", xytext=(-6, 0), textcoords="offset points")
-        left.set_box_aspect(1)
         left.set(xlabel="lamp", ylabel="power / data sheet", ylim=(0.5, 1.3), xlim=(-0.5, len(TRUE) - 0.5), xticks=places,
                  xticklabels=[lamp.removeprefix("lamp ") for lamp in TRUE])
-        # a square with equal axes: on the line, the simulation is right
+        # on the line, the simulation is right
         values = np.concatenate([sheet, fitted, readings.value])
         ends = [10 * np.floor(values.min() / 10), 10 * np.ceil(values.max() / 10)]
         right.plot(ends, ends, color="0.6", linewidth=0.8)
         right.plot(sheet, readings.value, "o", markersize=3, markerfacecolor="none", color="0.45")
         right.plot(fitted, readings.value, "o", markersize=3, color="C0")
         ticks = np.arange(ends[0], ends[1] + 1, 10)
-        right.set(xlabel="simulated, µmol/m²/s", ylabel="read, µmol/m²/s", xlim=ends, ylim=ends, xticks=ticks, yticks=ticks,
-                  aspect="equal")
+        right.set(xlabel="simulated, µmol/m²/s", ylabel="read, µmol/m²/s", xlim=ends, ylim=ends, xticks=ticks, yticks=ticks)
         for height, name, colour in ((0.17, "found", "C0"), (0.05, "data sheet", "0.45")):
             right.text(0.98, height, name, transform=right.transAxes, ha="right", color=colour)
         fig.savefig("calibration.png")

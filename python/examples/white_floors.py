@@ -51,8 +51,8 @@ def main(photons=3e5):
     options = {"photons": photons, "k": 0, "seed": 1}
     ppfd = {name: np.array([light(r) for r in px.sweep(room, {name: VALUES}, **options)]) for name in ("floor", "walls")}
 
-    with px.plots.style(7):
-        fig, (bars, curves) = plt.subplots(1, 2, layout="constrained", figsize=(7, 2.6))
+    with px.plots.style(3.5):
+        fig, (bars, curves) = plt.subplots(2, 1, layout="constrained", height_ratios=(2, 3))
         order = sorted(elasticity, key=lambda name: abs(elasticity[name]))
         bars.barh(order, [10 * elasticity[name] for name in order], color="C0")
         bars.set(xlabel="change by 10 % more reflectance, %", xticks=np.arange(0, 2, 0.5))
@@ -62,7 +62,7 @@ def main(photons=3e5):
             curves.plot(ends, light(own) + float(table.derivative[name]) * (ends - at), "-", color=colour)
             curves.annotate(name, (VALUES[-1], ppfd[name][-1]), (6, 0), textcoords="offset points", va="center", color=colour)
         curves.annotate("dots: a run each\nlines: by the one run", (0.03, 0.94), xycoords="axes fraction", va="top")
-        curves.set(xlabel="reflectance", ylabel="PPFD on the benches, µmol/m²/s", xlim=(0, 1.1))
+        curves.set(xlabel="reflectance", ylabel="PPFD, µmol/m²/s", xlim=(0, 1.1))
         fig.savefig("white_floors.png")
     return elasticity, ppfd
 

@@ -55,9 +55,12 @@ fn set_form(bar: &ProgressBar, template: &str) {
     };
     let Ok(style) = ProgressStyle::with_template(template) else { return };
     let speed = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+        // the speed of late is not known where the bar has just begun to count anew
+        let mean = state.pos() as f64 / state.elapsed().as_secs_f64();
+        let speed = Some(state.per_sec()).filter(|speed| *speed > 0.0).unwrap_or(mean);
         let _ = match state.pos() {
             0 => write!(text, "planning"),
-            _ => write!(text, "{:.2e}/s", state.per_sec()),
+            _ => write!(text, "{speed:.2e}/s"),
         };
     };
     // how long the rest takes is known once some of it is done

@@ -54,7 +54,7 @@ pub use fragments::{Fragments, Pixels, Seen};
 use fragments::{Guide, Sums};
 pub use gather::Gather;
 pub use ghosts::{Ghosts, stands};
-pub use marks::{Bulb, SENSOR, bulbs, rim, sensor};
+pub use marks::{Bulb, SENSOR, bulbs, nearest_cell, rim, sensor};
 use radiance::Whitted;
 use shared::Shared;
 pub use viewpoint::{FirstVisible, Viewpoint};

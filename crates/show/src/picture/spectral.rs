@@ -21,6 +21,8 @@ const SRGB: Mat3 = Mat3::from_cols_array(&[
 
 /// A band that is wider than this, nm, does not tell the colours of things.
 const BROAD: f64 = 120.0;
+/// The power of the wavelength with which the light of a sky falls.
+const SKY: f32 = 2.0;
 
 impl BandColours {
     /// Makes the weights for the bands of a scene: from their wavelengths, or from those that a
@@ -35,10 +37,22 @@ impl BandColours {
     /// leaves are green and soil is brown; its sum over the band stays as it is. Bands of which
     /// nothing is known are taken for one of visible light.
     pub fn of_kind(bands: &[Band], quantity: Quantity, kind: Kind) -> Self {
-        let white = SRGB * mean_response(400.0, 700.0, quantity, Kind::Other);
+        Self::typical(bands, quantity, &|nm| kind.reflectance(nm))
+    }
+
+    /// Makes the weights for light of a sky that is seen itself: in bands of more than 120 nm it is as
+    /// blue as that of a fair day.
+    pub fn of_sky(bands: &[Band], quantity: Quantity) -> Self {
+        Self::typical(bands, quantity, &|nm| (nm / 400.0).powf(-SKY))
+    }
+
+    /// Makes weights for light that has a typical spectrum in bands of more than 120 nm.
+    fn typical(bands: &[Band], quantity: Quantity, spectrum: &dyn Fn(f32) -> f32) -> Self {
+        let even = |_: f32| 1.0;
+        let white = SRGB * mean_response(400.0, 700.0, quantity, &even);
         let colour = |[from, to]: [f64; 2]| {
-            let kind = if to - from > BROAD { kind } else { Kind::Other };
-            SRGB * mean_response(from, to, quantity, kind) / white
+            let spectrum = if to - from > BROAD { spectrum } else { &even };
+            SRGB * mean_response(from, to, quantity, spectrum) / white
         };
         let weights: Option<Vec<Vec3>> =
             bands.iter().map(|band| wavelengths(band).map(colour)).collect();
@@ -87,9 +101,9 @@ fn wavelengths(band: &Band) -> Option<[f64; 2]> {
     NAMES.iter().find(|(known, _)| *known == name).map(|(_, range)| *range)
 }
 
-/// Returns the mean response of the standard observer, XYZ, to light from a surface of a kind, over
-/// a band in which light is even: in power, or for photons in their number.
-fn mean_response(from: f64, to: f64, quantity: Quantity, kind: Kind) -> Vec3 {
+/// Returns the mean response of the standard observer, XYZ, to light of a spectrum over a band,
+/// relative to light that is even: in power, or for photons in their number.
+fn mean_response(from: f64, to: f64, quantity: Quantity, spectrum: &dyn Fn(f32) -> f32) -> Vec3 {
     const STEPS: u32 = 200;
     let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
     for step in 0..STEPS {
@@ -98,7 +112,7 @@ fn mean_response(from: f64, to: f64, quantity: Quantity, kind: Kind) -> Vec3 {
             Quantity::Watt => 1.0,
             Quantity::Micromole => 550.0 / nm,
         };
-        let weight = kind.reflectance(nm as f32);
+        let weight = spectrum(nm as f32);
         sum += weight * energy as f32 * matching(nm as f32);
         weights += weight;
     }
@@ -150,12 +164,16 @@ const WHITEST: f64 = 1.3;
 /// Nineteen of twenty parts of the picture come to no more than this, so that large bright surfaces
 /// keep their shades.
 const BRIGHTEST: f64 = 0.65;
+/// These parts come to no less than this: a field of dark soil is not a dark picture.
+const BRIGHT: f64 = 0.17;
 /// What is more than so many times as bright as white surfaces is a lamp in front of them.
 const LAMP: f64 = 4.0;
 /// Black is where one in 200 parts of the picture is darker, but no higher than these fractions of
-/// the middle and of white: evenly lit surfaces and soft shadows stay as light as they are.
+/// the middle and of white, and than half of what one in 20 has: evenly lit surfaces and shadows stay
+/// as light as they are.
 const DARK: f64 = 0.005;
-const BLACKEST: [f64; 2] = [0.2, 0.03];
+const SHADE: f64 = 0.05;
+const BLACKEST: [f64; 3] = [0.2, 0.03, 0.5];
 
 impl Exposure {
     /// Makes an exposure that a user asks for, which takes nothing for haze.
@@ -174,11 +192,11 @@ impl Exposure {
         }
         let white = quantile(&mut parts, |part| part.white, 0.8);
         parts.retain(|part| f64::from(part.white) <= LAMP * white);
-        let [dark, middle, bright] =
-            [DARK, 0.5, 0.95].map(|place| quantile(&mut parts, |part| part.seen, place));
+        let [dark, shade, middle, bright] =
+            [DARK, SHADE, 0.5, 0.95].map(|place| quantile(&mut parts, |part| part.seen, place));
         let between = (MIDDLE / middle).powf(SEEN) * white.powf(SEEN - 1.0);
-        let factor = between.min(WHITEST / white).min(BRIGHTEST / bright);
-        let black = dark.min(BLACKEST[0] * middle) * factor;
+        let factor = between.min(WHITEST / white).min(BRIGHTEST / bright).max(BRIGHT / bright);
+        let black = dark.min(BLACKEST[0] * middle).min(BLACKEST[2] * shade) * factor;
         // to a tenth of a stop, as it is reported to the user
         let stops = (10.0 * factor.log2()).round() / 10.0;
         Self { stops, black: black.min(BLACKEST[1]) as f32 }
@@ -214,8 +232,10 @@ fn quantile(parts: &mut [Metered], value: impl Fn(&Metered) -> f32, place: f64) 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WhiteBalance(pub Vec3);
 
-/// How warm or cool light may stay, in stops between red and blue.
+/// How warm or cool light may stay, in stops between red and blue. Light that lacks so much green,
+/// in stops, beside the mean of red and blue, is of no flame and no sky: little of its warmth stays.
 const WARMTH: f32 = 0.9;
+const PINK: f32 = 0.4;
 /// The largest factor between two colours, stops.
 const MOST_BALANCE: f32 = 3.5;
 
@@ -233,7 +253,9 @@ impl WhiteBalance {
         }
         let logs = (light / most).max(Vec3::splat((-MOST_BALANCE).exp2())).map(f32::log2);
         let warm = logs.x - logs.z;
-        let kept = warm.clamp(-WARMTH, WARMTH);
+        let lacks_green = (0.5 * (logs.x + logs.z) - logs.y).max(0.0);
+        let natural = (-(lacks_green / PINK).powi(2)).exp();
+        let kept = natural * warm.clamp(-WARMTH, WARMTH);
         // the colour that the light is left with, of the same brightness
         let left = Vec3::new(0.5 * kept, 0.0, -0.5 * kept);
         let factors = (left - logs).map(f32::exp2);
@@ -358,6 +380,9 @@ mod tests {
         let thirds = [band(400.0, 500.0), band(500.0, 600.0), band(600.0, 700.0)];
         let of = |kind| BandColours::of_kind(&thirds, Quantity::Watt, kind);
         assert_eq!(of(Kind::Plant), of(Kind::Other));
+        assert_eq!(BandColours::of_sky(&thirds, Quantity::Watt), of(Kind::Other));
+        let sky = BandColours::of_sky(&[band(400.0, 700.0)], Quantity::Watt).linear(&[1.0]);
+        assert!(sky.z > 1.2 * sky.y && sky.y > 1.1 * sky.x && sky.x > 0.4, "{sky}");
     }
 
     /// Pink light becomes white, as do green light and that of a sodium lamp to some degree; the
@@ -371,6 +396,10 @@ mod tests {
         assert!((luminance(balanced) / luminance(pink) - 1.0).abs() < 1e-4);
         // neither red nor blue are without green between them
         assert!((balanced.y - (balanced.x * balanced.z).sqrt()).abs() < 1e-4, "{balanced}");
+        // no flame is pink, however red it is
+        let diodes = Vec3::new(1.0, 0.12, 0.35);
+        let balanced = WhiteBalance::of(diodes).balanced(diodes);
+        assert!(balanced.max_element() < 1.05 * balanced.min_element(), "{balanced}");
         let evening = Vec3::new(1.0, 0.8, 0.62);
         let balanced = WhiteBalance::of(evening).balanced(evening);
         assert!(balanced.x > 1.5 * balanced.z, "{balanced}");
@@ -458,7 +487,8 @@ mod tests {
         assert!(at(0.1) > 0.2, "{}", at(0.1));
     }
 
-    /// Haze over a whole picture is taken away, as far as shadows tell of it.
+    /// Haze over a whole picture is taken away, as far as shadows tell of it; a wide shadow keeps at
+    /// least half of its light.
     #[test]
     fn shadows_are_black() {
         let lit: Vec<(f32, f32)> = (0..98).map(|i| (0.1, 0.8 + 0.002 * i as f32)).collect();
@@ -466,5 +496,9 @@ mod tests {
         let exposure = Exposure::metered(parts(&hazy));
         assert!(exposure.srgb(Vec3::splat(0.01)).x < 0.03, "{exposure:?}");
         assert!(exposure.srgb(Vec3::splat(0.09)).x > 0.33, "{exposure:?}");
+        let shaded = [vec![(0.1, 1.0); 80], vec![(0.1, 0.1); 20]].concat();
+        let exposure = Exposure::metered(parts(&shaded));
+        let shade = 0.01 * exposure.stops.exp2() as f32;
+        assert!(exposure.black > 0.0 && exposure.black < 0.53 * shade, "{exposure:?}");
     }
 }

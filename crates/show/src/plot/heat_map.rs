@@ -221,14 +221,8 @@ impl HeatMaps {
         if map.even.is_some() {
             return Vec::new();
         }
-        let ends = |values: &mut dyn Iterator<Item = f64>| {
-            let none = (f64::INFINITY, f64::NEG_INFINITY);
-            let (low, high) = values.fold(none, |(low, high), v| (low.min(v), high.max(v)));
-            (low.max(self.steps.scale.low), high.min(self.steps.scale.high))
-        };
-        let (low, high) = ends(&mut self.maps.iter().flat_map(HeatMap::values));
-        let levels = self.steps.ends_apart((high - low) / CONTOURS as f64);
-        let (low, high) = ends(&mut map.values());
+        let levels = levels(&self.steps, self.maps.iter().flat_map(HeatMap::values));
+        let (low, high) = within(&self.steps, map.values());
         levels.into_iter().filter(|level| *level > low && *level < high).collect()
     }
 
@@ -336,6 +330,19 @@ fn common(all: &[[(f64, f64); 2]]) -> Option<[(f64, f64); 2]> {
     (all.len() > 1).then_some([x, y])
 }
 
+/// Returns the least and the greatest of values, as far as the scale of steps reaches.
+fn within(steps: &Steps, values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = values.fold(none, |(low, high), v| (low.min(v), high.max(v)));
+    (low.max(steps.scale.low), high.min(steps.scale.high))
+}
+
+/// Returns the ends of steps at which values have contours.
+fn levels(steps: &Steps, values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let (low, high) = within(steps, values);
+    steps.ends_apart((high - low) / CONTOURS as f64)
+}
+
 /// Draws the bar of steps of colours between these heights of an area, with its label to the right.
 /// An end beyond which there are values is pointed.
 pub(super) fn draw_bar(
@@ -343,7 +350,7 @@ pub(super) fn draw_bar(
     steps: &Steps,
     name: &str,
     [top, bottom]: [i32; 2],
-    values: impl Iterator<Item = f64>,
+    values: impl Iterator<Item = f64> + Clone,
 ) -> Result<(), Failure> {
     let (left, right) = (px(4), px(18));
     let Steps { scale, ends, .. } = steps;
@@ -356,7 +363,7 @@ pub(super) fn draw_bar(
         area.draw(&Rectangle::new(row, paint(band).filled()))?;
     }
     let beyond = 1e-6 * (scale.high - scale.low);
-    let (below, above) = values.fold((false, false), |(below, above), v| {
+    let (below, above) = values.clone().fold((false, false), |(below, above), v| {
         (below || v < scale.low - beyond, above || v > scale.high + beyond)
     });
     let ends = [(above, top, -px(9), middles.len() - 1), (below, bottom, px(9), 0)];
@@ -367,7 +374,10 @@ pub(super) fn draw_bar(
     let beside = small(HPos::Left, VPos::Center);
     let mut longest = 0;
     let most = ((bottom - top) / px(17)).clamp(2, NUMBERED as i32) as usize;
-    for value in steps.ends_apart((scale.high - scale.low) / most as f64) {
+    // where contours stand, if there is room
+    let own = || steps.ends_apart((scale.high - scale.low) / most as f64);
+    let numbers = Some(levels(steps, values)).filter(|levels| (2..=most).contains(&levels.len()));
+    for value in numbers.unwrap_or_else(own) {
         let y = down(value);
         let line = BLACK.stroke_width(px(1) as u32);
         area.draw(&PathElement::new(vec![(right, y), (right + px(4), y)], line))?;
@@ -381,7 +391,7 @@ pub(super) fn draw_bar(
 
 impl HeatMap {
     /// Returns the values that are drawn.
-    fn values(&self) -> impl Iterator<Item = f64> + use<'_> {
+    fn values(&self) -> impl Iterator<Item = f64> + Clone + use<'_> {
         let all = self.points.iter().map(|point| self.even.unwrap_or(point.2));
         all.take(if self.even.is_some() { 1 } else { usize::MAX })
     }

@@ -118,6 +118,8 @@ pub struct Seen {
     /// Index of the material; of glass only where nothing opaque is behind it. `None` for rays that
     /// met no surface, and for those that met one of very many in the pixel.
     pub material: Option<usize>,
+    /// Whether these are only rays that met no surface.
+    pub is_beyond: bool,
     /// Their share of the pixel's rays.
     pub share: f32,
     /// The mean of what they found, per band.
@@ -253,10 +255,12 @@ impl Fragments {
 
     /// Returns what the rays of a pixel have seen, surface by surface.
     pub fn seen(&self, pixel: usize) -> impl Iterator<Item = Seen> {
-        self.of(pixel).map(|index| {
+        let crowded = self.of(pixel).len() >= MOST;
+        self.of(pixel).map(move |index| {
             let Fragment { guide, rays } = &self.all[index];
             Seen {
                 material: guide.as_ref().map(|guide| guide.material as usize),
+                is_beyond: guide.is_none() && !crowded,
                 share: *rays as f32 / self.rays as f32,
                 values: (0..self.bands).map(|b| self.found(index, b)).collect(),
             }

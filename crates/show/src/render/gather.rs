@@ -48,8 +48,9 @@ const NEAR: u32 = 3;
 /// they take away noise.
 const FOCUSED: usize = 3;
 /// Number of the nearest points at which radiance was estimated beforehand, over which it is
-/// averaged at a visible place. Together they rest on as many photons.
-const NEAREST: usize = 6;
+/// averaged at a visible place. Together they rest on as many photons; as the nearer ones count
+/// more, it is as if there were seven.
+const NEAREST: usize = 12;
 /// Number of shadow rays to the lamps for each gathering ray. They cost little, and most of the
 /// noise is theirs.
 const SHADOW_RAYS: u32 = 2;

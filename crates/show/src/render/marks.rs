@@ -1,6 +1,8 @@
 //! What no ray meets: lamps that are points or lines, and sensors, which light crosses. A picture
 //! shows them all the same.
 
+use std::collections::BTreeMap;
+
 use glam::Vec3;
 
 use super::{FirstVisible, Viewpoint};
@@ -9,7 +11,7 @@ use phylux_core::{
         geometry::Ray,
         rng::{Purpose, Streams},
     },
-    scene::captor::CaptorKind,
+    scene::{captor::CaptorKind, lattice::Cell},
 };
 
 /// A place of a lamp without a surface, as a disc of a picture.
@@ -82,13 +84,32 @@ impl Bulb {
 }
 
 /// Returns the cosine of the angle at which a ray from the viewpoint meets a sensor, if nothing
-/// that hides it is in front of it.
-pub fn sensor(viewpoint: &Viewpoint, ray: &Ray) -> Option<f32> {
-    let FirstVisible::Thing { cos, captor: Some(captor), .. } = viewpoint.first_visible(ray) else {
+/// that hides it is in front of it, and the cell of a scene that repeats to which the sensor belongs.
+pub fn sensor(viewpoint: &Viewpoint, ray: &Ray) -> Option<(f32, Cell)> {
+    let (FirstVisible::Thing { cos, captor: Some(captor), .. }, cell) =
+        viewpoint.first_visible_in_cell(ray)
+    else {
         return None;
     };
     let kind = viewpoint.scene.captors()[captor].kind;
-    matches!(kind, CaptorKind::Virtual { .. }).then_some(cos)
+    matches!(kind, CaptorKind::Virtual { .. }).then_some((cos, cell))
+}
+
+/// Side of the squares of pixels of which one ray looks for the cell whose sensors take up most of
+/// the picture.
+const COARSE: usize = 4;
+
+/// Returns the cell of a scene that repeats of whose sensors most is seen; (0, 0) where none is.
+pub fn nearest_cell(viewpoint: &Viewpoint) -> Cell {
+    let camera = &viewpoint.camera;
+    let mut counts = BTreeMap::<Cell, usize>::new();
+    for y in (0..camera.height).step_by(COARSE) {
+        for x in (0..camera.width).step_by(COARSE) {
+            let met = sensor(viewpoint, &camera.ray(x as f32 + 0.5, y as f32 + 0.5));
+            met.into_iter().for_each(|(_, cell)| *counts.entry(cell).or_default() += 1);
+        }
+    }
+    counts.into_iter().max_by_key(|(_, count)| *count).map_or([0, 0], |(cell, _)| cell)
 }
 
 /// Returns, for each pixel, the share of it that is on the rim of what covers pixels by `shares`:

@@ -7,7 +7,7 @@ use phylux_core::{
     math::geometry::{Extent, ROUNDING, Ray, closeness},
     scene::{
         camera::{Camera, View},
-        lattice::Lattice,
+        lattice::{Cell, Lattice, Period},
         material::Scatterer,
         patches::Patches,
         world::{Scene, SurfaceHit},
@@ -52,19 +52,24 @@ const TOPMOST: f32 = 0.1;
 /// fraction of each side of it around them.
 const PART: f32 = 0.25;
 /// A scene that repeats is seen from such a distance, in its longest period or its height, from
-/// above by these fractions of its height and of the distance, and downwards by this slope. It is
-/// under a roof if all rays from above end within this fraction of its height; then the eye is so
-/// far up from the crop to the lamps, and looks down by that other slope.
+/// above by these fractions of its height and of the distance, and downwards by this slope.
 const AWAY: f32 = 2.5;
 const ABOVE: [f32; 2] = [0.5, 0.25];
 const DOWN: f32 = 0.26;
-const ROOF: f32 = 0.1;
-const UP: f32 = 0.45;
-const DOWN_INSIDE: f32 = 0.16;
 /// The direction of such a view along and across the rows, which follow the shorter period.
 const OBLIQUE: [f32; 2] = [0.85, 0.53];
-/// Number of rays along each side of a cell that look for a roof.
-const LOOKS: usize = 8;
+/// Where at least this fraction of such a scene lies below a roof, or below panels, with air of more
+/// than that fraction of its height between them and what stands below, it is seen from within: from
+/// so far up in the air below a roof, or beside panels, and downwards by this slope.
+const COVERED: f32 = 0.2;
+const AIR: f32 = 0.35;
+const UP: f32 = 0.45;
+const UP_BESIDE: f32 = 0.7;
+const DOWN_INSIDE: f32 = 0.16;
+/// The direction of the view beside panels, along and across their rows.
+const BESIDE: [f32; 2] = [0.94, 0.34];
+/// Number of rays along each side of a cell that look for what is above others.
+const LOOKS: usize = 16;
 /// The largest distance of a viewpoint from the centre of the scene, in radii of the scene.
 const FARTHEST: f64 = 1e4;
 
@@ -178,13 +183,23 @@ impl<'a> Viewpoint<'a> {
 
     /// Returns the first opaque surface or virtual captor along a ray.
     pub fn first_visible(&self, ray: &Ray) -> FirstVisible {
+        self.first_visible_in_cell(ray).0
+    }
+
+    /// Returns the same and, in a scene that repeats, of which cell a virtual captor is the image.
+    pub(super) fn first_visible_in_cell(&self, ray: &Ray) -> (FirstVisible, Cell) {
         let hit = self.opaque(ray);
         let mut nearest = hit.map_or(f32::INFINITY, |hit| hit.t);
         let mut visible = hit.map_or(FirstVisible::Nothing, |hit| self.at(ray, &hit));
+        let mut cell = [0, 0];
+        let lattice = self.scene.lattice();
         // a captor that lies in a surface is seen in front of it
         let limit = nearest * (1.0 + 4.0 * ROUNDING) + 2.0 * self.scene.highest_lift();
         self.scene.crossings(ray, limit, |crossing| {
-            let t = (crossing.point - ray.origin).dot(ray.direction);
+            let t = match lattice {
+                Some(_) => crossing.t,
+                None => (crossing.point - ray.origin).dot(ray.direction),
+            };
             let t = t * (1.0 - 2.0 * ROUNDING) - 2.0 * self.scene.lift(crossing.captor);
             if t < nearest {
                 nearest = t;
@@ -195,9 +210,16 @@ impl<'a> Viewpoint<'a> {
                     captor: Some(crossing.captor),
                     front: crossing.front,
                 };
+                // the point is where the scene describes it
+                let away = ray.origin + crossing.t * ray.direction - crossing.point;
+                let periods = |axis| lattice.and_then(|lattice| lattice.period(axis));
+                cell = [0, 1].map(|axis| {
+                    let period = |p: Period| (f64::from(away[axis]) / p.length).round() as i32;
+                    periods(axis).map_or(0, period)
+                });
             }
         });
-        visible
+        (visible, cell)
     }
 
     /// Returns the number of opaque surfaces between the viewpoint and a point, at most `most`,
@@ -236,8 +258,8 @@ impl<'a> Viewpoint<'a> {
     }
 }
 
-/// Returns a view along the rows of a scene that repeats: from above or, where there is a roof,
-/// from below it.
+/// Returns a view along the rows of a scene that repeats: from above or, where much of it is
+/// covered, from below a roof or beside panels.
 fn along_rows(
     scene: &Scene,
     lattice: &Lattice,
@@ -252,18 +274,17 @@ fn along_rows(
     let [[x, along_x], [y, along_y]] = sides;
     let tall = extent.size().z;
     let distance = AWAY * along_x.max(along_y).max(1.5 * tall);
-    let [along, across] = OBLIQUE;
-    let ahead = if along_y <= along_x {
-        Vec3::new(across, along, 0.0)
-    } else {
-        Vec3::new(along, across, 0.0)
+    let ahead = |[along, across]: [f32; 2]| match along_y <= along_x {
+        true => Vec3::new(across, along, 0.0),
+        false => Vec3::new(along, across, 0.0),
     };
     let middle = Vec3::new(x + 0.5 * along_x, y + 0.5 * along_y, extent.center().z);
-    let (eye, down) = match eye_below_roof(scene, &extent, sides) {
-        Some(z) => (middle.with_z(z), DOWN_INSIDE),
+    let (eye, ahead, down) = match in_free_air(scene, &extent, sides) {
+        Some((eye, true)) => (middle.with_z(eye.z), ahead(OBLIQUE), DOWN_INSIDE),
+        Some((eye, false)) => (eye, ahead(BESIDE), DOWN_INSIDE),
         None => {
             let z = extent.max.z + ABOVE[0] * tall + ABOVE[1] * distance;
-            ((middle - distance * ahead).with_z(z), DOWN)
+            ((middle - distance * ahead(OBLIQUE)).with_z(z), ahead(OBLIQUE), DOWN)
         }
     };
     let (position, look_at) = (eye, eye + ahead - down * Vec3::Z);
@@ -271,29 +292,69 @@ fn along_rows(
     View { position, look_at, up: DVec3::Z, fov_deg, width, height }
 }
 
-/// Returns the height between a crop and its lamps or roof, m from the centre of the scene; `None`
-/// where there is no roof, or no room below it.
-fn eye_below_roof(scene: &Scene, extent: &Extent, [x, y]: [[f32; 2]; 2]) -> Option<f32> {
+/// Returns a place in the air below a roof or beside panels, m from the centre of the scene, and
+/// whether a roof is everywhere; `None` where little is covered, or without room below it.
+fn in_free_air(scene: &Scene, extent: &Extent, sides: [[f32; 2]; 2]) -> Option<(Vec3, bool)> {
     let tall = extent.size().z;
-    let roof = extent.max.z - ROOF * tall;
-    let mut crop = extent.min.z;
-    for place in 0..LOOKS * LOOKS {
+    let place = |index: usize| {
         let at =
             |[from, length]: [f32; 2], i: usize| from + length * (i as f32 + 0.5) / LOOKS as f32;
-        let top = Vec3::new(at(x, place % LOOKS), at(y, place / LOOKS), extent.max.z + 0.1 * tall);
-        let mut ray = Ray { origin: top, direction: -Vec3::Z };
-        let mut hit = scene.closest(&ray)?;
-        if hit.point.z < roof {
-            return None;
-        }
-        while hit.point.z >= roof {
-            ray = scene.pass(&hit, ray.direction);
-            hit = scene.closest(&ray)?;
-        }
-        crop = crop.max(hit.point.z);
-    }
+        Vec3::new(
+            at(sides[0], index % LOOKS),
+            at(sides[1], index / LOOKS),
+            extent.max.z + 0.1 * tall,
+        )
+    };
+    let columns: Vec<Vec<f32>> = (0..LOOKS * LOOKS).map(|i| heights(scene, place(i))).collect();
+    let mut all: Vec<f32> = columns.iter().flatten().copied().chain([extent.min.z]).collect();
+    all.sort_unstable_by(f32::total_cmp);
+    let air = |pair: &&[f32]| pair[1] - pair[0];
+    let widest = all.windows(2).max_by(|a, b| air(a).total_cmp(&air(b)))?;
+    let [low, cover] = [widest[0], widest[1]];
+    // lamps may hang below a roof
     let lamps = scene.lights().iter().filter(|light| light.entrance().is_none());
-    let lowest = lamps.map(|lamp| lamp.extent().min.z).filter(|z| *z > crop);
-    let ceiling = lowest.fold(roof, f32::min);
-    (ceiling - crop > ROOF * tall).then_some(crop + UP * (ceiling - crop))
+    let lowest = lamps.map(|lamp| lamp.extent().min.z).filter(|z| *z > low);
+    let high = lowest.fold(cover, f32::min);
+    let is_covered: Vec<bool> =
+        columns.iter().map(|column| column.iter().any(|z| *z >= cover)).collect();
+    let covered = is_covered.iter().filter(|covered| **covered).count() as f32;
+    if cover - low < AIR * tall || covered < COVERED * is_covered.len() as f32 {
+        return None;
+    }
+    let at = |index: usize, up: f32| place(index).with_z(low + up * (high - low));
+    match farthest_from(&is_covered) {
+        // what is measured may also stand on what covers the ground, as on a bench
+        Some(open) => is_measured_below(scene, cover).then(|| (at(open, UP_BESIDE), false)),
+        None => Some((at(0, UP), true)),
+    }
+}
+
+/// Returns whether most captors lie below a height, m from the centre of the scene.
+fn is_measured_below(scene: &Scene, height: f32) -> bool {
+    let height = scene.center().z + f64::from(height);
+    let below = scene.captors().iter().filter(|captor| captor.center.z < height).count();
+    2 * below > scene.captors().len()
+}
+
+/// Returns the heights of all surfaces straight below a place, m from the centre of the scene.
+fn heights(scene: &Scene, from: Vec3) -> Vec<f32> {
+    let mut ray = Ray { origin: from, direction: -Vec3::Z };
+    let mut heights = Vec::new();
+    while let Some(hit) = scene.closest(&ray) {
+        heights.push(hit.point.z);
+        ray = scene.pass(&hit, ray.direction);
+    }
+    heights
+}
+
+/// Returns the place of a square of places, that repeats, which is farthest from those that are
+/// covered; `None` if all are.
+fn farthest_from(is_covered: &[bool]) -> Option<usize> {
+    let away = |a: usize, b: usize| {
+        let apart = |i: usize, j: usize| i.abs_diff(j).min(LOOKS - i.abs_diff(j));
+        apart(a % LOOKS, b % LOOKS).pow(2) + apart(a / LOOKS, b / LOOKS).pow(2)
+    };
+    let places = || 0..is_covered.len();
+    let room = |place: usize| places().filter(|i| is_covered[*i]).map(|i| away(place, i)).min();
+    places().filter(|place| !is_covered[*place]).max_by_key(|place| room(*place))
 }

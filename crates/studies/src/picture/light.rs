@@ -19,7 +19,7 @@ use phylux_show::{
         BandColours, Exposure, Legend, Metered, PAPER, Picture, WhiteBalance, encoded,
         linear as linear_of, with_glow,
     },
-    render::{Fragments, Pixels, SENSOR, Seen, Show, bulbs, rim, sensor},
+    render::{Fragments, Pixels, SENSOR, Seen, Show, bulbs, nearest_cell, rim, sensor},
 };
 
 /// The largest light of a pixel that takes part in the glow, relative to white. The sun in a pane
@@ -48,23 +48,31 @@ impl Task<'_> {
         let colours = self.colours();
         let shown = self.shown(&fragments, &colours[0].visible())?;
         let balance = self.balance(&light, &colours[0]);
+        let (sky, width) = (self.sky_colours(), self.viewpoint.camera.width);
+        let is_up = |pixel: usize| {
+            let [x, y] = [pixel % width, pixel / width].map(|at| at as f32 + 0.5);
+            self.viewpoint.camera.ray(x, y).direction.z > 0.0
+        };
         // what no known material sends has the colours of the first
-        let of = |seen: &Seen| {
-            let colours = &colours[seen.material.map_or(0, |material| 1 + material)];
+        let of = |pixel: usize, seen: &Seen| {
+            let of_sky = sky.as_ref().filter(|_| seen.is_beyond && is_up(pixel));
+            let colours = of_sky
+                .unwrap_or_else(|| &colours[seen.material.map_or(0, |material| 1 + material)]);
             balance.balanced(colours.linear(&seen.values))
         };
-        let (pixels, width) = (fragments.pixels(), self.viewpoint.camera.width);
+        let pixels = fragments.pixels();
         let count = shown.pixel_count();
         let mut linear: Vec<Vec3> = (0..count)
-            .map(|pixel| shown.seen(pixel).map(|seen| seen.share * of(&seen)).sum())
+            .map(|pixel| shown.seen(pixel).map(|seen| seen.share * of(pixel, &seen)).sum())
             .collect();
         let scattered = self.scattered(&light);
-        let part = |found: Seen| {
+        let part = |pixel: usize, found: Seen| {
             let scattered = scattered[found.material?]?;
-            let seen = of(&found).max_element();
+            let seen = of(pixel, &found).max_element();
             Some(Metered { white: seen / scattered, seen, share: found.share })
         };
-        let parts = || (0..count).flat_map(|pixel| shown.seen(pixel).filter_map(part)).collect();
+        let of_pixel = |pixel: usize| shown.seen(pixel).filter_map(move |of| part(pixel, of));
+        let parts = || (0..count).flat_map(of_pixel).collect();
         let chosen = self.job.exposure.map(Exposure::asked);
         let exposure = chosen.unwrap_or_else(|| Exposure::metered(parts()));
         self.add_bulbs(&mut linear, exposure, |power| balance.balanced(colours[0].linear(power)));
@@ -124,8 +132,12 @@ impl Task<'_> {
         if count == 0 || !wanted {
             return Ok(false);
         }
+        // of a scene that repeats those of one cell
+        let shown = self.scene.lattice().map(|_| nearest_cell(&self.viewpoint));
         let met = |ray: &Ray| {
-            sensor(&self.viewpoint, ray).map_or(Vec3::ZERO, |cos| Vec3::new(1.0, cos, 0.0))
+            let met = sensor(&self.viewpoint, ray);
+            let met = met.filter(|(_, cell)| shown.is_none_or(|shown| shown == *cell));
+            met.map_or(Vec3::ZERO, |(cos, _)| Vec3::new(1.0, cos, 0.0))
         };
         let met = self.pixels(met)?;
         let shares: Vec<f32> = met.iter().map(|met| met.x).collect();
@@ -151,6 +163,13 @@ impl Task<'_> {
         }
         let kinds = std::iter::once(Kind::Other).chain(materials.iter().map(Kind::of));
         kinds.map(|kind| BandColours::of_kind(bands, quantity, kind)).collect()
+    }
+
+    /// Returns the colours of light from beyond all surfaces, where this is the sky alone.
+    fn sky_colours(&self) -> Option<BandColours> {
+        let is_sky = self.scene.lights().iter().all(|light| light.entrance().is_some());
+        let (bands, quantity) = (self.scene.bands(), self.scene.quantity());
+        (is_sky && !self.band.named).then(|| BandColours::of_sky(bands, quantity))
     }
 
     /// Returns the balance for the light that comes straight from lamps and sky.

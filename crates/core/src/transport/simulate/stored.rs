@@ -7,7 +7,10 @@ use glam::Vec3;
 use super::{Keep, Run, lock};
 use crate::{
     math::spectrum::{Lanes, Spectrum},
-    scene::{material::LobeKind, world::Scene},
+    scene::{
+        material::{LobeKind, Scatterer},
+        world::Scene,
+    },
     transport::{
         photon_map::{
             Arrival, MapBuilder, PackedDirection, StoredPhoton, TaskArrivals, TaskKey, Way,
@@ -136,6 +139,9 @@ impl Keep<'_> {
                 (counted.channel() as u32, carried.unwrap_or(counted.power))
             }
             (Keep::Focused(_), _) if !way.is_focused() => return None,
+            (Keep::Focused(_), Event::Arrival { at, .. }) if !at.material.is_diffuse() => {
+                return None;
+            }
             (
                 Keep::OnSurfaces(patches) | Keep::Focused(patches),
                 Event::Arrival { at, power, .. },

@@ -5,7 +5,7 @@ use super::{Control, Keep, Outcome, Run, memory, tried::RAYS};
 use crate::{
     error::{Result, catch_panic},
     math::{machine, rng::Purpose},
-    scene::{patches::Patches, world::Scene},
+    scene::{material::Scatterer, patches::Patches, world::Scene},
     transport::{
         photon_map::Way,
         settings::{Estimator, Guiding, MapLimit, NearestCount, PhotonCount, Settings},
@@ -68,8 +68,9 @@ pub fn light_surfaces<'a>(
     Ok(SurfaceLight { scene, patches, map, k })
 }
 
-/// Returns the part of the light on all surfaces that came from its lamp by mirrors, refraction or
-/// gloss alone, estimated from as many of such photons as `light`. More photons are traced for it:
+/// Returns the part of the light on surfaces that scatter diffusely that came from its lamp by
+/// mirrors, refraction or gloss alone, estimated from as many of such photons as `light`. What
+/// passes glass is met there many times, and seen where it ends. More photons are traced for it:
 /// until twice `settings.map_photons` arrivals are stored, and at most eight times as many as found
 /// all the light. Errors: as [`simulate`](super::simulate()).
 pub fn focused_light<'a>(
@@ -77,7 +78,11 @@ pub fn focused_light<'a>(
     settings: &Settings,
     control: &Control,
 ) -> Result<SurfaceLight<'a>> {
-    let own = light.map.ways().iter().filter(|way| way.is_focused()).count();
+    let scatters = |&index: &usize| {
+        let surface = light.scene.surface(light.map.photons[index].triangle as usize);
+        light.map.ways()[index].is_focused() && light.scene.material(&surface).is_diffuse()
+    };
+    let own = (0..light.map.photons.len()).filter(scatters).count();
     // where most of the light is focused, it has been found
     if own == 0 || 2 * own > settings.map_photons.get() {
         return Ok(machine::pool(settings.threads.get())?.install(|| light.part(Way::is_focused)));

@@ -122,16 +122,22 @@ impl RadianceCache {
     }
 
     /// Returns the mean radiance along the normal, per band, over the `count` cached points nearest
-    /// to `point` on the face of a piece (`bin`); empty if there is no cached point on it.
+    /// to `point` on the face of a piece (`bin`); empty if there is no cached point on it. The
+    /// nearer a point is the more it counts, and the farthest does not, so that the mean changes
+    /// evenly from place to place.
     pub fn mean_along_normal(&self, bin: u32, point: Vec3, count: usize) -> Vec<f64> {
         let nearest = self.points.nearest(bin, point, count);
-        let mut mean = Vec::new();
+        let Some(last) = nearest.last() else { return Vec::new() };
+        let reach = 1.0001 * last.distance2 + f32::MIN_POSITIVE;
+        let (mut mean, mut weights) = (Vec::new(), 0.0);
         for near in &nearest {
             let [along_normal @ .., _] = self.points.power(near.index) else { continue };
+            let weight = f64::from(1.0 - near.distance2 / reach).powi(2);
+            weights += weight;
             mean.resize(along_normal.len(), 0.0);
-            let share = 1.0 / nearest.len() as f64;
-            mean.iter_mut().zip(along_normal).for_each(|(sum, v)| *sum += share * f64::from(*v));
+            mean.iter_mut().zip(along_normal).for_each(|(sum, v)| *sum += weight * f64::from(*v));
         }
+        mean.iter_mut().for_each(|sum| *sum /= weights);
         mean
     }
 
