@@ -311,7 +311,7 @@ class Scene:
         if sensitivity is not None:
             scene = self.copy()
             names = [sensitivity] if isinstance(sensitivity, str) else sensitivity
-            scene.keys["sensitivity"] = names if isinstance(names, bool) else list(names)
+            scene.keys["sensitivity"] = list(names) if isinstance(names, Iterable) else names
         loaded = scene._load()
         with shown.Progress(progress) as tell:
             found, warned = loaded.run(_arguments(given), tell)

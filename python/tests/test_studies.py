@@ -331,6 +331,8 @@ def test_sensitivities_are_a_table():
     assert set(left.parameter) == {"/lights/0/power"}
     with pytest.raises(px.InputError, match="no material or light `lef`.*did you mean `left`"):
         bench().run(photons=1000, k=0, sensitivity=["lef"])
+    with pytest.raises(px.InputError, match="must be true, false or a list of names"):
+        bench().run(photons=1000, k=0, sensitivity=5)
 
 
 def test_a_mix_has_sensitivities_and_a_budget():
