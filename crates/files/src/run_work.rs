@@ -49,6 +49,8 @@ pub struct KeptSettings {
     chosen: Option<String>,
     /// The number of photons whose work the run was to take, if a trial chose the estimator.
     asked: Option<u64>,
+    /// The size of that trial.
+    trial: u64,
 }
 
 impl KeptSettings {
@@ -68,6 +70,7 @@ impl KeptSettings {
             of: settings.of.iter().map(Target::to_string).collect(),
             chosen: choice.map(|choice| choice.why.clone()),
             asked: choice.and_then(|choice| choice.photons),
+            trial: choice.map_or(0, |choice| choice.trial),
         }
     }
 
@@ -94,7 +97,8 @@ impl KeptSettings {
     /// Returns the choice of the estimator, if a trial chose it.
     pub fn choice(&self) -> Option<Choice> {
         let why = self.chosen.clone()?;
-        Some(Choice { estimator: self.estimator, photons: self.asked, why })
+        let Self { estimator, asked: photons, trial, .. } = *self;
+        Some(Choice { estimator, photons, why, trial })
     }
 }
 

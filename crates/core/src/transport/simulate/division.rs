@@ -19,9 +19,7 @@ use std::{array::from_fn, sync::Arc};
 use super::{
     Control, Keep, Run, TASK, channel, faces,
     schedule::{Beside, Schedule},
-    tried::{
-        FEWEST, Judged, TRIAL, Tried, Value, affordable, of_a_trial, of_photons, paths_of, step,
-    },
+    tried::{FEWEST, Judged, Size, Tried, Value, affordable, of_a_trial, of_photons, paths_of},
 };
 use crate::{
     error::Result,
@@ -51,6 +49,10 @@ const UNEVEN: f64 = 8.0;
 /// At a face that fewer photons of the trial have come to, their variance is taken to be in
 /// proportion to its area.
 const KNOWN: u64 = 100;
+/// So many photons that bring light which paths leave to them show how they find it.
+const LEFT: u64 = 30;
+/// Photons that take less than this fraction of the work need not be known better.
+const LITTLE: f64 = 0.125;
 
 /// How complete paths divide their work.
 #[derive(Clone, Debug)]
@@ -73,22 +75,31 @@ pub(super) struct TriedComplete {
     /// Fraction of the light on the captors that paths leave to photons, in [0, 1]: the largest over
     /// the bands.
     pub left: f64,
+    /// Whether enough photons have shown how they find that light, or they take little of the work.
+    pub is_left_known: bool,
+    /// Work of these trials.
+    pub spent: f64,
 }
 
 impl TriedComplete {
-    /// Tries paths, by up to about `rays` rays, and photons beside them, and divides the work. Errors:
-    /// those of a run.
-    pub fn new(scene: &Scene, settings: &Settings, rays: u64, control: &Control) -> Result<Self> {
-        let pilot = Arc::new(Pilot::beside_photons(scene, settings.seed));
-        let paths = paths_of(scene, settings, &pilot, rays, control)?;
-        let photons = TriedPhotons::new(scene, settings, &pilot, rays, control)?;
-        let variances = Variances::new(scene, &paths, &photons);
-        let number = variances.faces.len();
-        let work = Work { path: paths.work / number as f64, photon: photons.work };
+    /// Tries paths and photons beside them, and divides the work. Errors: those of a run.
+    pub fn new(
+        scene: &Scene,
+        settings: &Settings,
+        pilot: &Arc<Pilot>,
+        size: Size,
+        control: &Control,
+    ) -> Result<Self> {
+        let paths = paths_of(scene, settings, pilot, size, control)?;
+        let photons = TriedPhotons::new(scene, settings, pilot, size, control)?;
+        let spent = paths.spent + photons.spent;
         let goal = match Judged::of(scene, settings) {
             Judged::Hardest => Goal::Worst,
             Judged::All | Judged::Sum => Goal::Typical,
         };
+        let variances = Variances::new(scene, (&paths, &photons), size, goal);
+        let number = variances.faces.len();
+        let work = Work { path: paths.work / number as f64, photon: photons.work };
         // what paths leave is known as a mean of all faces; that where most is left decides the worst
         let uneven = if goal == Goal::Worst { UNEVEN } else { 1.0 };
         let uneven = |of: Variance| Variance { beside: (uneven * of.beside).min(of.photon), ..of };
@@ -127,13 +138,14 @@ impl TriedComplete {
         let found = of(&|face, found| found.with(each, alone[face]));
         let left = variances.left();
         let all = starts as f64 * work.path + each * work.photon;
+        let is_left_known = each * work.photon <= LITTLE * all || variances.is_left_known();
         let tried = Tried { found, work: all, unit: starts as u64, ..paths.clone() };
         let division = Division { photons: each, by_photons: by_photons.into() };
         // the variances of photons alone come from the same model, so that what is not known of them
         // does not decide
         let photons = of(&|_, found| found.photon);
         let photons = Tried { found: photons, work: work.photon, unit: 1, ..paths.clone() };
-        Ok(Self { pilot, division, tried, photons, left })
+        Ok(Self { pilot: pilot.clone(), division, tried, photons, left, is_left_known, spent })
     }
 }
 
@@ -270,7 +282,10 @@ struct TriedPhotons {
     all: Totals,
     /// Work of a photon.
     work: f64,
-    /// Fraction of the arrivals at all surfaces that are light which paths leave to photons.
+    /// Work of the whole trial of photons.
+    spent: f64,
+    /// Fraction of the arrivals at all surfaces that are light which paths leave to photons; 0 if they
+    /// can leave none.
     left: f64,
 }
 
@@ -279,12 +294,13 @@ impl TriedPhotons {
         scene: &Scene,
         settings: &Settings,
         pilot: &Arc<Pilot>,
-        rays: u64,
+        size: Size,
         control: &Control,
     ) -> Result<Self> {
         let settings = of_a_trial(settings);
         let least = scene.sources() as u64;
-        let photons = affordable(scene, &settings, control, (TRIAL, rays))?.max(FEWEST * least);
+        let most = (size.histories(), size.rays);
+        let photons = affordable(scene, &settings, control, most)?.max(FEWEST * least);
         let beside = Some(Beside { ratio: 1.0, least });
         let schedule = Schedule { beside, ..Schedule::new(photons, least, TASK.max(least)) };
         let totals = |by_photons: Arc<[bool]>| {
@@ -297,10 +313,20 @@ impl TriedPhotons {
             Ok((totals, (left + 0.5) / (all + 1.0)))
         };
         let channels = scene.channels();
-        let (beside, left) = totals(vec![false; channels].into())?;
-        let (all, _) = totals(vec![true; channels].into())?;
-        let work = all.work() as f64 / all.histories as f64;
-        Ok(Self { beside, all, work, left })
+        let (all, left) = totals(vec![true; channels].into())?;
+        let spent = all.work() as f64;
+        let work = spent / all.histories as f64;
+        // without mirrors nothing is left, and there is nothing to count
+        let may_leave = scene.materials().iter().any(|named| named.material.has_mirror());
+        let (beside, left, spent) = match may_leave {
+            true => (totals(vec![false; channels].into())?.0, left, 2.0 * spent),
+            false => {
+                let mut none = Totals::new(scene, 0);
+                (none.batches, none.histories) = (all.batches, all.histories);
+                (none, 0.0, spent)
+            }
+        };
+        Ok(Self { beside, all, work, spent, left })
     }
 }
 
@@ -312,8 +338,7 @@ struct Variances<'t> {
     photons: &'t TriedPhotons,
     /// Every so many faces one was tried by paths.
     step: usize,
-    /// Whether paths may leave light to photons.
-    leaves: bool,
+    goal: Goal,
     /// The factor on the variances of paths that their differences from photons show, at least 1.
     excess: f64,
     /// Per band, what holds for all faces.
@@ -343,12 +368,16 @@ struct OfAll {
 }
 
 impl<'t> Variances<'t> {
-    fn new(scene: &'t Scene, paths: &'t Tried, photons: &'t TriedPhotons) -> Self {
+    fn new(
+        scene: &'t Scene,
+        (paths, photons): (&'t Tried, &'t TriedPhotons),
+        size: Size,
+        goal: Goal,
+    ) -> Self {
         let faces = faces(scene);
-        let step = step(faces.len());
-        let leaves = scene.materials().iter().any(|named| named.material.has_mirror());
-        let all =
-            Self { scene, faces, paths, photons, step, leaves, excess: 1.0, of_all: Vec::new() };
+        let step = size.step(faces.len());
+        let (excess, of_all) = (1.0, Vec::new());
+        let all = Self { scene, faces, paths, photons, step, goal, excess, of_all };
         let all = Self { excess: all.excess(), ..all };
         let of_all = (0..scene.bands().len()).map(|band| all.of_all(band)).collect();
         Self { of_all, ..all }
@@ -430,13 +459,20 @@ impl<'t> Variances<'t> {
         }
         let ratio = |over: f64, under: f64| if under > 0.0 { over / under } else { 0.0 };
         let photon = if came > 0.0 { variance / came } else { of_photons(self.scene)[band] };
-        // that no photon has come of the light that is left does not say that there is none: one more
-        // photon counts as come, of which paths leave as much as of the light on all surfaces
-        let one = photon / photons;
-        let share = if self.leaves { self.photons.left } else { 0.0 };
+        // that no photon has come of the light that is left does not say that there is none
+        let (one, share) = (photon / photons, self.photons.left);
+        let beside = match self.goal {
+            // one more photon counts as come, of which paths leave as much as of the light on all
+            // surfaces
+            Goal::Typical => ratio(left + share * photon * one, light + one),
+            // where one captor decides, one more of the light that is left, and as much other light as
+            // comes with it to all surfaces
+            Goal::Worst if share > 0.0 => ratio(left + photon * one, light + one / share),
+            Goal::Worst => 0.0,
+        };
         OfAll {
             path,
-            beside: ratio(left + share * photon * one, light + one).min(photon),
+            beside: beside.min(photon),
             photon,
             irradiance: ratio(of_unknown[0], of_unknown[1]),
         }
@@ -461,6 +497,13 @@ impl<'t> Variances<'t> {
             if all > 0.0 { (left / all).min(1.0) } else { 0.0 }
         };
         (0..self.scene.bands().len()).map(share).fold(0.0, f64::max)
+    }
+
+    /// Returns whether no light is left to photons, or enough photons of it have come to all faces
+    /// together.
+    fn is_left_known(&self) -> bool {
+        let came = |face| self.photons.beside.photons(channel(self.scene, face));
+        self.photons.left == 0.0 || self.faces.iter().map(came).sum::<u64>() >= LEFT
     }
 
     /// Returns whether enough photons have come to a face to tell how much they differ.

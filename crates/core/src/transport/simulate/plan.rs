@@ -11,8 +11,8 @@ use super::{
     Choice, Control, Keep, Run,
     division::{Division, TriedComplete},
     pilot::ImportancePilot,
-    trial::{Chosen, OfPaths, asked, rays_of_a_trial},
-    tried::{FEWEST, Found, RAYS, TRIAL_RAYS, affordable, of_a_trial, of_photons},
+    trial::{Chosen, OfPaths, asked},
+    tried::{FEWEST, Found, RAYS, Size, affordable, of_a_trial, of_photons},
     within::within,
 };
 use crate::{
@@ -129,14 +129,11 @@ impl<'a> Plan<'a> {
                 (Some(choice), of_paths)
             }
             Estimator::Complete if !scene.captors().is_empty() => {
-                let asked = chosen.as_ref().map(|choice| choice.photons);
-                let rays = match asked {
-                    Some(photons) => rays_of_a_trial(scene, &settings, photons, control)?,
-                    None => None,
-                };
-                let rays = rays.unwrap_or(TRIAL_RAYS);
+                let tried = chosen.as_ref().map(|choice| Size::of(choice.trial));
+                let size = tried.unwrap_or(Size::USUAL);
+                let pilot = Arc::new(paths::Pilot::beside_photons(scene, settings.seed));
                 let TriedComplete { pilot, division, .. } =
-                    TriedComplete::new(scene, &settings, rays, control)?;
+                    TriedComplete::new(scene, &settings, &pilot, size, control)?;
                 (chosen, Some(OfPaths { pilot, division }))
             }
             _ => (chosen, None),

@@ -12,9 +12,8 @@ use std::sync::Arc;
 use super::{
     BATCHES, Control, Keep, MIN_PATHS, Run,
     division::{Division, TriedComplete},
-    tried::{
-        FEWEST, Judged, TRIAL, TRIAL_RAYS, Tried, of_a_trial, of_photons, rays_of_a_photon, tried,
-    },
+    least_paths,
+    tried::{FEWEST, Judged, Size, Tried, of_a_trial, of_photons, rays_of_a_photon, tried},
 };
 use crate::{
     error::Result,
@@ -26,14 +25,20 @@ use crate::{
     },
 };
 
-/// A run that traces fewer rays than this takes some tenths of a second: it has no trial, and traces
-/// photons.
+/// A run that traces fewer rays than this takes some hundredths of a second: it has no trial, and
+/// traces photons.
+const SHORTEST: f64 = (1u64 << 15) as f64;
+/// One of fewer rays than this, some tenths of a second, has a trial only where its photons leave most
+/// captors dark.
 const SHORT: f64 = (1u64 << 19) as f64;
+/// This share of its photons tells that.
+const GLANCE: f64 = 0.05;
 /// A trial has up to four parts, of paths and of photons, each of which may trace one in this many of
-/// the rays of the run.
-const SPENT: f64 = 48.0;
-/// The least number of rays of a part: no fewer tell anything.
+/// the rays of the run, but at least so many rays: no fewer tell anything.
+const PART: f64 = 48.0;
 const LEAST_RAYS: u64 = 1 << 14;
+/// All trials together may take this share of the work of a run, but the first of them.
+const SPENT: f64 = 0.1;
 
 /// An estimator that a trial has chosen.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +50,9 @@ pub struct Choice {
     pub photons: Option<u64>,
     /// The reason, as text for the user.
     pub why: String,
+    /// The most rays of a part of the last trial, by which the same trial finds the same division of
+    /// the work again; 0 without one.
+    pub trial: u64,
 }
 
 /// What is known once an estimator has been chosen.
@@ -67,7 +75,8 @@ pub(super) struct OfPaths {
 impl Chosen {
     /// Photons, for this reason.
     pub fn photons(settings: &Settings, why: String) -> Self {
-        let choice = Choice { estimator: Estimator::Photons, photons: asked(settings), why };
+        let estimator = Estimator::Photons;
+        let choice = Choice { estimator, photons: asked(settings), why, trial: 0 };
         Self { choice, of_paths: None, per_photon: 1.0 }
     }
 
@@ -87,15 +96,11 @@ impl Chosen {
         if scene.captors().is_empty() {
             return by_photons("there is no captor for paths to start from");
         }
-        let Some(rays) = rays_of_a_trial(scene, settings, asked(settings), control)? else {
+        let Some(size) = first_size(scene, settings, guidance.as_ref(), control)? else {
             return by_photons("the run is too short to try paths");
         };
-        let complete = TriedComplete::new(scene, settings, rays, control)?;
-        // photons beside paths may be sent through a box about the captors, as those alone are not
-        let photons = match guidance {
-            None if complete.pilot.most_gain() == 1.0 => complete.photons.clone(),
-            guidance => photons_of(scene, settings, guidance, rays, control)?,
-        };
+        let Trial { complete, photons, size } =
+            Trial::of_run(scene, settings, guidance, size, control)?;
         let TriedComplete { pilot, division, tried: paths, left, .. } = complete;
         if !(paths.found.finds_light() || photons.found.finds_light()) {
             return by_photons("neither paths nor photons of a trial found light");
@@ -128,7 +133,12 @@ impl Chosen {
                 100.0 * left
             );
         }
-        let choice = Choice { estimator: Estimator::Complete, photons: asked(settings), why };
+        let choice = Choice {
+            estimator: Estimator::Complete,
+            photons: asked(settings),
+            why,
+            trial: size.rays,
+        };
         Ok(Self { choice, of_paths: Some(OfPaths { pilot, division }), per_photon })
     }
 }
@@ -141,25 +151,100 @@ pub(super) fn asked(settings: &Settings) -> Option<u64> {
     }
 }
 
-/// Returns the most rays of each part of a trial before a run of so many photons; `None` if the run
-/// is too short for a trial. Errors: those of a run.
-pub(super) fn rays_of_a_trial(
+/// A trial of photons and of complete paths.
+struct Trial {
+    complete: TriedComplete,
+    photons: Tried,
+    size: Size,
+}
+
+impl Trial {
+    /// The trial of a run. Where a tolerance is to be met by each captor, few photons of what paths
+    /// leave to them decide: larger trials follow until enough of these have come, or the trials would
+    /// take more than their share of the run.
+    fn of_run(
+        scene: &Scene,
+        settings: &Settings,
+        guidance: Option<Guidance>,
+        mut size: Size,
+        control: &Control,
+    ) -> Result<Self> {
+        let pilot = Arc::new(Pilot::beside_photons(scene, settings.seed));
+        let judged = Judged::of(scene, settings);
+        let mut spent = 0.0;
+        loop {
+            let trial = Self::new(scene, settings, guidance.clone(), (&pilot, size), control)?;
+            let own = trial.complete.spent + trial.photons.spent;
+            spent += own;
+            let is_enough = judged != Judged::Hardest || trial.complete.is_left_known;
+            let most = SPENT * trial.work_of_run(settings, judged);
+            let fits = |next: &Size| spent + next.over(size) * own <= most;
+            match size.next().filter(|next| !is_enough && fits(next)) {
+                Some(next) => size = next,
+                None => return Ok(trial),
+            }
+        }
+    }
+
+    fn new(
+        scene: &Scene,
+        settings: &Settings,
+        guidance: Option<Guidance>,
+        (pilot, size): (&Arc<Pilot>, Size),
+        control: &Control,
+    ) -> Result<Self> {
+        let complete = TriedComplete::new(scene, settings, pilot, size, control)?;
+        // photons beside paths may be sent through a box about the captors, as those alone are not
+        let photons = match guidance {
+            None if pilot.most_gain() == 1.0 => Tried { spent: 0.0, ..complete.photons.clone() },
+            guidance => photons_of(scene, settings, guidance, size, control)?,
+        };
+        Ok(Self { complete, photons, size })
+    }
+
+    /// Returns about how much work the run takes: that of its photons or, if less meets its tolerance,
+    /// that of the better way until then.
+    fn work_of_run(&self, settings: &Settings, judged: Judged) -> f64 {
+        let of = |photons: u64| photons as f64 * self.photons.work;
+        let asked = asked(settings).map_or(f64::INFINITY, of);
+        let Some(tolerance) = settings.tolerance else { return asked };
+        let [paths, photons] = [&self.complete.tried, &self.photons];
+        let costs = [paths.cost(photons, judged), photons.cost(paths, judged)];
+        asked.min(costs[0].min(costs[1]) / tolerance.get().powi(2))
+    }
+}
+
+/// Returns the size of the first trial of a run. `None` if the run is too short for one: it takes some
+/// tenths of a second, and its photons reach most captors, or 100 paths from each face are more than it
+/// has time for. Errors: those of a run.
+fn first_size(
     scene: &Scene,
     settings: &Settings,
-    photons: Option<u64>,
+    guidance: Option<&Guidance>,
     control: &Control,
-) -> Result<Option<u64>> {
-    let Some(photons) = photons.filter(|_| settings.max_time.is_none()) else {
-        return Ok(Some(TRIAL_RAYS));
+) -> Result<Option<Size>> {
+    let Some(photons) = asked(settings).filter(|_| settings.max_time.is_none()) else {
+        return Ok(Some(Size::USUAL));
     };
-    let (few, each) = match photons < scene.sources() as u64 {
+    if photons < scene.sources() as u64 {
         // the run itself says that these are too few
-        true => return Ok(None),
-        false => rays_of_a_photon(scene, settings, control)?,
-    };
+        return Ok(None);
+    }
+    let (few, each) = rays_of_a_photon(scene, settings, control)?;
     let rays = photons as f64 * each;
-    let short = rays < SHORT || photons < few;
-    Ok((!short).then_some(((rays / SPENT) as u64).clamp(LEAST_RAYS, TRIAL_RAYS)))
+    if rays < SHORTEST || photons < few {
+        return Ok(None);
+    }
+    if rays >= SHORT {
+        let rays = ((rays / PART) as u64).clamp(LEAST_RAYS, Size::USUAL.rays);
+        return Ok(Some(Size { rays }));
+    }
+    if least_paths(scene) > photons {
+        return Ok(None);
+    }
+    let glance = Size { rays: (GLANCE * rays) as u64 };
+    let found = photons_of(scene, settings, guidance.cloned(), glance, control)?.found;
+    Ok(found.is_dark().then_some(Size::FIRST))
 }
 
 /// Writes a number with two significant digits.
@@ -175,18 +260,18 @@ fn digits(number: f64) -> String {
     }
 }
 
-/// Runs a trial of photons that takes up to about `rays` rays.
+/// Runs a trial of photons.
 fn photons_of<'a>(
     scene: &'a Scene,
     settings: &Settings,
     guidance: Option<Guidance<'a>>,
-    rays: u64,
+    size: Size,
     control: &Control,
 ) -> Result<Tried> {
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
     let run = run.guided_by(guidance);
     let first = BATCHES.max(FEWEST * scene.sources() as u64);
-    let (totals, histories) = tried(run, 0, (first, TRIAL, rays))?;
-    Ok(Tried::new(scene, &totals, histories, 1, of_photons(scene)))
+    let (totals, histories) = tried(run, 0, (first, size.histories(), size.rays))?;
+    Ok(Tried::new(scene, (&totals, histories), size, 1, of_photons(scene)))
 }

@@ -18,19 +18,69 @@ use crate::{
 /// nothing, one photon takes 10,000.
 pub(super) const RAYS: u64 = 1 << 20;
 
-/// Number of photons, or of paths from all faces together, of one trial of an estimator, and the most
-/// rays that it should trace: some tenths of a second, so that short runs can afford it.
-pub(super) const TRIAL: u64 = 1 << 14;
-pub(super) const TRIAL_RAYS: u64 = 1 << 18;
+/// The rays of each part of the smallest, and usually of the largest, trial of an estimator: some
+/// hundredths and some tenths of a second.
+const FIRST_RAYS: u64 = 1 << 12;
+const TRIAL_RAYS: u64 = 1 << 18;
+/// Where few photons of the largest usual trial bring light that paths leave to them, trials go on to so
+/// many rays.
+const LONGEST_RAYS: u64 = 1 << 22;
+/// A trial has so many times the rays of the one before.
+const GROWTH: u64 = 4;
+/// A trial has at most so many histories, or one for so many rays if these are more.
+const HISTORIES: u64 = 1 << 14;
+const RAYS_OF_HISTORY: u64 = 16;
 /// The fewest batches of a trial of photons. With many lights more would take too long, as each batch
 /// has a photon of each.
 pub(super) const FEWEST: u64 = 16;
-/// The most faces from which paths are tried. They are spread over all captors.
+/// The most faces from which paths are tried, in the smallest trial and in larger ones. They are spread
+/// over all captors.
+const FEW_FACES: usize = 16;
 const FACES: usize = 64;
 /// A variance that fewer histories than these have shown is not known well.
 const SEEN: u64 = 30;
 /// No face counts as found with less than this fraction of the variance of the median face.
 const FLOOR: f64 = 0.01;
+
+/// How large a trial may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Size {
+    /// The most rays that its paths, and each of its kinds of photons, should trace.
+    pub rays: u64,
+}
+
+impl Size {
+    /// The smallest trial.
+    pub const FIRST: Self = Self { rays: FIRST_RAYS };
+    /// The largest one, unless photons have to tell more.
+    pub const USUAL: Self = Self { rays: TRIAL_RAYS };
+
+    /// Returns a trial of so many rays, or of the nearest number that a trial may have.
+    pub fn of(rays: u64) -> Self {
+        Self { rays: rays.clamp(FIRST_RAYS, LONGEST_RAYS) }
+    }
+
+    /// Returns the next larger trial; `None` after the largest.
+    pub fn next(self) -> Option<Self> {
+        (self.rays < LONGEST_RAYS).then_some(Self::of(GROWTH * self.rays))
+    }
+
+    /// Returns how many times the rays of a smaller trial this has.
+    pub fn over(self, smaller: Self) -> f64 {
+        self.rays as f64 / smaller.rays as f64
+    }
+
+    /// Returns the most photons, or paths from all faces together.
+    pub fn histories(self) -> u64 {
+        (self.rays / RAYS_OF_HISTORY).max(HISTORIES)
+    }
+
+    /// Returns that of so many faces every so many one is tried.
+    pub fn step(self, faces: usize) -> usize {
+        let most = self.rays.saturating_mul(FEW_FACES as u64) / FIRST_RAYS;
+        faces.div_ceil(most.clamp(1, FACES as u64) as usize)
+    }
+}
 
 /// Returns the settings of a trial: photons of the same seed, which are counted and not stored.
 pub(super) fn of_a_trial(settings: &Settings) -> Settings {
@@ -222,6 +272,15 @@ pub(super) enum Judged {
 }
 
 impl Judged {
+    /// Returns the relative variance that decides for a way beside another one.
+    fn variance(self, own: &Found, other: &Found) -> f64 {
+        match self {
+            Self::Hardest => *own.variances(other).last().expect("one at least"),
+            Self::Sum => own.of_sum(other),
+            Self::All => own.typical(other),
+        }
+    }
+
     /// Returns by which error a run is judged.
     pub fn of(scene: &Scene, settings: &Settings) -> Self {
         let is_group = |target: &Target| {
@@ -248,6 +307,8 @@ pub(super) struct Tried {
     pub histories: u64,
     /// Work of a history over all faces.
     pub work: f64,
+    /// Work of the whole trial.
+    pub spent: f64,
     /// How many photons, or paths, a history over all faces counts as in `--photons`.
     pub unit: u64,
 }
@@ -255,40 +316,43 @@ pub(super) struct Tried {
 impl Tried {
     /// Evaluates the totals of `histories` histories, each of which counts as `unit` photons or
     /// paths, and brings at most this power, per band, to a captor that it comes to.
-    pub fn new(scene: &Scene, totals: &Totals, histories: u64, unit: u64, most: Vec<f64>) -> Self {
-        let channels = tried_faces(scene).into_iter().map(|face| channel(scene, &face));
+    pub fn new(
+        scene: &Scene,
+        (totals, histories): (&Totals, u64),
+        size: Size,
+        unit: u64,
+        most: Vec<f64>,
+    ) -> Self {
+        let channels = tried_faces(scene, size).into_iter().map(|face| channel(scene, &face));
         let found = Found::new(scene, totals, histories, channels, most);
-        Self { found, histories, work: totals.work() as f64 / histories as f64, unit }
+        let spent = totals.work() as f64;
+        Self { found, histories, work: spent / histories as f64, spent, unit }
     }
 
     /// Returns the work for a relative error of 1.
     pub fn cost(&self, other: &Self, judged: Judged) -> f64 {
-        let variance = match judged {
-            Judged::Hardest => *self.found.variances(&other.found).last().expect("one at least"),
-            Judged::Sum => self.found.of_sum(&other.found),
-            Judged::All => self.found.typical(&other.found),
-        };
-        self.work * variance
+        self.work * judged.variance(&self.found, &other.found)
     }
 }
 
-/// Runs a trial of paths that takes up to about `rays` rays.
+/// Runs a trial of paths.
 pub(super) fn paths_of(
     scene: &Scene,
     settings: &Settings,
     pilot: &Arc<Pilot>,
-    rays: u64,
+    size: Size,
     control: &Control,
 ) -> Result<Tried> {
     let settings = Settings { estimator: Estimator::Paths, ..of_a_trial(settings) };
-    let (tried_faces, all) = (tried_faces(scene), faces(scene).len());
+    let (tried_faces, all) = (tried_faces(scene, size), faces(scene).len());
     let share = tried_faces.len() as f64 / all as f64;
-    let each = TRIAL / tried_faces.len() as u64;
+    let each = size.histories() / tried_faces.len() as u64;
     let (keep, known) = (Keep::OnCaptors, Some(pilot.clone()));
     let run = Run::knowing(scene, &settings, Vec::new(), keep, control, known)?;
     let work = Work::Paths(tried_faces, pilot.clone());
-    let (totals, histories) = tried(Run { work, ..run }, 1, (BATCHES, each, rays))?;
-    let tried = Tried::new(scene, &totals, histories, all as u64, of_no_photons(scene));
+    let (totals, histories) = tried(Run { work, ..run }, 1, (BATCHES, each, size.rays))?;
+    let none = of_no_photons(scene);
+    let tried = Tried::new(scene, (&totals, histories), size, all as u64, none);
     Ok(Tried { work: tried.work / share, ..tried })
 }
 
@@ -324,15 +388,10 @@ fn of_no_photons(scene: &Scene) -> Vec<f64> {
 }
 
 /// Returns faces that stand for all faces.
-fn tried_faces(scene: &Scene) -> Vec<Face<'_>> {
+fn tried_faces(scene: &Scene, size: Size) -> Vec<Face<'_>> {
     let all = faces(scene);
-    let step = step(all.len());
+    let step = size.step(all.len());
     all.into_iter().step_by(step).collect()
-}
-
-/// Returns that of so many faces every so many one is tried.
-pub(super) fn step(faces: usize) -> usize {
-    faces.div_ceil(FACES)
 }
 
 #[cfg(test)]
