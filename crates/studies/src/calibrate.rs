@@ -27,7 +27,7 @@ use glam::DVec3;
 
 use choose::{blocked, each_block, line, on_lines, relative_rmse, simplest};
 pub use even::{EvenPlan, even};
-use fit::{Fit, Point};
+use fit::{Fit, HalfWidths, Point};
 use hull::Hull;
 pub use numbers::{Numbers, Vary};
 pub use powers::calibrated_scene;
@@ -119,8 +119,9 @@ pub fn calibrate(
     let errors = names.iter().zip(&lamps.of_light).map(|(name, &lamp)| {
         (name.to_string(), bands.of_band.iter().map(|b| error_of_band(b, lamp)).collect())
     });
+    let mut widths = HalfWidths::default();
     let results: Vec<ReadingResult> =
-        readings.all.iter().map(|reading| reading.result(&fit)).collect();
+        readings.all.iter().map(|reading| reading.result(&fit, &mut widths)).collect();
     Ok(Calibration {
         phylux: env!("CARGO_PKG_VERSION").into(),
         scene: result.scene.clone(),
@@ -381,7 +382,7 @@ impl Reading<'_> {
         &self.points[0]
     }
 
-    fn result(&self, fit: &Fit) -> ReadingResult {
+    fn result(&self, fit: &Fit, widths: &mut HalfWidths) -> ReadingResult {
         let mut predicted = fit.predict(&self.points);
         if let (Purpose::Predict, Some(sd)) = (self.purpose, self.sd)
             && predicted.value > 0.0
@@ -390,7 +391,7 @@ impl Reading<'_> {
             let points = self.points.iter().map(|point| Point { sensor, ..point.clone() });
             predicted = fit.predict(&points.collect::<Vec<_>>());
         }
-        let (value, half) = (predicted.value, predicted.half_width);
+        let (value, half) = (predicted.value, widths.of(&predicted));
         ReadingResult {
             captor: self.captor.id.clone(),
             face: self.face.into(),

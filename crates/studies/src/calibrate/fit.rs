@@ -92,10 +92,26 @@ pub struct Fit {
 pub struct Predicted {
     /// The calibrated reading.
     pub value: f64,
-    /// Half width of the 95 % interval, from the errors of factors, model, simulation and sensor.
-    pub half_width: f64,
+    /// Standard deviation, from the errors of factors, model, simulation and sensor.
+    pub deviation: f64,
+    /// Degrees of freedom that are left in its band.
+    pub freedom: f64,
     /// Weight that the reading has, or would have, in its own prediction, in [0, 1].
     pub leverage: f64,
+}
+
+/// Half widths of 95 % intervals, in standard deviations, by degrees of freedom: the readings of a band
+/// share theirs, which takes milliseconds to find.
+#[derive(Debug, Default)]
+pub struct HalfWidths(HashMap<u64, f64>);
+
+impl HalfWidths {
+    /// Returns the half width of the interval of a prediction.
+    pub fn of(&mut self, predicted: &Predicted) -> f64 {
+        let of_student = || student_half_width(predicted.freedom, 0.95);
+        let width = self.0.entry(predicted.freedom.to_bits()).or_insert_with(of_student);
+        *width * predicted.deviation
+    }
 }
 
 impl Fit {
@@ -195,7 +211,8 @@ impl Fit {
         let weighed: f64 = others.iter().sum();
         Predicted {
             value,
-            half_width: student_half_width(freedom, 0.95) * (of_factors + weighed).sqrt(),
+            deviation: (of_factors + weighed).sqrt(),
+            freedom,
             leverage: if weighed > 0.0 { (of_factors / weighed).min(1.0) } else { 0.0 },
         }
     }

@@ -70,6 +70,14 @@ impl<'a> Numbers<'a> {
                 return Err(wrong(format!("{} varies twice", quoted(&vary.pointer)))
                     .remedy("give one range"));
             }
+            let within = |other: &&Vary| {
+                vary.pointer.strip_prefix(&other.pointer).is_some_and(|rest| rest.starts_with('/'))
+            };
+            if let Some(whole) = varies.iter().find(within) {
+                let [part, whole] = [vary, whole].map(|vary| quoted(&vary.pointer));
+                return Err(wrong(format!("{part} varies by itself and with {whole}"))
+                    .remedy("vary the whole list, or numbers in it"));
+            }
         }
         let given = |vary: &Vary| {
             let place = json::place(name, &vary.pointer);
@@ -89,6 +97,18 @@ impl<'a> Numbers<'a> {
     /// Returns places and ranges of the numbers.
     pub fn varies(&self) -> &'a [Vary] {
         self.varies
+    }
+
+    /// Returns the pointer of the input of a run to which a number belongs and, where it is that of one
+    /// band in a list, its place there.
+    pub(super) fn input(&self, number: usize) -> (&'a str, Option<usize>) {
+        let pointer = &self.varies[number].pointer[..];
+        let in_list = || {
+            let (list, place) = pointer.rsplit_once('/')?;
+            self.document.pointer(list)?.as_array()?;
+            Some((list, Some(place.parse().ok()?)))
+        };
+        in_list().unwrap_or((pointer, None))
     }
 
     /// Returns the numbers in the scene file, or where they are outside of their ranges, the nearest
@@ -119,6 +139,9 @@ impl<'a> Numbers<'a> {
 
     /// Returns by how much each band of a number changes where the number does by one.
     pub(super) fn changes(&self, number: usize, bands: usize) -> Vec<f64> {
+        if let (_, Some(own)) = self.input(number) {
+            return (0..bands).map(|band| if band == own { 1.0 } else { 0.0 }).collect();
+        }
         let list = self.document.pointer(&self.varies[number].pointer).and_then(Value::as_array);
         match list {
             Some(list) if self.given[number] != 0.0 => {
@@ -199,6 +222,23 @@ mod tests {
         }
     }
 
+    /// A number in a list belongs to the input whose list it is, and is one band of it.
+    #[test]
+    fn numbers_of_one_band() {
+        let document = json!({ "a": { "0": 0.5 }, "b": [0.2, 0.4] });
+        let three = ["/a/0=0.4:0.8", "/b/1=0.1:0.5", "/b/0=0.1:0.3"].map(vary);
+        let numbers = Numbers::new("s", &document, &three, false).unwrap();
+        let inputs = [0, 1, 2].map(|number| numbers.input(number));
+        assert_eq!(inputs, [("/a/0", None), ("/b", Some(1)), ("/b", Some(0))]);
+        assert_eq!(numbers.start(), [0.5, 0.4, 0.2]);
+        let written = numbers.document(&[0.6, 0.45, 0.1]);
+        assert_eq!(written, json!({ "a": { "0": 0.6 }, "b": [0.1, 0.45] }));
+        assert_eq!(
+            [0, 1, 2].map(|number| numbers.changes(number, 2)),
+            [[1.0; 2], [0.0, 1.0], [1.0, 0.0]]
+        );
+    }
+
     /// A list keeps its ratios, and changes with the number by what they are.
     #[test]
     fn numbers_are_written() {
@@ -218,9 +258,11 @@ mod tests {
 
     #[test]
     fn what_cannot_vary_is_refused() {
-        let document = json!({ "a": 0.5 });
+        let document = json!({ "a": 0.5, "c": [0.1, 0.2] });
         for (varies, words) in [
             (vec![vary("/b=0:1")], "s: /b: there is nothing at this place"),
+            (vec![vary("/c/2=0:1")], "s: /c/2: there is nothing at this place"),
+            (vec![vary("/c/1=0:1"), vary("/c=0:1")], "`/c/1` varies by itself and with `/c`"),
             (vec![vary("/a=0:1"), vary("/a=0:2")], "`/a` varies twice"),
             ((0..31).map(|i| vary(&format!("/{i}=0:1"))).collect(), "31 numbers"),
         ] {

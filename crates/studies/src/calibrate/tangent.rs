@@ -56,9 +56,13 @@ pub fn knows(numbers: &Numbers, load: &dyn Fn(&Value) -> Result<LoadedScene>) ->
     }
     let loaded = load(&counting(numbers, numbers.document(&numbers.start())))?;
     let parameters = loaded.scene.parameters().all();
-    Ok(numbers.varies().iter().all(|vary| {
-        let own = parameters.iter().find(|parameter| parameter.name == vary.pointer);
-        own.is_some_and(|own| !own.values.is_empty() && own.values.iter().all(|x| *x != 0.0))
+    Ok((0..numbers.varies().len()).all(|number| {
+        let (input, band) = numbers.input(number);
+        let own = parameters.iter().find(|parameter| parameter.name == input);
+        own.is_some_and(|own| match band {
+            Some(band) => own.values.get(band).is_some_and(|x| *x != 0.0),
+            None => !own.values.is_empty() && own.values.iter().all(|x| *x != 0.0),
+        })
     }))
 }
 
@@ -168,18 +172,22 @@ impl<'a> Tangent<'a> {
 struct Depends<'a> {
     bands: &'a [BandResult],
     faces: HashMap<(&'a str, &'a str), &'a FaceResult>,
-    /// By captor, face and number.
-    found: HashMap<(&'a str, &'a str, usize), &'a SensitivityResult>,
+    /// The input to which each number belongs.
+    inputs: Vec<&'a str>,
+    /// By captor, face and input.
+    found: HashMap<(&'a str, &'a str, &'a str), &'a SensitivityResult>,
     /// For each number, by how much each band of it changes where it does by one.
     changes: Vec<Vec<f64>>,
 }
 
 impl<'a> Depends<'a> {
     fn new(numbers: &'a Numbers, result: &'a RunResult) -> Result<Self> {
-        let places: HashMap<&str, usize> =
-            numbers.varies().iter().enumerate().map(|(i, vary)| (&vary.pointer[..], i)).collect();
+        let count = numbers.varies().len();
+        let inputs: Vec<&str> = (0..count).map(|number| numbers.input(number).0).collect();
         let entry = |row: &'a SensitivityResult| {
-            Some(((row.captor.as_deref()?, &*row.face, *places.get(&row.parameter[..])?), row))
+            let input = &row.parameter[..];
+            let place = (row.captor.as_deref()?, &*row.face, input);
+            inputs.contains(&input).then_some((place, row))
         };
         let found: HashMap<_, _> = result.sensitivity.iter().flatten().filter_map(entry).collect();
         if found.is_empty() {
@@ -194,10 +202,10 @@ impl<'a> Depends<'a> {
             std::iter::once(((id, "front"), &captor.front)).chain(back)
         };
         let bands = result.own_bands().len();
-        let count = numbers.varies().len();
         Ok(Self {
             bands: &result.bands,
             faces: result.captors.iter().flat_map(of_captor).collect(),
+            inputs,
             found,
             changes: (0..count).map(|number| numbers.changes(number, bands)).collect(),
         })
@@ -209,7 +217,8 @@ impl<'a> Depends<'a> {
         let slope = |number: usize| {
             let column = column?;
             let place = (reading.captor.id.as_str(), reading.face);
-            let derivative = &self.found.get(&(place.0, place.1, number))?.derivative;
+            let input = self.inputs[number];
+            let derivative = &self.found.get(&(place.0, place.1, input))?.derivative;
             let of_band = |(band, weight): (usize, f64)| {
                 Some(weight * derivative[band]? * self.changes[number][band])
             };

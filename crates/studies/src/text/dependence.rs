@@ -152,17 +152,19 @@ fn budget(page: &Page, result: &RunResult, columns: &[usize]) -> Option<Dependen
     }
     let mut below = page.more(shown.len(), SHOWN_DEPENDENT);
     let (known, settled) = settled(result);
+    let all = if known == 1 { "the captor".into() } else { format!("all {known} captors") };
+    let limit = "a third of what the inputs leave open";
     let _ = match (known, settled) {
         (0, _) => Ok(()),
+        (_, 0) => writeln!(below, "  more photons help: standard errors exceed {limit} at {all}"),
         _ if known == settled => writeln!(
             below,
-            "  more photons do not help: standard errors are below a third of what the inputs leave open at all \
-             {known} captors"
+            "  more photons do not help: standard errors are below {limit} at {all}"
         ),
         _ => writeln!(
             below,
-            "  standard errors are below a third of what the inputs leave open at {settled} of {known} captors, so \
-             more photons do not help there"
+            "  standard errors are below {limit} at {settled} of {known} captors, so more photons do not \
+             help there"
         ),
     };
     Some(Dependence { table, below })
