@@ -258,9 +258,9 @@ fn a_wall_is_found_beside_the_lamps() {
 
 /// Three reflectances are found together with the powers of two lamps that differ by half, from two
 /// different scenes, in a few runs each. The readings, in two bands of which the wall reflects half as
-/// much in one, come from another run.
+/// much in one, come from another run. So are the two numbers of the wall, each by itself.
 ///
-/// Six values within 4 standard errors: odds of a false alarm 4e-4.
+/// Eight values within 4 standard errors: odds of a false alarm 5e-4.
 #[test]
 fn surfaces_are_found_together() {
     let truth = [0.7, 0.3, 0.5];
@@ -323,6 +323,18 @@ fn surfaces_are_found_together() {
             let factors = &found.factors[name];
             assert!(factors.iter().all(|f| (f / exact - 1.0).abs() < 0.1), "{name}: {factors:?}");
         }
+    }
+    // of the wall each band by itself, 0.91 and 0.49, also from another ratio
+    let scene = room([0.6, 0.3, 0.5], [20.0, 20.0]);
+    std::fs::write(scene.path("m.csv"), &table).expect("a file");
+    let vary = "--vary /materials/wall/reflectance/0=0.7:0.97 --vary /materials/wall/reflectance/1=0.2:0.7";
+    let done =
+        command(&scene, &format!("calibrate scene.json m.csv --model lamps --prior none {vary}"));
+    assert_eq!(done.0, Some(0), "{}", done.2);
+    let found = calibration(&scene.path(""));
+    for (varied, exact) in found.varied.iter().zip([1.3 * truth[0], 0.7 * truth[0]]) {
+        let error = varied.standard_error.expect("an error");
+        assert!(error < 0.05 && (varied.value - exact).abs() < 4.0 * error, "{varied:?}");
     }
     // powers are no numbers that may vary beside their factors
     let scene = room(truth, [20.0; 2]);
