@@ -133,7 +133,7 @@ pub fn furnace(half: f64, rho: f64) -> World {
 }
 
 /// A captor of 1 cm in a furnace of 10 m, where the irradiance is pi L. Paths find it, and so do
-/// aimed flights. Of a million photons none or a few arrive; a run of 1e5 photons warns of that.
+/// aimed flights. Of a million photons none or a few arrive; a run of 1e5 photons alone warns of that.
 ///
 /// Seeds 2 (1e5 paths) and 3 (2e5 photons with aimed flights); standard errors at most 0.5 % of the
 /// exact value. 2 comparisons, odds of a false alarm 2e-4.
@@ -151,7 +151,7 @@ fn captor_of_1_cm_in_a_white_room_of_10_m() {
         "{} photons: {:?} +- {:?}",
         arrived.photons, arrived.irradiance, arrived.irradiance_se
     );
-    let words = said(&world, &["--photons", "100000"]);
+    let words = said(&world, &["--photons", "100000", "--estimator", "photons"]);
     assert!(
         words.contains("no photon reached sensor")
             || words.contains("fewer than 30 photons on a face of sensor"),

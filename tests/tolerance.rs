@@ -286,8 +286,10 @@ fn a_captor_and_a_group_of_one_name_are_told_apart() {
     let dark = run("shut:back:blue").dark;
     let dark: Vec<_> = dark.iter().map(|dark| (dark.captor.as_str(), dark.group)).collect();
     assert_eq!(dark, [("shut", false), ("shut", true)]);
-    let (code, said, result) =
-        ended(&shut, &["--tolerance", "0.001", "--of", "open", "--photons", "3e5"]);
+    let (code, said, result) = ended(
+        &shut,
+        &["--tolerance", "0.001", "--of", "open", "--photons", "3e5", "--estimator", "photons"],
+    );
     assert_eq!(code, Some(3), "{said}");
     let worst = &result["tolerance"]["worst"];
     assert_eq!([&worst["captor"], &worst["group"]], [&"open".into(), &Value::Null], "{said}");

@@ -244,10 +244,14 @@ fn results_and_tables() {
     let said = String::from_utf8_lossy(&output.stdout).into_owned()
         + &String::from_utf8_lossy(&output.stderr);
     for words in
-        ["per cent by uncertain inputs", "/materials/wall/reflectance", "more photons do not help"]
+        ["per cent by uncertain inputs", "/materials/wall/reflectance", "  more photons help: "]
     {
         assert!(said.contains(words), "{words}: {said}");
     }
+    let more =
+        phylux(&scene.path(""), &["run", "scene.json", "--photons", "4e5", "-o", "more.json"]);
+    let said = String::from_utf8_lossy(&more.stdout);
+    assert!(said.contains("  more photons do not help: "), "{said}");
     assert!(phylux(&plain.path(""), &line).status.success());
     let read = |scene: &crate::common::TestScene, name: &str| {
         std::fs::read_to_string(scene.path(name)).expect("a file")

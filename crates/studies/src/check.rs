@@ -87,8 +87,8 @@ pub fn check(loaded: &LoadedScene) -> Result<SceneSummary> {
     Ok(pool.map_err(|e| Error::run("threads", e).remedy(NO_THREADS))?.install(|| look_over(loaded)))
 }
 
-/// Returns warnings about meshes, and lights in them, that send light the wrong way; a run prints
-/// them. Error: threads cannot be started.
+/// Returns warnings about meshes, and lights in them, that send light the wrong way, and about suns
+/// behind a slope; a run prints them. Error: threads cannot be started.
 pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
     let pool = rayon::ThreadPoolBuilder::new().build();
     pool.map_err(|e| Error::run("threads", e).remedy(NO_THREADS))?.install(|| {
@@ -96,6 +96,7 @@ pub fn check_meshes(scene: &Scene) -> Result<Vec<String>> {
         check_coincident(scene, &mut remarks);
         check_own_images(scene, &mut remarks);
         check_flush_lights(scene, &mut remarks);
+        check_slope(scene, &mut remarks);
         if scene.materials().iter().any(|m| matches!(m.material, Material::Dielectric(_))) {
             solids::check_solids(scene, &mesh::weld(scene), &mut remarks);
         }
@@ -269,21 +270,28 @@ fn check_distances(scene: &Scene, remarks: &mut Remarks) {
     });
 }
 
-fn check_lights(scene: &Scene, remarks: &mut Remarks) {
-    let is_behind = |light: &Light| {
-        let hillside = scene.lattice().and_then(Lattice::hillside);
-        let infinite = light.entrance().map(|entrance| &entrance.light);
-        hillside.zip(infinite).is_some_and(|(hillside, light)| light.is_behind(hillside))
-    };
-    let behind = scene.lights().iter().filter(|light| is_behind(light));
+/// Returns whether suns are part of a light, and all of them stand behind the slope of the ground.
+fn is_behind_the_slope(scene: &Scene, light: &Light) -> bool {
+    let hillside = scene.lattice().and_then(Lattice::hillside);
+    let infinite = light.entrance().map(|entrance| &entrance.light);
+    hillside.zip(infinite).is_some_and(|(hillside, light)| light.is_behind(hillside))
+}
+
+fn check_slope(scene: &Scene, remarks: &mut Remarks) {
+    let behind = scene.lights().iter().filter(|light| is_behind_the_slope(scene, light));
     remarks.warn_of(quoted(behind.map(|light| &light.name)), |list| {
         format!(
             "lights whose sun stands behind the slope of the ground, from where none of it arrives: {list}; check \
             where the sun stands, and `slope` (docs/scene-format.md#scenes-that-repeat)"
         )
     });
+}
+
+fn check_lights(scene: &Scene, remarks: &mut Remarks) {
+    check_slope(scene, remarks);
     let is_dark = |light: &&Light| light.power.iter().all(|&p| p == 0.0);
-    let dark = scene.lights().iter().filter(is_dark).filter(|light| !is_behind(light));
+    let dark = scene.lights().iter().filter(is_dark);
+    let dark = dark.filter(|light| !is_behind_the_slope(scene, light));
     remarks.warn_of(quoted(dark.map(|light| &light.name)), |list| {
         format!("lights without power in any band: {list}; give them power or remove them")
     });

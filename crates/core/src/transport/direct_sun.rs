@@ -2,13 +2,15 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use glam::Vec3;
+
 use crate::{
     math::{
         rng::{Purpose, Streams},
         spectrum::{Lanes, Spectrum, with_lanes},
     },
     scene::{
-        captor::{CaptorKind, Channel},
+        captor::{Captor, CaptorKind, Channel},
         daylight::InfiniteLight,
         world::Scene,
     },
@@ -101,6 +103,14 @@ pub fn direct_sun(
     with_lanes!(scene.lanes(), L => of_captor::<L>(scene, captor, channels, lights, seed, rays, stop))
 }
 
+/// Returns the normal of the disc that a captor is, or else those of its triangles.
+fn normals(scene: &Scene, captor: &Captor) -> Vec<Vec3> {
+    match scene.round(captor).and_then(|round| round.normal) {
+        Some(normal) => vec![normal.as_vec3()],
+        None => scene.triangles_of(captor).iter().map(|triangle| triangle.normal()).collect(),
+    }
+}
+
 fn of_captor<L: Lanes>(
     scene: &Scene,
     captor: usize,
@@ -117,16 +127,7 @@ fn of_captor<L: Lanes>(
     // a captor with a back, a sphere, and one before a mirror may get the light of any sun
     let of = &scene.captors()[captor];
     let from_anywhere = faces.len() > 1 || scene.flat_mirrors().is_some() || of.sensor.is_sphere;
-    let normals: Vec<_> = match from_anywhere {
-        true => Vec::new(),
-        false => {
-            let disc = scene.round(of).and_then(|round| round.normal);
-            match disc {
-                Some(normal) => vec![normal.as_vec3()],
-                None => scene.triangles_of(of).iter().map(|t| t.normal()).collect(),
-            }
-        }
-    };
+    let normals = if from_anywhere { Vec::new() } else { normals(scene, of) };
     let row = channels * columns + 1;
     let mut rows = vec![[0.0; 2]; lights.len() * row];
     let (mut found, mut sums) = (vec![[0.0; 2]; row], vec![0.0; row]);
