@@ -81,14 +81,6 @@ impl Scene {
         })
     }
 
-    /// Returns the number of the copy that a triangle belongs to among
-    /// [those that share their triangles](Self::shared_copies).
-    #[inline]
-    pub fn shared_copy_of(&self, triangle: usize) -> Option<usize> {
-        let Located { prototype, copy, .. } = self.located(triangle)?;
-        Some(self.shapes.placed.prototypes[prototype].instances.start + copy)
-    }
-
     /// Returns what the index of a triangle of a shared copy means; `None` for other triangles.
     pub(super) fn located(&self, triangle: usize) -> Option<Located> {
         let placed = &self.shapes.placed;
