@@ -386,7 +386,7 @@ fn sunlit_scenes() -> [(&'static str, World, &'static str, Option<f64>); 3] {
 ///
 /// Seeds 1 to 200; the odds of a share of 91 % by chance are .5 %, where 95 % hold.
 #[test]
-#[ignore = "takes minutes: .ci/nightly runs it"]
+#[ignore = "takes 10 s: .ci/nightly runs it"]
 fn nightly_intervals_of_sunlit_shares_hold_the_truth() {
     for (name, world, group, exact) in sunlit_scenes() {
         let scene = world.write();

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use phylux::{
-    RunResult, Settings,
+    Estimator, RunResult, Settings,
     results::NearestResult,
     transport::{MapLimit, NearestCount, PhotonCount},
 };
@@ -108,6 +108,31 @@ fn fewer_photons_than_k_count_over_the_whole_captor() {
 }
 
 const UP: Point = [0.0, 0.0, 1.0];
+
+/// Three bands, which photons carry in four lanes, each keep their own power in the map, of photons alone
+/// and of those beside paths. The test does not depend on chance.
+#[test]
+fn every_band_has_its_own_power() {
+    let lamp = Mesh::square([0.0, 0.0, 0.5], [0.0, 0.0, -1.0], 1.0);
+    let world = World::new()
+        .bands(3)
+        .lamp("lamp", &lamp, 1.0)
+        .captor("sensor", &Mesh::square([0.0; 3], [0.0, 0.0, 1.0], 1.0))
+        .edited(|scene| scene["lights"][0]["power"] = json!([1, 2, 4]));
+    for estimator in [Estimator::Photons, Estimator::Complete] {
+        let result = run_file(&world.write().path("scene.json"), |settings| {
+            settings.photons = PhotonCount::new(20_000).ok();
+            (settings.estimator, settings.k) = (estimator, NearestCount::new(50).ok());
+        });
+        let found = result.captors[0].front.knn.as_ref().and_then(Option::as_ref);
+        let irradiance = &found.expect("an estimate").irradiance;
+        assert!(irradiance[0] > 0.0, "{estimator:?}: {irradiance:?}");
+        for (band, times) in [(1, 2.0), (2, 4.0)] {
+            let ratio = irradiance[band] / irradiance[0];
+            assert!((ratio / times - 1.0).abs() < 1e-5, "{estimator:?}: {irradiance:?}");
+        }
+    }
+}
 
 /// Returns the estimates on all faces of a run.
 fn of_seed(scene: &TestScene, photons: u64, seed: u64, k: Option<usize>) -> Vec<NearestResult> {

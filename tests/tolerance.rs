@@ -336,12 +336,12 @@ fn a_tolerance_that_is_not_met_is_said() {
 }
 
 /// Sensors below shiny leaves in the sun. Next to all light there is found by paths, but what the leaves
-/// mirror is left to photons, of which one in 5e4 brings 5 % of the light to some sensor. The trial goes
-/// on until it has seen such photons, and most of the work goes to them: the worst sensor is known to
-/// 3.3 % by the work of 3e6 photons (7.7 % where a short trial saw none of them).
+/// mirror is left to photons, few of which bring much of the light of some sensor. The trial goes on
+/// until it has seen such photons: the worst sensor is known to 4.6 % by the work of 3e6 photons (6.5 %
+/// where a short trial saw none of them).
 ///
-/// Seed 1. The result depends on chance only as far as a change moves the random numbers: then the error
-/// at the worst of 20 sensors is above the limit with odds of some 1 in 20.
+/// Seed 1. The result depends on chance only as far as a change moves the random numbers: eight seeds of a
+/// like scene differ by a tenth, so that the error is then above the limit with odds of some 1 in 5.
 #[test]
 fn light_that_few_photons_bring_gets_them() {
     let part = |i: u32, step: f64| (f64::from(i) * step).fract();
@@ -370,6 +370,7 @@ fn light_that_few_photons_bring_gets_them() {
     let (_, said, result) = ended(&scene, &["--tolerance", "0.01", "--photons", "3e6", "--k", "0"]);
     assert!(said.contains("complete paths were chosen"), "{said}");
     let worst = result["tolerance"]["worst"]["relative_error"].as_f64().expect("an error");
+    println!("{:.1} % at the worst sensor", 100.0 * worst);
     assert!(worst < 0.05, "{said}");
 }
 

@@ -35,8 +35,8 @@ struct Walk<L> {
     total_reflections: u32,
 }
 
-/// Whether a path goes on from a surface.
-enum Onward {
+/// What becomes of a path at a surface.
+enum Fate {
     Goes,
     Ends,
     /// It is caught in a solid, and given up.
@@ -84,16 +84,16 @@ impl Path<'_, '_> {
                 true => self.join(&mut walk, &here, &at, account),
                 false => Aim::Free,
             };
-            let onward = match aim {
-                Aim::Nowhere => Onward::Ends,
+            let fate = match aim {
+                Aim::Nowhere => Fate::Ends,
                 Aim::At(triangle, target) => {
                     self.go_towards(&mut walk, here, &at, (triangle, target), account)
                 }
                 Aim::Free => self.go_freely(&mut walk, here, &at, account),
             };
-            match onward {
-                Onward::CutOff => break,
-                Onward::Goes if !walk.throughput.is_zero() => {}
+            match fate {
+                Fate::CutOff => break,
+                Fate::Goes if !walk.throughput.is_zero() => {}
                 _ => return walk.radiance,
             }
         }
@@ -187,7 +187,7 @@ impl Path<'_, '_> {
         at: &Arrived,
         (triangle, target): (usize, Vec3),
         account: &mut impl Along<L>,
-    ) -> Onward {
+    ) -> Fate {
         let scene = self.scene;
         let normal = at.surface.normal;
         let side = (target - at.hit.point).dot(normal).signum() * normal;
@@ -199,7 +199,7 @@ impl Path<'_, '_> {
         let ray = Ray { origin, direction };
         walk.leg = Leg { at: here, ray, density, aimed: Some(triangle), unbroken: true };
         walk.total_reflections = 0;
-        Onward::Goes
+        Fate::Goes
     }
 
     /// Goes on in the way in which the surface scatters.
@@ -210,11 +210,11 @@ impl Path<'_, '_> {
         here: Vertex,
         at: &Arrived,
         account: &mut impl Along<L>,
-    ) -> Onward {
+    ) -> Fate {
         let scene = self.scene;
         let free = self.free_share_at(at);
         let sample = at.material.sample::<L>(&at.interaction, Transport::Importance, self.rng);
-        let Some(scatter) = sample else { return Onward::Ends };
+        let Some(scatter) = sample else { return Fate::Ends };
         let before = walk.throughput.largest();
         walk.throughput *= &scatter.weight;
         // a solid gives back on exit the factor by which radiance changes on entry
@@ -222,9 +222,9 @@ impl Path<'_, '_> {
             walk.kept *= walk.throughput.largest() / before;
         }
         if walk.kept < LEAST {
-            let onward = roulette(walk.throughput.clone(), walk.kept / LEAST, self.rng);
-            let Some(onward) = onward else { return Onward::Ends };
-            (walk.throughput, walk.kept) = (onward, LEAST);
+            let carried = roulette(walk.throughput.clone(), walk.kept / LEAST, self.rng);
+            let Some(carried) = carried else { return Fate::Ends };
+            (walk.throughput, walk.kept) = (carried, LEAST);
         }
         walk.throughput *= 1.0 / free;
         walk.total_reflections = match scatter.lobe {
@@ -232,7 +232,7 @@ impl Path<'_, '_> {
             _ => 0,
         };
         if walk.total_reflections == MAX_TOTAL_REFLECTIONS {
-            return Onward::CutOff;
+            return Fate::CutOff;
         }
         account.sent_on(scene, at, scatter.lobe);
         let ray = at.leave(scatter.lobe, scatter.direction);
@@ -248,6 +248,6 @@ impl Path<'_, '_> {
                 Leg { at: here, ray, density, aimed: None, unbroken: true }
             }
         };
-        Onward::Goes
+        Fate::Goes
     }
 }

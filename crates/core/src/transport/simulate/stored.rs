@@ -46,7 +46,7 @@ impl<'a> Stored<'a> {
             return;
         };
         (arrival.photon.light, arrival.photon.history) = (light, history);
-        // further lanes than bands stay empty
+        // there may be more lanes than bands, and the map has a number for each band
         let power = power.values().iter().zip(weights).take(self.scene.bands().len());
         let power = power.map(|(power, weight)| (f64::from(*power) * weight * self.scale) as f32);
         self.task.push(self.limit, arrival, power);
