@@ -88,10 +88,10 @@ pub mod results {
         Errors, EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity,
         GroupResult, HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult,
         LampElectricity, LayerResult, LightSensitivity, Lit, MapResult, Measure, Model,
-        ModelErrors, NearestResult, Own, Per, PerKwh, PlaneElectricity, QUANTITIES, Quantity,
-        RatioResult, RatioSensitivity, Ratios, ReadingResult, Row, RunResult, RunSettings,
-        SensitivityResult, Share, Shares, SlopeIntercept, SumUnit, ToleranceResult, UncertainInput,
-        Uniformity, Varied, Warning, When, Whole, WorstResult, YearFacts,
+        ModelErrors, NearestResult, OfLights, Own, Per, PerBand, PerKwh, PlaneElectricity,
+        QUANTITIES, Quantity, RatioResult, RatioSensitivity, Ratios, ReadingResult, Row, RunResult,
+        RunSettings, SensitivityResult, Share, Shares, SlopeIntercept, SumUnit, ToleranceResult,
+        UncertainInput, Uniformity, Varied, Warning, When, Whole, WorstResult, YearFacts,
     };
 }
 

@@ -116,7 +116,7 @@ fn bulb_close_to_a_captor() {
     let world = World::new().lambert("black", 0.0).light(bulb(h));
     let run = world.clone().captor_of_both_sides("sensor", &square).run_paths(40_000, 1);
     check.flux("sensor", front(&run, "sensor"), 0, lit);
-    assert_eq!(back(&run, "sensor").flux, [0.0]);
+    assert_eq!(back(&run, "sensor").flux[..], [0.0]);
     let run = world.clone().counted("surface", "black", &square).run_paths(40_000, 1);
     check.flux("surface", front(&run, "surface"), 0, lit);
     let run = world.counted("ceiling", "black", &square.flipped()).run_paths(40_000, 1);

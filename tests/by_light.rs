@@ -365,5 +365,5 @@ fn what_the_machine_has_no_memory_for_is_refused() {
 #[test]
 fn a_face_of_one_light_is_small() {
     let bytes = size_of::<phylux::results::FaceResult>();
-    assert!(bytes <= 352, "{bytes} bytes");
+    assert!(bytes <= 224, "{bytes} bytes");
 }

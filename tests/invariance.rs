@@ -135,8 +135,8 @@ fn bands_do_not_matter_to_each_other() {
     let one = bay(World::new(), [0.0; 3], 1.0, json!(0.6)).run(300_000, 1);
     let twelve = bay(World::new().bands(12), [0.0; 3], 1.0, json!(vec![0.6; 12])).run(300_000, 1);
     for ((name, a), (_, b)) in faces(&one).into_iter().zip(faces(&twelve)) {
-        assert_eq!(b.flux, vec![a.flux[0]; 12], "{name}");
-        assert_eq!(b.flux_se, vec![a.flux_se[0]; 12], "{name}");
+        assert_eq!(b.flux[..], [a.flux[0]; 12], "{name}");
+        assert_eq!(b.flux_se[..], [a.flux_se[0]; 12], "{name}");
     }
 
     let rho = |band: usize| 0.05 + 0.06 * band as f64;

@@ -205,7 +205,7 @@ fn solid_glass() {
         2.0 * x * 2.0 * cos * (1.0 - 0.5 * (s + p))
     });
     check.irradiance("out of glass", back(&run, "out"), 0, out * PI);
-    assert_eq!(front(&run, "out").flux, [0.0], "nothing comes back");
+    assert_eq!(front(&run, "out").flux[..], [0.0], "nothing comes back");
 
     check.finish(2);
 }
@@ -258,7 +258,7 @@ fn spot_fills_its_cone() {
             let face = front(&run, &format!("inside {share}"));
             check.flux(what, face, 0, share_of_cone(share, half_angle));
         }
-        assert_eq!(front(&run, "outside").flux, [0.0], "outside {half_angle} degrees");
+        assert_eq!(front(&run, "outside").flux[..], [0.0], "outside {half_angle} degrees");
     }
     check.finish(6);
 }
@@ -377,7 +377,7 @@ fn light_that_paths_cannot_find_is_said_to_be_missing() {
     for world in [&slab, &mirror] {
         let run = world.run_paths(10_000, 1);
         assert_eq!(run.unseen.as_deref(), Some(&[1.0][..]));
-        assert_eq!(front(&run, "below").flux, [0.0]);
+        assert_eq!(front(&run, "below").flux[..], [0.0]);
     }
     // half of the light comes through glass: a second spot of the same power shines from below it
     let half = slab.clone().light(json!({ "type": "spot", "position": [0, 0, -0.5],

@@ -268,7 +268,7 @@ fn slit_of_1_cm_between_two_rooms() {
     check.irradiance("sensor", front(&aimed, "sensor"), 0, exact);
     check.finish(2);
     assert_eq!(front(&runs.photons, "slit").photons, 0, "nothing comes back");
-    assert_eq!(front(&runs.paths, "slit").flux, [0.0]);
+    assert_eq!(front(&runs.paths, "slit").flux[..], [0.0]);
 }
 
 /// A room of albedo 0.99 with a point light in its middle: the walls receive 100 times its power in
@@ -489,7 +489,7 @@ fn light_inside_glass() {
     println!("out {out}, escaped {:?}", runs.photons.energy.escaped);
     assert!((out - 1.0).abs() < 1e-6 && runs.photons.energy.lost == [0.0], "{out}");
     assert_eq!(runs.paths.unseen.as_deref(), Some(&[1.0][..]));
-    assert_eq!(back(&runs.paths, "out").flux, [0.0]);
+    assert_eq!(back(&runs.paths, "out").flux[..], [0.0]);
     let words = said(&world, &["--photons", "1000", "--estimator", "paths"]);
     assert!(words.contains("100.00 ± 0.00 % of the flux on the captors is missing"), "{words}");
 }
@@ -593,7 +593,7 @@ fn caustic_of_a_glass_ball() {
     by_nearest.add("k nearest", nearest, error, middle.irradiance[0]);
     by_nearest.finish(1);
     assert_eq!(runs.paths.unseen.as_deref(), Some(&[1.0][..]));
-    assert_eq!(front(&runs.paths, "whole").flux, [0.0]);
+    assert_eq!(front(&runs.paths, "whole").flux[..], [0.0]);
     let lamp = Mesh::square([0.0, 0.0, 1.0], DOWN, 0.2);
     let runs = Runs::new(&scene(24).lamp("lamp", &lamp, 1.0), 500_000, 300_000);
     runs.agree(&mut check, "whole", front);

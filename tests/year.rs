@@ -137,7 +137,7 @@ fn a_dark_period_has_zeros() {
     let run = run_file(&scene.path("scene.json"), |settings| {
         settings.photons = PhotonCount::new(2000).ok()
     });
-    assert_eq!(front(&run, "up").irradiance, [0.0, 0.0]);
+    assert_eq!(front(&run, "up").irradiance[..], [0.0, 0.0]);
 }
 
 /// In the open, the light of every hour is that of the weather file: dividing the sky into patches

@@ -118,7 +118,7 @@ fn the_polar_night_is_dark() {
         .light(json!({ "type": "sky" }))
         .write();
     for run in [scene.run(1000, 1), scene.run_paths(1000, 1)] {
-        assert_eq!(front(&run, "up").irradiance, [0.0]);
+        assert_eq!(front(&run, "up").irradiance[..], [0.0]);
     }
     let loaded = phylux::load(&scene.path("scene.json")).expect("a scene");
     let warnings = phylux::studies::check(&loaded).expect("a check").warnings;

@@ -30,8 +30,8 @@ pub use result::{
     Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CanopyResult, CaptorResult,
     DarkResult, Deviations, Electricity, Energy, FaceResult, Factor, FactorErrors,
     GroupElectricity, GroupResult, InputResult, LampElectricity, LayerResult, LightSensitivity,
-    MapResult, NearestResult, Own, PerKwh, PlaneElectricity, RatioResult, RatioSensitivity, Ratios,
-    Row, RunResult, RunSettings, SensitivityResult, Share, Shares, SumUnit, ToleranceResult,
-    UncertainInput, Uniformity, Warning, Whole, WorstResult,
+    MapResult, NearestResult, OfLights, Own, PerBand, PerKwh, PlaneElectricity, RatioResult,
+    RatioSensitivity, Ratios, Row, RunResult, RunSettings, SensitivityResult, Share, Shares,
+    SumUnit, ToleranceResult, UncertainInput, Uniformity, Warning, Whole, WorstResult,
 };
 pub use year_facts::YearFacts;

@@ -175,7 +175,10 @@ pub static QUANTITIES: [Quantity; 14] = [
              (`YPF`, `ePAR`, ...) in any scene, lumens never",
         ],
         ..of_faces("dli", Measure::Dli, |face| {
-            Some(Column::perhaps(face.dli.as_ref()?, face.dli_se.as_deref()))
+            Some(Column::perhaps(
+                face.dli.as_ref()?,
+                face.dli_se.as_ref().map(|errors| &errors[..]),
+            ))
         })
     },
     Quantity {

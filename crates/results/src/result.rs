@@ -12,6 +12,7 @@ mod dli;
 mod electricity;
 mod found;
 mod mix;
+mod of_lights;
 mod of_scene;
 mod own;
 mod planes;
@@ -33,6 +34,7 @@ use std::{borrow::Cow, ops::Deref};
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use smallvec::SmallVec;
 
 use phylux_core::{
     math::units::UnitNames,
@@ -45,6 +47,7 @@ pub use electricity::{
     Electricity, GroupElectricity, LampElectricity, PerKwh, PlaneElectricity, Share, Shares,
 };
 pub use mix::Factor;
+pub use of_lights::OfLights;
 pub use own::Own;
 pub use ratios::{RatioResult, Ratios};
 pub use row::Row;
@@ -59,6 +62,10 @@ pub use warnings::{FEW_HISTORIES, Warning};
 
 /// A value for each light by the light's name, in the order of the scene.
 pub type ByLight<T> = IndexMap<String, T>;
+
+/// A value for each band, then for each sum over bands. That of a single band needs no memory of its own:
+/// results by light have millions of these lists.
+pub type PerBand<T> = SmallVec<[T; 1]>;
 
 /// Version of the format of results. It increases when a program that reads the version before
 /// would misread them.
@@ -371,16 +378,16 @@ pub struct GroupResult {
 pub struct Whole {
     /// Power absorbed by the surfaces, per band.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub absorbed: Option<Vec<f64>>,
+    pub absorbed: Option<PerBand<f64>>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub absorbed_se: Option<Vec<Option<f64>>>,
+    pub absorbed_se: Option<PerBand<Option<f64>>>,
     /// Standard deviation of it by inputs that are uncertain, where the scene has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbed_model_se: Option<Vec<f64>>,
     /// Power absorbed of each light, where results are kept by light.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub by_light: Option<ByLight<Absorbed>>,
+    pub by_light: Option<OfLights<Absorbed>>,
     /// Quantities that are known by their names alone.
     #[serde(flatten)]
     pub own: Own,
@@ -396,9 +403,9 @@ pub struct Whole {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Absorbed {
     /// Power, per band.
-    pub absorbed: Vec<f64>,
+    pub absorbed: PerBand<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
-    pub absorbed_se: Vec<Option<f64>>,
+    pub absorbed_se: PerBand<Option<f64>>,
     /// The parts of it by face, where the scene asks for them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absorbed_by_face: Option<Box<AbsorbedByFace>>,
@@ -509,26 +516,26 @@ pub struct FaceResult {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub histories: Option<u64>,
     /// Power that arrived, per band.
-    pub flux: Vec<f64>,
+    pub flux: PerBand<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
-    pub flux_se: Vec<Option<f64>>,
+    pub flux_se: PerBand<Option<f64>>,
     /// Standard deviation of the flux by inputs that are uncertain, where the scene has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flux_model_se: Option<Box<Deviations>>,
     /// Flux per area.
-    pub irradiance: Vec<f64>,
+    pub irradiance: PerBand<f64>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
-    pub irradiance_se: Vec<Option<f64>>,
+    pub irradiance_se: PerBand<Option<f64>>,
     /// Standard deviation of the irradiance by inputs that are uncertain, where the scene has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub irradiance_model_se: Option<Box<Deviations>>,
     /// For a scene in umol/s over a period: the daily light integral, averaged over its days,
     /// mol/m2/d. Null for bands and sums that are not within 400 to 700 nm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dli: Option<Vec<Option<f64>>>,
+    pub dli: Option<Box<PerBand<Option<f64>>>>,
     /// Standard error of the value above; null where nothing arrived or there was one batch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dli_se: Option<Vec<Option<f64>>>,
+    pub dli_se: Option<Box<PerBand<Option<f64>>>>,
     /// Ratios of the light that arrived, where the scene asks for ratios.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ratios: Option<Box<Ratios>>,
@@ -543,10 +550,10 @@ pub struct FaceResult {
     pub by_photons: bool,
     /// For a group of several captors: the smallest irradiance of its captors, per band.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub min: Option<Vec<f64>>,
+    pub min: Option<Box<PerBand<f64>>>,
     /// The largest irradiance of its captors, per band; noise drives smallest and largest apart.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub max: Option<Vec<f64>>,
+    pub max: Option<Box<PerBand<f64>>>,
     /// For a group of several captors: how evenly it is lit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uniformity: Option<Box<Uniformity>>,
@@ -556,19 +563,18 @@ pub struct FaceResult {
     pub knn: Option<Option<Box<NearestResult>>>,
     /// The same values for each light, where results are kept by light.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "fitted")]
-    pub by_light: Option<Box<ByLight<FaceResult>>>,
+    pub by_light: Option<Box<OfLights<FaceResult>>>,
 }
 
-/// Reads values by light, and leaves no room for more of them.
+/// Reads values by light, and leaves no room for more bands.
 fn fitted<'de, D: Deserializer<'de>>(
     deserializer: D,
-) -> Result<Option<Box<ByLight<FaceResult>>>, D::Error> {
-    let mut lights: Option<Box<ByLight<FaceResult>>> = Option::deserialize(deserializer)?;
+) -> Result<Option<Box<OfLights<FaceResult>>>, D::Error> {
+    let mut lights: Option<Box<OfLights<FaceResult>>> = Option::deserialize(deserializer)?;
     for face in lights.iter_mut().flat_map(|lights| lights.values_mut()) {
-        [&mut face.flux, &mut face.irradiance].into_iter().for_each(Vec::shrink_to_fit);
-        [&mut face.flux_se, &mut face.irradiance_se].into_iter().for_each(Vec::shrink_to_fit);
+        [&mut face.flux, &mut face.irradiance].into_iter().for_each(PerBand::shrink_to_fit);
+        [&mut face.flux_se, &mut face.irradiance_se].into_iter().for_each(PerBand::shrink_to_fit);
     }
-    lights.iter_mut().for_each(|lights| lights.shrink_to_fit());
     Ok(lights)
 }
 

@@ -24,7 +24,7 @@ use phylux_core::{
     },
 };
 use phylux_results::result::{
-    BudgetResult, ByLight, CaptorResult, FaceResult, GroupResult, RunResult, SensitivityResult,
+    BudgetResult, CaptorResult, FaceResult, GroupResult, OfLights, RunResult, SensitivityResult,
 };
 
 /// A scene with its light.
@@ -175,8 +175,8 @@ impl<'a> RenderedScene<'a> {
 
     /// Returns whether the captors' results are split by the lights of the scene.
     pub fn is_by_light(&self) -> bool {
-        let same = |lights: &ByLight<FaceResult>| {
-            lights.keys().eq(self.scene.lights().iter().map(|light| &light.name))
+        let same = |lights: &OfLights<FaceResult>| {
+            lights.keys().eq(self.scene.lights().iter().map(|light| light.name.as_str()))
         };
         let split = |captor: &CaptorResult| captor.front.by_light.as_deref().is_some_and(same);
         splits(self.scene) && !self.captors.is_empty() && self.captors.iter().all(split)

@@ -245,7 +245,7 @@ impl<'a> Ladder<'a> {
             let result = RunResult::new(&simulation);
             let cpu_seconds = tracing + started.elapsed().as_secs_f64();
             let values = irradiances(self.scene, &result, |face| {
-                face.knn.as_ref()?.as_ref().map(|knn| &knn.irradiance)
+                face.knn.as_ref()?.as_ref().map(|knn| &knn.irradiance[..])
             });
             let arrivals = result.map.map(|map| map.arrivals);
             let estimator = format!("{k} nearest photons");
@@ -260,7 +260,7 @@ impl<'a> Ladder<'a> {
         let settings = self.settings(estimator, photons, seed, NearestCount::NONE);
         let result = RunResult::new(&self.simulate(&settings)?);
         let cpu_seconds = started.elapsed().as_secs_f64();
-        let values = irradiances(self.scene, &result, |face| Some(&face.irradiance));
+        let values = irradiances(self.scene, &result, |face| Some(&face.irradiance[..]));
         let (estimator, photons) = (estimator.to_string(), result.photons);
         Ok(Run { estimator, photons, arrivals: None, seed, cpu_seconds, values })
     }
@@ -270,7 +270,7 @@ impl<'a> Ladder<'a> {
 fn irradiances(
     scene: &Scene,
     result: &RunResult,
-    of: impl Fn(&FaceResult) -> Option<&Vec<f64>>,
+    of: impl Fn(&FaceResult) -> Option<&[f64]>,
 ) -> Vec<f64> {
     let bands = scene.bands().len();
     let faces = result.captors.iter().flat_map(CaptorResult::faces);

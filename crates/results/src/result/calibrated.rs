@@ -72,7 +72,7 @@ impl FactorErrors {
     /// values of lights in all bands, with their factors. `None` where a factor has no known error.
     fn gradient<'a>(
         &self,
-        of_lights: impl Iterator<Item = (&'a String, &'a [f64])>,
+        of_lights: impl Iterator<Item = (&'a str, &'a [f64])>,
         weights: &[(usize, f64)],
     ) -> Option<Vec<f64>> {
         let mut gradient = vec![0.0; self.covariance.len()];
@@ -102,7 +102,7 @@ impl FactorErrors {
         &self,
         errors: &mut [Option<f64>],
         weights: &[Vec<(usize, f64)>],
-        of_lights: impl Iterator<Item = (&'a String, &'a [f64])> + Clone,
+        of_lights: impl Iterator<Item = (&'a str, &'a [f64])> + Clone,
     ) {
         for (error, weights) in errors.iter_mut().zip(weights) {
             let gradient = self.gradient(of_lights.clone(), weights);
@@ -116,7 +116,7 @@ impl FactorErrors {
         &self,
         found: &mut Option<Box<Ratios>>,
         ratios: &[RatioResult],
-        of_lights: impl Iterator<Item = (&'a String, &'a [f64])> + Clone,
+        of_lights: impl Iterator<Item = (&'a str, &'a [f64])> + Clone,
     ) {
         let Some(found) = found else { return };
         for (r, ratio) in ratios.iter().enumerate() {

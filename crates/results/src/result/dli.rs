@@ -48,11 +48,12 @@ impl RunResult {
 
 impl FaceResult {
     fn add_dli(&mut self, dli: f64, par: &[bool]) {
-        let of = |values: &mut dyn Iterator<Item = Option<f64>>| -> Vec<Option<f64>> {
-            values.zip(par).map(|(value, par)| Some(dli * value.filter(|_| *par)?)).collect()
+        let of = |values: &mut dyn Iterator<Item = Option<f64>>| {
+            let of = |(value, par): (Option<f64>, &bool)| Some(dli * value.filter(|_| *par)?);
+            Some(Box::new(values.zip(par).map(of).collect()))
         };
-        self.dli = Some(of(&mut self.irradiance.iter().copied().map(Some)));
-        self.dli_se = Some(of(&mut self.irradiance_se.iter().copied()));
+        self.dli = of(&mut self.irradiance.iter().copied().map(Some));
+        self.dli_se = of(&mut self.irradiance_se.iter().copied());
         self.by_light
             .iter_mut()
             .flat_map(|lights| lights.values_mut())

@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 
 use super::{
-    Absorbed, AbsorbedByFace, BandResult, ByLight, CaptorResult, DarkResult, Electricity, Energy,
-    FORMAT, FaceResult, GroupResult, MapResult, NearestResult, Own, RatioResult, Ratios, RunResult,
-    RunSettings, SumUnit, ToleranceResult, Whole, WorstResult,
+    Absorbed, AbsorbedByFace, BandResult, CaptorResult, DarkResult, Electricity, Energy, FORMAT,
+    FaceResult, GroupResult, MapResult, NearestResult, Own, PerBand, RatioResult, Ratios,
+    RunResult, RunSettings, SumUnit, ToleranceResult, Whole, WorstResult,
     own::{self, Means},
     sensitivity::sensitivities,
     spread::Spread,
@@ -46,7 +46,8 @@ impl RunResult {
         let alone = simulation.estimator() == Estimator::Paths;
         let energy = match alone {
             false => Energy {
-                by_light: by_light(scene, totals, |light, part| balance(scene, &light.power, part)),
+                by_light: by_light(scene, totals, |light, part| balance(scene, &light.power, part))
+                    .map(|lights| lights.map(|(name, of)| (name.to_string(), of)).collect()),
                 ..balance(scene, &powers, totals)
             },
             true => Energy { power: scene.with_sums(&powers), ..Energy::default() },
@@ -118,15 +119,14 @@ impl RunResult {
 }
 
 /// Returns a value for each light, if the run counted lights apart.
-fn by_light<T>(
-    scene: &Scene,
-    totals: &Totals,
-    of: impl Fn(&Light, &Totals) -> T,
-) -> Option<ByLight<T>> {
-    let parts = totals.parts();
-    let lights = scene.lights().iter().zip(parts);
-    let each = lights.map(|(light, part)| (light.name.clone(), of(light, part)));
-    (!parts.is_empty()).then(|| each.collect())
+fn by_light<'a, T>(
+    scene: &'a Scene,
+    totals: &'a Totals,
+    of: impl Fn(&Light, &Totals) -> T + 'a,
+) -> Option<impl Iterator<Item = (&'a str, T)>> {
+    let lights = scene.lights().iter().zip(totals.parts());
+    let each = lights.map(move |(light, part)| (light.name.as_str(), of(light, part)));
+    (!totals.parts().is_empty()).then_some(each)
 }
 
 /// Returns the fraction of the light that paths cannot find, per band, then per sum.
@@ -372,8 +372,8 @@ fn group_result(
 
 /// Means and standard errors of one channel, per band, then per sum.
 struct Sums {
-    mean: Vec<f64>,
-    standard_error: Vec<Option<f64>>,
+    mean: PerBand<f64>,
+    standard_error: PerBand<Option<f64>>,
 }
 
 impl Sums {
@@ -413,7 +413,8 @@ fn face(simulation: &Simulation, channel: usize, area: f64) -> FaceResult {
     FaceResult {
         few_paths: few || too_small,
         by_photons,
-        by_light: by_light(scene, totals, |_, part| flux(part, channel, area, split)).map(Box::new),
+        by_light: by_light(scene, totals, move |_, part| flux(part, channel, area, split))
+            .map(|lights| Box::new(lights.collect())),
         ..flux(totals, channel, area, split)
     }
 }
@@ -442,10 +443,10 @@ fn whole(scene: &Scene, totals: &Totals, channel: usize) -> Whole {
             let first = channel - Channel::Absorbed as usize + ABSORBED_FRONT;
             let [front, back] = [first, first + 1].map(|channel| Sums::of(totals, channel));
             Box::new(AbsorbedByFace {
-                front: front.mean,
-                front_se: front.standard_error,
-                back: back.mean,
-                back_se: back.standard_error,
+                front: front.mean.into_vec(),
+                front_se: front.standard_error.into_vec(),
+                back: back.mean.into_vec(),
+                back_se: back.standard_error.into_vec(),
             })
         });
         Absorbed { absorbed: mean, absorbed_se: standard_error, absorbed_by_face, absorbed_ratios }
@@ -456,7 +457,7 @@ fn whole(scene: &Scene, totals: &Totals, channel: usize) -> Whole {
         absorbed_ratios,
         absorbed: Some(absorbed),
         absorbed_se: Some(absorbed_se),
-        by_light: by_light(scene, totals, |_, part| of(part)),
+        by_light: by_light(scene, totals, |_, part| of(part)).map(Iterator::collect),
         ..Whole::default()
     }
 }

@@ -2,14 +2,14 @@
 
 mod sensitivity;
 
-use std::{borrow::Cow, collections::HashMap, iter::once};
+use std::{borrow::Cow, collections::HashMap, iter::once, ops::DerefMut};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
     Absorbed, AbsorbedByFace, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult,
-    RatioResult, Ratios, RunResult, Whole,
+    OfLights, PerBand, RatioResult, Ratios, RunResult, Whole,
     ratios::OfLight,
     spread::Spread,
     warnings::{FEW_HISTORIES, rests_on_few},
@@ -267,8 +267,8 @@ impl Scale {
         self.entries.iter().all(|entry| matches!(entry, Entry::Times(0.0)))
     }
 
-    fn times(&self, values: &[f64]) -> Vec<f64> {
-        let mut scaled: Vec<f64> = values.to_vec();
+    fn times<V: FromIterator<f64> + DerefMut<Target = [f64]>>(&self, values: &[f64]) -> V {
+        let mut scaled: V = values.iter().copied().collect();
         for (value, entry) in scaled.iter_mut().zip(&self.entries) {
             *value *= if let Entry::Times(factor) = entry { *factor } else { 1.0 };
         }
@@ -282,7 +282,10 @@ impl Scale {
     }
 
     /// Rescales the standard errors of these values; a factor of zero leaves no known error.
-    fn error_times(&self, values: &[f64], errors: &[Option<f64>]) -> Vec<Option<f64>> {
+    fn error_times<V>(&self, values: &[f64], errors: &[Option<f64>]) -> V
+    where
+        V: FromIterator<Option<f64>>,
+    {
         // what is dark does not vary
         let of_band = |band: usize| match errors.get(band).copied()? {
             None if values.get(band) == Some(&0.0) => Some(0.0),
@@ -328,13 +331,12 @@ impl<'a> Mix<'a> {
     }
 
     /// Rescales each light's part.
-    fn scaled<T>(&self, parts: &ByLight<T>, scale: impl Fn(&T, &Scale) -> T) -> ByLight<T> {
-        let scaled = |(name, part): (&String, &T)| (name.clone(), scale(part, self.scale(name)));
-        parts.iter().map(scaled).collect()
+    fn scaled<T>(&self, parts: &OfLights<T>, scale: impl Fn(&T, &Scale) -> T) -> OfLights<T> {
+        parts.map(|light, part| scale(part, self.scale(light)))
     }
 
     fn energy(&self, energy: &Energy, lights: &ByLight<Energy>) -> Energy {
-        let parts = self.scaled(lights, |part, scale| Energy {
+        let of = |part: &Energy, scale: &Scale| Energy {
             power: scale.times(&part.power),
             emitted: scale.times(&part.emitted),
             absorbed: scale.times(&part.absorbed),
@@ -349,7 +351,10 @@ impl<'a> Mix<'a> {
                 materials.iter().map(|(name, values)| (name.clone(), scale.times(values))).collect()
             }),
             by_light: None,
-        });
+        };
+        let of_light =
+            |(name, part): (&String, &Energy)| (name.clone(), of(part, self.scale(name)));
+        let parts: ByLight<Energy> = lights.iter().map(of_light).collect();
         let all = |of: fn(&Energy) -> &[f64]| sum(parts.values().map(of), of(energy).len());
         let by = |(name, values): (&String, &Vec<f64>)| {
             let materials = parts.values().filter_map(|part| part.absorbed_by.as_ref());
@@ -416,7 +421,7 @@ impl<'a> Mix<'a> {
     }
 
     fn face(&self, face: &FaceResult) -> FaceResult {
-        let none = ByLight::new();
+        let none = OfLights::from_iter([] as [(&str, FaceResult); 0]);
         let before = face.by_light.as_deref().unwrap_or(&none);
         let parts = self.scaled(before, |part, scale| {
             FaceResult {
@@ -436,8 +441,9 @@ impl<'a> Mix<'a> {
         // no two lights share a history
         let histories =
             values().try_fold(0u64, |sum, part| Some(sum.saturating_add(part.histories?)));
-        let flux = sum(values().map(|part| &part.flux[..]), bands);
-        let flux_se = error(values().map(|part| (&part.flux[..], &part.flux_se[..])), bands);
+        let flux: PerBand<f64> = sum(values().map(|part| &part.flux[..]), bands);
+        let flux_se: PerBand<_> =
+            error(values().map(|part| (&part.flux[..], &part.flux_se[..])), bands);
         let few = histories.is_some_and(|n| 0 < n && n < FEW_HISTORIES)
             || flux.iter().zip(&flux_se).any(|(&mean, &error)| rests_on_few(mean, error));
         FaceResult {
@@ -515,20 +521,20 @@ fn absorbed<'a>(part: &'a Absorbed, scale: &'a Scale) -> OfLight<'a> {
     OfLight { ratios: part.absorbed_ratios.as_deref(), values, errors, factors: &scale.of_bands }
 }
 
-fn sum<'a>(parts: impl Iterator<Item = &'a [f64]>, bands: usize) -> Vec<f64> {
+fn sum<'a, V: From<Vec<f64>>>(parts: impl Iterator<Item = &'a [f64]>, bands: usize) -> V {
     let mut sums = vec![0.0; bands];
     for part in parts {
         sums.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
     }
-    sums
+    sums.into()
 }
 
 /// Returns the standard error of a sum of independent values; `None` where the error of a value
 /// that is not zero is unknown.
-fn error<'a>(
+fn error<'a, V: FromIterator<Option<f64>>>(
     parts: impl Iterator<Item = (&'a [f64], &'a [Option<f64>])>,
     bands: usize,
-) -> Vec<Option<f64>> {
+) -> V {
     let mut variances = vec![None; bands];
     let mut known = vec![true; bands];
     for (values, errors) in parts {

@@ -1,6 +1,6 @@
 //! The rows of the table of results.
 
-use super::{Absorbed, AbsorbedByFace, ByLight, FaceResult, LayerResult, Own, Ratios, Whole};
+use super::{Absorbed, AbsorbedByFace, FaceResult, LayerResult, OfLights, Own, Ratios, Whole};
 use crate::quantity::Column;
 use phylux_core::{math::stats::Estimate, scene::captor::Channel};
 
@@ -18,7 +18,7 @@ pub struct Row<'a> {
     /// Ratios of it.
     pub absorbed_ratios: Option<&'a Ratios>,
     /// Power that it absorbed of each light.
-    pub by_light: Option<&'a ByLight<Absorbed>>,
+    pub by_light: Option<&'a OfLights<Absorbed>>,
     /// Further quantities.
     pub own: Option<&'a Own>,
 }
@@ -51,8 +51,8 @@ impl LayerResult {
 impl<'a> Row<'a> {
     /// Returns what it has of one light, by its index.
     pub fn of_light(self, light: usize) -> Self {
-        let face = |face: &'a FaceResult| Some(face.by_light.as_ref()?.get_index(light)?.1);
-        let part = self.by_light.and_then(|lights| Some(lights.get_index(light)?.1));
+        let face = |face: &'a FaceResult| face.by_light.as_ref()?.get_index(light);
+        let part = self.by_light.and_then(|lights| lights.get_index(light));
         Self {
             area: self.area,
             faces: self.faces.map(|of| of.and_then(face)),
@@ -83,7 +83,7 @@ impl<'a> Row<'a> {
     pub fn parts(self) -> impl Iterator<Item = Self> {
         let of_faces = self.faces.iter().flatten().filter_map(|face| face.by_light.as_ref());
         let lights =
-            of_faces.map(|lights| lights.len()).chain(self.by_light.map(ByLight::len)).max();
+            of_faces.map(|lights| lights.len()).chain(self.by_light.map(OfLights::len)).max();
         std::iter::once(self).chain((0..lights.unwrap_or(0)).map(move |light| self.of_light(light)))
     }
 }

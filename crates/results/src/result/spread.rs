@@ -61,7 +61,7 @@ impl<'a> Spread<'a> {
         let (cv, cv_se) = columns(&|b| members[b].cv());
         let end = |of: fn(f64, f64) -> f64| {
             let values = |m: &Members| m.all.iter().map(|member| member.value).reduce(of);
-            Some(members.iter().filter_map(values).collect())
+            Some(Box::new(members.iter().filter_map(values).collect()))
         };
         FaceResult {
             min: end(f64::min),

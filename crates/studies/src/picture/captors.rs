@@ -11,11 +11,11 @@ use phylux_core::{
 };
 use phylux_files::result_file::read_json;
 use phylux_files::scene_file::LoadedScene;
-use phylux_results::result::RunResult;
+use phylux_results::result::{PerBand, RunResult};
 use phylux_show::render::Viewpoint;
 
 /// Irradiances of one captor, per band and then per sum, on the front and on the back.
-struct Faces([Option<Vec<f64>>; 2]);
+struct Faces([Option<PerBand<f64>>; 2]);
 
 impl Task<'_> {
     pub fn captors(&self, loaded: &LoadedScene) -> Result<Made> {

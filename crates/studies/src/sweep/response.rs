@@ -4,7 +4,7 @@ use std::{cmp::Reverse, collections::BTreeMap};
 
 use phylux_core::math::pattern::without_copies;
 use phylux_files::sweep_file::{Parameter, Run, Sweep};
-use phylux_results::result::{RunResult, light_name};
+use phylux_results::result::{PerBand, RunResult, light_name};
 use phylux_show::chart::{Chart, Series, Stroke};
 
 /// The largest number of groups that are drawn: as many as there are colours.
@@ -78,7 +78,7 @@ impl Responses {
                 let of = self.groups.iter().position(|name| *name == group.id);
                 let (Some(g), Some(mean)) = (of, front.irradiance.get(b)) else { continue };
                 let error = front.irradiance_se.get(b).copied().flatten();
-                let end = |ends: &Option<Vec<f64>>| ends.as_ref()?.get(b).copied();
+                let end = |ends: &Option<Box<PerBand<f64>>>| ends.as_ref()?.get(b).copied();
                 let sum = sums.entry((g, value)).or_default();
                 sum.runs += 1.0;
                 sum.mean += mean;

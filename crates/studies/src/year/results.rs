@@ -10,8 +10,8 @@ use super::{
 };
 use phylux_core::{error::Result, scene::captor::Channel, transport::settings::Estimator};
 use phylux_results::result::{
-    CaptorResult, Energy, FEW_HISTORIES, FORMAT, FaceResult, GroupResult, Own, Ratios, RunResult,
-    Spread, Whole,
+    CaptorResult, Energy, FEW_HISTORIES, FORMAT, FaceResult, GroupResult, Own, PerBand, Ratios,
+    RunResult, Spread, Whole,
 };
 
 impl Year {
@@ -184,7 +184,7 @@ impl Mean<'_> {
 }
 
 /// Values and their errors, band by band.
-type Light = (Vec<f64>, Vec<Option<f64>>);
+type Light = (PerBand<f64>, PerBand<Option<f64>>);
 
 fn nothing() -> FaceResult {
     unreachable!("a captor without a front")

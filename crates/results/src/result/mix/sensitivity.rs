@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use super::{Entry, Mix, Scale, absorbed, largest_error, on_face};
 use crate::result::{
-    Absorbed, ByLight, FaceResult, LightSensitivity, RatioResult, RatioSensitivity, RunResult,
+    Absorbed, FaceResult, LightSensitivity, OfLights, RatioResult, RatioSensitivity, RunResult,
     SensitivityResult,
     ratios::OfLight,
     uncertain::{Inputs, Moments, Spot},
@@ -224,15 +224,15 @@ impl<'a> Mix<'a> {
         let per = lit.map_or(1.0, |(flux, irradiance)| flux / irradiance);
         let lamps = face.by_light.as_ref()?.iter().map(|(name, part)| {
             let scale = self.scale(name);
-            (name.as_str(), on_face(part, scale), scale)
+            (name, on_face(part, scale), scale)
         });
         Some(Source { spot: Spot { place, kind, per }, lamps: lamps.collect() })
     }
 
-    fn source_of(&'a self, parts: &'a ByLight<Absorbed>, spot: Spot) -> Source<'a> {
+    fn source_of(&'a self, parts: &'a OfLights<Absorbed>, spot: Spot) -> Source<'a> {
         let lamps = parts.iter().map(|(name, part)| {
             let scale = self.scale(name);
-            (name.as_str(), absorbed(part, scale), scale)
+            (name, absorbed(part, scale), scale)
         });
         Source { spot, lamps: lamps.collect() }
     }
