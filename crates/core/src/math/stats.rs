@@ -141,6 +141,41 @@ impl RunningPair {
     }
 }
 
+/// The running sums of a quantity over batches of equal weight, to find its ratio to another one, of
+/// which there are [running sums](Running) of its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunningOver {
+    sum: f64,
+    squares: f64,
+    /// Sum of the products with the other quantity.
+    products: f64,
+}
+
+impl RunningOver {
+    /// Returns whether the numbers may have been found by a run.
+    pub fn is_possible(&self) -> bool {
+        let Self { sum, squares, products } = *self;
+        let roots = [squares, products].map(|product| product.abs().sqrt());
+        is_possible(sum) && roots.into_iter().all(is_possible)
+    }
+
+    /// Adds the estimate of one batch, and that of the other quantity. Nothing has to be added where
+    /// the first is 0.
+    #[inline]
+    pub fn add(&mut self, over: f64, under: f64) {
+        self.sum += over;
+        self.squares += over * over;
+        self.products += over * under;
+    }
+
+    /// Returns the means of both and how these vary, as [`RunningPair::estimate`] does.
+    pub fn estimate(&self, under: &Running, batches: u64) -> ([f64; 2], Option<[f64; 3]>) {
+        let sums = [self.sum, under.sum];
+        let products = [self.squares, self.products, under.squares];
+        RunningPair { sums, products }.estimate(batches)
+    }
+}
+
 /// Sums over batches of four estimates that each batch gives together, and of their products.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunningFour {
@@ -375,6 +410,27 @@ mod tests {
         assert!((running.concentration(4) - 9.0 / 14.0).abs() < 1e-12);
         assert_eq!(running.estimate(1).standard_error, None);
         assert_eq!((running.concentration(1), Running::default().concentration(4)), (0.0, 0.0));
+    }
+
+    /// Sums of one quantity beside those of another are those of both together, also where the first is
+    /// left out of batches in which it is 0.
+    #[test]
+    fn one_quantity_over_another_is_a_pair() {
+        let (mut both, mut over, mut under) =
+            (RunningPair::default(), RunningOver::default(), Running::default());
+        for (a, b) in [(0.5, 2.0), (0.0, 1.0), (-1.5, 0.25), (0.0, 0.0)] {
+            both.add(a, b);
+            under.add(b);
+            if a != 0.0 {
+                over.add(a, b);
+            }
+        }
+        assert_eq!(over.estimate(&under, 4), both.estimate(4));
+        assert_eq!(over.estimate(&under, 4).0, [-0.25, 0.8125]);
+        assert_eq!(over.estimate(&under, 1).1, None);
+        assert!(over.is_possible());
+        over.add(f64::INFINITY, 1.0);
+        assert!(!over.is_possible());
     }
 
     /// Against closed forms: 1 - 0.05^(1/n) without a hit, and 0.95^(1/n) if all batches but one

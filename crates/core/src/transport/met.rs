@@ -221,7 +221,7 @@ pub struct Account<L> {
     beside: Vec<Step>,
     /// Where copies wait: the number of the surface.
     waiting: Vec<usize>,
-    /// What the photon has met at so many of its surfaces.
+    /// What the photon has met at so many of its surfaces, which may be [unknown](Self::UNKNOWN).
     met: Met<L>,
     counted: usize,
     /// What the flight has met.
@@ -237,17 +237,15 @@ impl<L> Default for Account<L> {
 }
 
 impl<L: Lanes> Account<L> {
+    /// More surfaces than any photon comes to, where `met` is of another photon or way.
+    const UNKNOWN: usize = usize::MAX;
+
     /// Starts with a photon of a light.
     pub fn start(&mut self, light: Option<ParameterIndex>) {
         self.light = light;
         self.waiting.clear();
         self.go_back_to(0);
-        self.forget();
-    }
-
-    fn forget(&mut self) {
-        self.met.start(self.light);
-        self.counted = 0;
+        self.counted = Self::UNKNOWN;
     }
 
     /// Goes back to where the photon had been at so many surfaces.
@@ -256,14 +254,15 @@ impl<L: Lanes> Account<L> {
         self.shared = steps;
         self.beside.clear();
         if self.counted > steps {
-            self.forget();
+            self.counted = Self::UNKNOWN;
         }
     }
 
     /// Counts what the photon has met at so many of its surfaces.
     fn count(&mut self, scene: &Scene, steps: usize) {
         if self.counted > steps {
-            self.forget();
+            self.met.start(self.light);
+            self.counted = 0;
         }
         self.met.add_steps(scene, &self.steps[self.counted..steps]);
         self.counted = steps;

@@ -320,8 +320,12 @@ impl Tally {
         scene: &Scene,
         weights: &[f64],
         power: &Spectrum<L>,
-        met: &Met<L>,
+        account: &mut Account<L>,
     ) {
+        if scene.parameters().variants().is_empty() {
+            return;
+        }
+        let met = account.now(scene);
         for (part, variant) in self.parts.iter_mut().zip(scene.parameters().variants()) {
             part.emitted(None, weights, &(met.factor(variant, scene.lanes()) * power));
         }

@@ -169,7 +169,7 @@ impl Run<'_> {
         tally.emitted(part, weights, emitted);
         if let Some(account) = account {
             account.start(self.scene.parameters().of_light(light));
-            tally.emitted_in_variants(self.scene, weights, emitted, account.now(self.scene));
+            tally.emitted_in_variants(self.scene, weights, emitted, account);
         }
     }
 

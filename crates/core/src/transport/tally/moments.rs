@@ -130,16 +130,11 @@ impl MomentTally {
 }
 
 impl MomentSums {
-    /// Returns the channels in which anything was counted, each with the sums of a parameter per band.
-    pub fn of_parameter(
-        &self,
-        parameter: usize,
-        bands: usize,
-    ) -> impl Iterator<Item = (usize, &[f64])> {
+    /// Returns the channels in which anything was counted, in order, each with its sums: of the first
+    /// parameter per band, of the second, and so on.
+    pub fn rows(&self) -> impl Iterator<Item = (usize, &[f64])> {
         let width = self.sums.len().checked_div(self.channels.len()).unwrap_or(0).max(1);
-        let rows = self.sums.chunks_exact(width);
-        let channels = self.channels.iter().map(|&channel| channel as usize);
-        channels.zip(rows.map(move |row| &row[parameter * bands..][..bands]))
+        self.channels.iter().map(|&channel| channel as usize).zip(self.sums.chunks_exact(width))
     }
 }
 

@@ -8,9 +8,9 @@ use super::{Ledger, Sums, sums::MOST};
 use crate::{
     math::{
         effort,
-        stats::{Estimate, Running, RunningFour, RunningPair, is_possible},
+        stats::{Estimate, Running, RunningFour, RunningOver, RunningPair, is_possible},
     },
-    scene::world::Scene,
+    scene::world::{BandRatio, Scene},
 };
 
 /// The sums over all batches: running sums for each channel of the captors, then of the groups, then
@@ -63,11 +63,11 @@ pub struct Totals {
     /// alone.
     #[serde(default, skip_serializing_if = "Range::is_empty")]
     moment_channels: Range<usize>,
-    /// For each parameter, such channel and column the [moment](crate::transport::met) and the value.
-    /// Empty if no moments are asked for.
+    /// For each such channel, parameter and column the [moment](crate::transport::met). Empty if no
+    /// moments are asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    moments: Vec<RunningPair>,
-    /// For each parameter, such channel and ratio the moment and the value of its numerator and of its
+    moments: Vec<RunningOver>,
+    /// For each such channel, parameter and ratio the moment and the value of its numerator and of its
     /// denominator.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     ratio_moments: Vec<RunningFour>,
@@ -141,62 +141,76 @@ impl Totals {
     /// Returns the same totals, with room for the moments of so many parameters in these channels.
     fn with_room(self, scene: &Scene, moment_channels: Range<usize>, parameters: usize) -> Self {
         let places = moment_channels.len() * parameters;
-        let moments = vec![RunningPair::default(); places * self.columns];
+        let moments = vec![RunningOver::default(); places * self.columns];
         let ratio_moments = vec![RunningFour::default(); places * scene.ratios().len()];
         Self { moment_channels, moments, ratio_moments, ..self }
     }
 
-    /// Adds the moments that a batch has found, and the values that they are moments of.
+    /// Adds the moments that a batch has found, in captors and groups. What the batch has brought to
+    /// groups is in `group_values`.
     fn add_moments(&mut self, scene: &Scene, batch: &Sums, scale: f64) {
-        let (bands, columns) = (scene.bands().len(), self.columns);
-        let channels = self.moment_channels.clone();
         let Some(found) = &batch.moments else { return };
-        let rows = |sums: &mut dyn Iterator<Item = (usize, &[f64])>| {
-            let mut rows = vec![0.0; channels.end * columns];
-            for (channel, flux) in sums {
-                // what comes after the captors is of the stand
-                let Some(&captor) = self.captor_of_channel.get(channel) else { continue };
-                let captor = &scene.captors()[captor as usize];
-                let of_groups = captor.groups.iter().map(|group| {
-                    let of = group * scene.group_channels() + channel - captor.first_channel;
-                    scene.channels() + of
-                });
-                for channel in of_groups.chain([channel]) {
-                    let row = &mut rows[channel * columns..][..columns];
-                    row.iter_mut().zip(flux).for_each(|(value, flux)| *value += flux * scale);
-                }
+        let bands = scene.bands().len();
+        let width = self.parameters() * bands;
+        let mut of_groups = vec![0.0; self.group_values.len() / self.columns * width];
+        let mut values = vec![0.0; self.columns];
+        for (channel, moments) in found.rows() {
+            // what comes after the captors is of the stand
+            let Some(&captor) = self.captor_of_channel.get(channel) else { continue };
+            let captor = &scene.captors()[captor as usize];
+            let moments: Vec<f64> = moments.iter().map(|moment| moment * scale).collect();
+            for group in &captor.groups {
+                let of = group * scene.group_channels() + channel - captor.first_channel;
+                let sums = of_groups[of * width..][..width].iter_mut();
+                sums.zip(&moments).for_each(|(sum, moment)| *sum += moment);
             }
-            for row in rows.chunks_exact_mut(columns) {
-                for (s, sum) in scene.sums().iter().enumerate() {
-                    row[bands + s] = sum.of(row);
-                }
-            }
-            rows.split_off(channels.start * columns)
-        };
-        let brought = batch.channels.iter().map(|&channel| channel as usize);
-        let values = rows(&mut brought.zip(batch.flux.chunks_exact(bands)));
-        let all = self.moments.chunks_exact_mut(values.len().max(1));
-        let ratios = scene.ratios();
-        let mut of_ratios = self.ratio_moments.chunks_exact_mut(ratios.len().max(1));
-        for (parameter, pairs) in all.enumerate() {
-            let moments = rows(&mut found.of_parameter(parameter, bands));
-            let both = moments.iter().zip(&values);
-            pairs
-                .iter_mut()
-                .zip(both)
-                .for_each(|(pair, (moment, value))| pair.add(*moment, *value));
-            if ratios.is_empty() {
-                continue;
-            }
-            let both = moments.chunks_exact(columns).zip(values.chunks_exact(columns));
-            for ((moments, values), fours) in both.zip(&mut of_ratios) {
-                for (four, ratio) in fours.iter_mut().zip(ratios) {
-                    let (over, under) = (&ratio.numerator, &ratio.denominator);
-                    let sums = [over.of(moments), over.of(values), under.of(moments)];
-                    four.add([sums[0], sums[1], sums[2], under.of(values)]);
-                }
+            if let Ok(i) = batch.channels.binary_search(&(channel as u32)) {
+                let flux = &batch.flux[i * bands..][..bands];
+                fill(scene, &mut values, flux.iter().map(|flux| flux * scale));
+                self.add_moments_of(scene, channel, &moments, &values);
             }
         }
+        for (group, moments) in of_groups.chunks_exact(width).enumerate() {
+            values.copy_from_slice(&self.group_values[group * self.columns..][..self.columns]);
+            self.add_moments_of(scene, scene.channels() + group, moments, &values);
+        }
+    }
+
+    /// Adds the moments of all parameters in a channel, per band, and the values there, per column.
+    /// Most moments are 0, because light meets few of the parameters on its way.
+    fn add_moments_of(&mut self, scene: &Scene, channel: usize, moments: &[f64], values: &[f64]) {
+        let Some(first) = self.place_of_moments(0, channel) else { return };
+        let ratios = scene.ratios();
+        let mut row = vec![0.0; self.columns];
+        for (i, moments) in moments.chunks_exact(scene.bands().len()).enumerate() {
+            if ratios.is_empty() && moments.iter().all(|moment| *moment == 0.0) {
+                continue;
+            }
+            fill(scene, &mut row, moments.iter().copied());
+            let own = self.moments[(first + i) * self.columns..].iter_mut();
+            own.zip(row.iter().zip(values)).for_each(|(own, (moment, value))| {
+                own.add(*moment, *value);
+            });
+            let fours = self.ratio_moments[(first + i) * ratios.len()..].iter_mut();
+            for (four, BandRatio { numerator, denominator, .. }) in fours.zip(ratios) {
+                let sums = [numerator, denominator].map(|sum| [sum.of(&row), sum.of(values)]);
+                four.add([sums[0][0], sums[0][1], sums[1][0], sums[1][1]]);
+            }
+        }
+    }
+
+    /// Returns the number of parameters whose moments are kept.
+    fn parameters(&self) -> usize {
+        let each = self.moment_channels.len() * self.columns;
+        self.moments.len().checked_div(each).unwrap_or(0)
+    }
+
+    /// Returns the place of a parameter in a channel among those of all channels; `None` where its
+    /// moments are not kept.
+    fn place_of_moments(&self, parameter: usize, channel: usize) -> Option<usize> {
+        let (kept, parameters) = (&self.moment_channels, self.parameters());
+        let is_kept = kept.contains(&channel) && parameter < parameters;
+        is_kept.then(|| (channel - kept.start) * parameters + parameter)
     }
 
     /// Returns whether moments are kept in a channel of a captor or group.
@@ -212,10 +226,9 @@ impl Totals {
         parameter: usize,
         channel: usize,
     ) -> Option<impl Iterator<Item = ([f64; 2], Option<[f64; 3]>)>> {
-        let channels = &self.moment_channels;
-        let at = parameter * channels.len() + channel.checked_sub(channels.start)?;
-        let pairs = self.moments.get(at * self.columns..(at + 1) * self.columns)?;
-        Some(pairs.iter().map(|pair| pair.estimate(self.batches)))
+        let at = self.place_of_moments(parameter, channel)?;
+        let own = self.moments[at * self.columns..].iter().zip(self.running(channel));
+        Some(own.map(|(own, value)| own.estimate(value, self.batches)))
     }
 
     /// Returns for each ratio how the moments and the values of its two sums were found in a
@@ -226,10 +239,9 @@ impl Totals {
         parameter: usize,
         channel: usize,
     ) -> Option<(&[RunningFour], u64)> {
-        let channels = &self.moment_channels;
-        let at = parameter * channels.len() + channel.checked_sub(channels.start)?;
+        let at = self.place_of_moments(parameter, channel)?;
         let ratios = scene.ratios().len();
-        Some((self.ratio_moments.get(at * ratios..(at + 1) * ratios)?, self.batches))
+        Some((&self.ratio_moments[at * ratios..][..ratios], self.batches))
     }
 
     /// Returns the same totals, for paths beside which photons count: alone in the channels
@@ -262,7 +274,7 @@ impl Totals {
         let ledger = (scene.materials().len() + 3) * scene.bands().len() * size_of::<f64>();
         let channels = scene.channels() + groups + scene.stand().channels();
         let of_ratios = scene.ratios().len() * size_of::<RunningFour>();
-        let of_channel_moments = columns * size_of::<RunningPair>() + of_ratios;
+        let of_channel_moments = columns * size_of::<RunningOver>() + of_ratios;
         // counted for so many parameters of each of so many lights
         let moments = |parameters: usize, lights: usize| {
             let all = parameters * lights;
@@ -284,10 +296,7 @@ impl Totals {
         for (i, &channel) in batch.channels.iter().enumerate() {
             let channel = channel as usize;
             let flux = &batch.flux[i * bands..][..bands];
-            row.iter_mut().zip(flux).for_each(|(value, flux)| *value = flux * scale);
-            for (s, sum) in scene.sums().iter().enumerate() {
-                row[bands + s] = sum.of(&row);
-            }
+            fill(scene, &mut row, flux.iter().map(|flux| flux * scale));
             let photons = batch.photons[i];
             if channel >= scene.channels() {
                 // those of the stand come after the groups
@@ -319,12 +328,12 @@ impl Totals {
         for (group, values) in self.group_values.chunks(self.columns).enumerate() {
             add_ratios(scene, &mut self.pairs, scene.channels() + group, values);
         }
+        if !self.moments.is_empty() {
+            self.add_moments(scene, batch, scale);
+        }
         let group_running = &mut self.running[scene.channels() * self.columns..];
         for (running, value) in group_running.iter_mut().zip(&mut self.group_values) {
             running.add(std::mem::take(value));
-        }
-        if !self.moments.is_empty() {
-            self.add_moments(scene, batch, scale);
         }
         self.ledger.add(&batch.ledger, |_| scale);
         if !self.spent.is_empty() {
@@ -390,7 +399,7 @@ impl Totals {
             && self.parts.iter().zip(&other.parts).all(|(mine, theirs)| mine.fits(theirs))
             && self.moment_channels == other.moment_channels
             && self.moments.len() == other.moments.len()
-            && self.moments.iter().all(RunningPair::is_possible)
+            && self.moments.iter().all(RunningOver::is_possible)
             && self.ratio_moments.len() == other.ratio_moments.len()
             && self.ratio_moments.iter().all(RunningFour::is_possible)
     }
@@ -526,6 +535,15 @@ impl Totals {
         let scale = 1.0 / self.batches as f64;
         mean.add(&self.ledger, |_| scale);
         mean
+    }
+}
+
+/// Writes values per band into a row, and after them those of the sums over bands.
+#[inline]
+fn fill(scene: &Scene, row: &mut [f64], of_bands: impl Iterator<Item = f64>) {
+    row.iter_mut().zip(of_bands).for_each(|(value, of_band)| *value = of_band);
+    for (s, sum) in scene.sums().iter().enumerate() {
+        row[scene.bands().len() + s] = sum.of(row);
     }
 }
 
