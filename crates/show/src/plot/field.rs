@@ -8,6 +8,9 @@ use std::collections::BTreeMap;
 
 /// A gap between points is one that is wider than so many times their usual distance.
 const GAP: f64 = 3.0;
+/// A row of points that is far from others is a band that reaches so many of their distances to each
+/// side: so little that bands which are a gap apart are not near.
+const BAND: f64 = 1.0 / 3.0;
 /// A smooth field has about so many triangles.
 const SMOOTH: usize = 12_000;
 /// The most parts into which the space between two points of a grid is cut for it.
@@ -26,6 +29,8 @@ pub(super) struct Field {
     corners: Vec<Corner>,
     /// Triangles between the corners, which stand counterclockwise.
     triangles: Vec<[usize; 3]>,
+    /// Contours run through so many of the triangles, the first ones.
+    lined: usize,
 }
 
 /// Returns the parts of a plane that its points fill, each by the numbers of its points: gaps wider
@@ -59,17 +64,39 @@ pub(super) fn parts(points: &[Corner], sets: &[usize]) -> Vec<Vec<usize>> {
 
 /// Returns the triangles of Delaunay's triangulation that span no gap.
 fn near_triangles(points: &[Corner], sets: &[usize]) -> Vec<[usize; 3]> {
+    let all = triangles(points);
+    let steps = steps(points, sets, &all);
+    let is_near = |side: [usize; 2]| {
+        let [a, b] = side.map(|i| steps[&sets[i]]);
+        let lengths = along(points, side);
+        [0, 1].into_iter().all(|axis| lengths[axis] <= (GAP + 1e-6) * a[axis].max(b[axis]))
+    };
+    all.into_iter().filter(|t| sides(t).into_iter().all(is_near)).collect()
+}
+
+/// Returns all triangles of Delaunay's triangulation.
+fn triangles(points: &[Corner]) -> Vec<[usize; 3]> {
     let places: Vec<delaunator::Point> =
         points.iter().map(|&(x, y, _)| delaunator::Point { x, y }).collect();
-    let all = delaunator::triangulate(&places).triangles;
-    let sides = |t: &[usize; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
-    let along =
-        |[a, b]: [usize; 2]| [(points[a].0 - points[b].0).abs(), (points[a].1 - points[b].1).abs()];
+    delaunator::triangulate(&places).triangles.as_chunks::<3>().0.to_vec()
+}
+
+fn sides(t: &[usize; 3]) -> [[usize; 2]; 3] {
+    [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]
+}
+
+/// Returns the lengths of a side along both axes.
+fn along(points: &[Corner], [a, b]: [usize; 2]) -> [f64; 2] {
+    [(points[a].0 - points[b].0).abs(), (points[a].1 - points[b].1).abs()]
+}
+
+/// Returns for each set the usual distance between its neighbours along both axes.
+fn steps(points: &[Corner], sets: &[usize], triangles: &[[usize; 3]]) -> BTreeMap<usize, [f64; 2]> {
     // the nearest neighbour of each point, of its set, on either side along each axis
     let mut nearest = vec![[f64::INFINITY; 2]; points.len()];
-    for side in all.as_chunks::<3>().0.iter().flat_map(sides) {
+    for side in triangles.iter().flat_map(sides) {
         let [a, b] = side;
-        let lengths = along(side);
+        let lengths = along(points, side);
         let axis = usize::from(lengths[1] > lengths[0]);
         if sets[a] == sets[b] {
             for i in [a, b] {
@@ -84,21 +111,42 @@ fn near_triangles(points: &[Corner], sets: &[usize]) -> Vec<[usize; 3]> {
             of_set[axis].extend(Some(own[axis]).filter(|length| length.is_finite()));
         }
     }
-    let steps: BTreeMap<usize, [f64; 2]> = of_set
-        .into_iter()
-        .map(|(set, lengths)| {
-            let [across, up] = lengths.map(median);
-            // a single row of points has one distance
-            (set, [across.or(up).unwrap_or(0.0), up.or(across).unwrap_or(0.0)])
-        })
-        .collect();
-    let is_near = |side: [usize; 2]| {
-        let [a, b] = side.map(|i| steps[&sets[i]]);
-        let lengths = along(side);
-        [0, 1].into_iter().all(|axis| lengths[axis] <= (GAP + 1e-6) * a[axis].max(b[axis]))
+    let usual = |(set, lengths): (usize, [Vec<f64>; 2])| {
+        let [across, up] = lengths.map(median);
+        // a single row of points has one distance
+        (set, [across.or(up).unwrap_or(0.0), up.or(across).unwrap_or(0.0)])
     };
-    let near = |t: &&[usize; 3]| sides(t).into_iter().all(is_near);
-    all.as_chunks::<3>().0.iter().filter(near).copied().collect()
+    of_set.into_iter().map(usual).collect()
+}
+
+/// Returns the axis along which the rows of a set are further apart than three distances in them, if
+/// they are longer than that too, as those of benches with aisles between. Short rows, as those across
+/// a bed, are a grid.
+fn apart(step: [f64; 2], points: &[Corner]) -> Option<usize> {
+    let length = |axis: usize| {
+        let places = || points.iter().map(|p| [p.0, p.1][axis]);
+        let ends = places().reduce(f64::min).zip(places().reduce(f64::max));
+        ends.map_or(0.0, |(low, high)| high - low)
+    };
+    [0, 1]
+        .into_iter()
+        .find(|&axis| step[axis] > (GAP + 1e-6) * step[1 - axis] && length(1 - axis) > step[axis])
+}
+
+/// Returns the two edges of the band that stands for each row of points, with the number of the row.
+fn bands(mut points: Vec<Corner>, axis: usize, step: f64) -> Vec<(Corner, usize)> {
+    let place = |p: &Corner| [p.0, p.1][axis];
+    points.sort_by(|a, b| place(a).total_cmp(&place(b)));
+    let half = BAND * step;
+    let rows = points.chunk_by(|a, b| place(b) - place(a) < half).enumerate();
+    let edges = rows.flat_map(|(number, row)| {
+        let edge = move |&(x, y, value): &Corner, by: f64| match axis {
+            0 => ((x + by, y, value), number),
+            _ => ((x, y + by, value), number),
+        };
+        row.iter().flat_map(move |p| [edge(p, -half), edge(p, half)])
+    });
+    edges.collect()
 }
 
 /// Returns the middle one of some numbers, if there are any.
@@ -108,6 +156,44 @@ pub(super) fn median(mut numbers: Vec<f64>) -> Option<f64> {
 }
 
 impl Field {
+    /// Returns the field between points. Rows of a set that are far apart are narrow bands, without
+    /// contours.
+    pub fn with_bands(points: &[Corner], sets: &[usize]) -> Self {
+        let steps = steps(points, sets, &triangles(points));
+        let own = |set: usize| {
+            let own = points.iter().zip(sets).filter(move |(_, own)| **own == set);
+            own.map(|(point, _)| *point).collect::<Vec<Corner>>()
+        };
+        let of_bands = steps.iter().filter_map(|(&set, &step)| {
+            let axis = apart(step, &own(set))?;
+            Some((set, bands(own(set), axis, step[1 - axis])))
+        });
+        let of_bands: BTreeMap<usize, Vec<(Corner, usize)>> = of_bands.collect();
+        let rest = points.iter().zip(sets).filter(|(_, set)| !of_bands.contains_key(set));
+        let (points, sets): (Vec<Corner>, Vec<usize>) = rest.unzip();
+        let mut all = Self::between(&points, &sets, &parts(&points, &sets));
+        for rows in of_bands.into_values() {
+            let (points, rows): (Vec<Corner>, Vec<usize>) = rows.into_iter().unzip();
+            let lined = all.lined;
+            all.append(Self::between(&points, &rows, &parts(&points, &rows)));
+            all.lined = lined;
+        }
+        all
+    }
+
+    /// Adds another field.
+    fn append(&mut self, other: Self) {
+        let before = self.corners.len();
+        self.corners.extend(other.corners);
+        self.triangles.extend(other.triangles.into_iter().map(|t| t.map(|i| i + before)));
+        self.lined = self.triangles.len();
+    }
+
+    /// Returns the places between which values are known.
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners
+    }
+
     /// Returns the field between points of one or more parts, as [`parts`] finds them.
     pub fn between(points: &[Corner], sets: &[usize], parts: &[Vec<usize>]) -> Self {
         let mut all = Self::default();
@@ -116,13 +202,11 @@ impl Field {
             let sets: Vec<usize> = part.iter().map(|&i| sets[i]).collect();
             let field = Self::smooth(&own).unwrap_or_else(|| {
                 let triangles = near_triangles(&own, &sets);
-                Self { corners: own, triangles }
+                Self { corners: own, triangles, lined: 0 }
             });
-            let before = all.corners.len();
-            all.corners.extend(field.corners);
-            all.triangles.extend(field.triangles.into_iter().map(|t| t.map(|i| i + before)));
+            all.append(field);
         }
-        let Self { corners, triangles } = &mut all;
+        let Self { corners, triangles, .. } = &mut all;
         let twice_area = |[a, b, c]: [usize; 3]| {
             let [a, b, c] = [a, b, c].map(|i| corners[i]);
             (b.0 - a.0) * (c.1 - a.1) - (c.0 - a.0) * (b.1 - a.1)
@@ -174,12 +258,11 @@ impl Field {
             [[a, b, c], [a, c, d]]
         });
         let triangles = triangles.collect();
-        Some(Self { corners, triangles })
+        Some(Self { corners, triangles, lined: 0 })
     }
 
     /// Returns the sides of triangles that no other triangle shares.
     fn border(&self) -> Vec<[usize; 2]> {
-        let sides = |t: &[usize; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
         let all: std::collections::HashSet<[usize; 2]> =
             self.triangles.iter().flat_map(sides).collect();
         let is_border = |[a, b]: &[usize; 2]| !all.contains(&[*b, *a]);
@@ -188,7 +271,7 @@ impl Field {
 
     /// Returns the lines along which the values are this one, with greater values to their left.
     pub fn contours(&self, level: f64) -> Vec<Path> {
-        self.joined(self.crossings(level), level)
+        self.joined(self.crossings(&self.triangles[..self.lined], level), level)
     }
 
     /// Returns the outlines of what lies at or above each level, with their areas: those of the
@@ -198,7 +281,7 @@ impl Field {
         let border = self.border();
         let of_level = |(number, &level): (usize, &f64)| {
             let level = if number == 0 { f64::NEG_INFINITY } else { level };
-            let mut segments = self.crossings(level);
+            let mut segments = self.crossings(&self.triangles, level);
             for &[a, b] in &border {
                 let ends = [a, b].map(|i| self.corners[i].2 >= level);
                 match ends {
@@ -214,7 +297,7 @@ impl Field {
     }
 
     /// Returns where triangles are crossed by a level, with greater values to the left.
-    fn crossings(&self, level: f64) -> Vec<(Node, Node)> {
+    fn crossings(&self, triangles: &[[usize; 3]], level: f64) -> Vec<(Node, Node)> {
         let of_triangle = |triangle: &[usize; 3]| {
             let above = triangle.map(|i| self.corners[i].2 >= level);
             let side = |i: usize| (triangle[i], triangle[(i + 1) % 3]);
@@ -224,7 +307,7 @@ impl Field {
             let [falls, rises] = [side(falls), side(rises)].map(|(a, b)| crossing(a, b));
             Some((falls, rises))
         };
-        self.triangles.iter().filter_map(of_triangle).collect()
+        triangles.iter().filter_map(of_triangle).collect()
     }
 
     /// Joins segments to lines and outlines.
@@ -543,6 +626,39 @@ mod tests {
         }
         let star = [(0.0, 1.0), (1.0, 0.0), (2.0, 1.0), (1.0, 2.0), (1.0, 1.0)];
         assert!(Field::smooth(&star.map(|(x, y)| (x, y, 0.0))).is_none());
+    }
+
+    /// Rows that are more than three of their own steps apart, along either axis, are bands with
+    /// nothing between them and no contours, whose values are those of their points; of three steps,
+    /// or shorter than they are apart, they are not.
+    #[test]
+    fn rows_far_apart_are_bands() {
+        for turned in [false, true] {
+            let of = |columns: u32, apart: f64| {
+                let mut points = grid(columns, 3, (0.3, apart), (1.0, 2.0));
+                if turned {
+                    points.iter_mut().for_each(|p| (p.0, p.1) = (p.1, p.0));
+                }
+                let field = Field::with_bands(&points, &vec![0; points.len()]);
+                let outlines = field.outlines(&[f64::NEG_INFINITY]).remove(0);
+                let areas: Vec<f64> = outlines.into_iter().map(|(area, _)| area).collect();
+                (areas, field)
+            };
+            let (areas, field) = of(6, 0.91);
+            assert_eq!(areas.len(), 3, "{areas:?}");
+            assert!(areas.iter().all(|area| (area - 1.5 * 0.2).abs() < 1e-9));
+            assert!(field.contours(2.5).is_empty());
+            for &(x, y, value) in field.corners() {
+                let along = if turned { y } else { x };
+                assert!((value - (along - 1.0) / 0.3).abs() < 1e-9, "{value} at {along}");
+            }
+            for (columns, apart) in [(6, 0.9), (3, 0.91)] {
+                let (areas, field) = of(columns, apart);
+                let whole = 0.3 * f64::from(columns - 1) * 2.0 * apart;
+                assert!(areas.len() == 1 && (areas[0] - whole).abs() < 1e-9, "{areas:?}");
+                assert_eq!(field.contours(1.5).len(), 1);
+            }
+        }
     }
 
     /// Points on a line are no part of a plane.

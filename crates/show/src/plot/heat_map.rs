@@ -400,7 +400,11 @@ impl HeatMap {
     fn ends(&self) -> [(f64, f64); 2] {
         let ends = [|p: &Corner| p.0, |p: &Corner| p.1].map(|axis| {
             let none = (f64::INFINITY, f64::NEG_INFINITY);
-            self.points.iter().map(axis).fold(none, |(low, high), v| (low.min(v), high.max(v)))
+            self.points
+                .iter()
+                .chain(self.field.corners())
+                .map(axis)
+                .fold(none, |(low, high), v| (low.min(v), high.max(v)))
         });
         let longer = ends.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
         ends.map(|(low, high)| (low - MARGIN * longer, high + MARGIN * longer))

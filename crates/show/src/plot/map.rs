@@ -191,7 +191,7 @@ impl<'a> Plane<'a> {
         if parts.is_empty() {
             return None;
         }
-        let field = Field::between(&points, &plane.sets(), &parts);
+        let field = Field::with_bands(&points, &plane.sets());
         let errors = plane.sensors.iter().map(|sensor| plane.point(chosen, sensor).1);
         let errors: Vec<Option<f64>> = errors.collect();
         let even = even(points.iter().map(|point| point.2).zip(errors.iter().copied()));
