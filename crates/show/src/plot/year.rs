@@ -158,7 +158,9 @@ impl<'t> Chosen<'t> {
                 ),
                 setting("captors")
             ]);
-            ids.truncate(most);
+            // those that are named outright are wanted rather than those that a pattern fits
+            let named = |id: usize| patterns.contains(&table.ids[id].as_str());
+            ids = named_first(ids, named).take(most).collect();
         }
         let face = match request.face {
             Face::Front => "",
@@ -176,6 +178,12 @@ impl<'t> Chosen<'t> {
         };
         Ok(Self { band, name, ids, notes, face, light })
     }
+}
+
+/// Puts what is named before the rest, both in their order.
+fn named_first(ids: Vec<usize>, named: impl Fn(usize) -> bool) -> impl Iterator<Item = usize> {
+    let (first, rest): (Vec<usize>, Vec<usize>) = ids.into_iter().partition(|&id| named(id));
+    first.into_iter().chain(rest)
 }
 
 fn months_plot(
@@ -326,4 +334,15 @@ fn day(
         chart.title += &format!(", {}", hours.ids[id]);
     }
     Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: chosen.notes.clone() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn named_captors_come_first() {
+        let found: Vec<usize> = named_first((0..6).collect(), |id| id == 4 || id == 2).collect();
+        assert_eq!(found, [2, 4, 0, 1, 3, 5]);
+    }
 }
