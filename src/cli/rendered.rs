@@ -14,13 +14,14 @@ use super::{
     interrupt,
     outputs::{check_places, place_of},
     progress::{show, terminal_bar},
+    run::map_photons,
     tracing::TracingArguments,
 };
 use phylux_core::{
     error::{Error, NOTHING_WRITTEN, Result},
     scene::world::Scene,
     transport::{
-        settings::Settings,
+        settings::{MapLimit, Settings},
         simulate::{Control, Progress},
     },
 };
@@ -46,6 +47,9 @@ pub(super) struct Source {
     no_trace: bool,
     #[command(flatten)]
     tracing: TracingArguments,
+    /// Arrivals of photons to store, from which the light of surfaces is read [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = map_photons, allow_hyphen_values = true, conflicts_with = "no_trace")]
+    map_photons: Option<MapLimit>,
 }
 
 impl Source {
@@ -81,7 +85,8 @@ pub(super) fn write(
     let following = follow(&scene)?;
     super::terminal::warn(&warnings);
 
-    let asked = source.tracing.settings(&settings);
+    let mut asked = source.tracing.settings(&settings);
+    asked.map_photons = source.map_photons.unwrap_or(asked.map_photons);
     // the number of photons in the scene's settings is meant for a run for its captors, not for
     // photons to show
     let settings =

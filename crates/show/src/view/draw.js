@@ -505,6 +505,45 @@ function makeOutlines() {
   outlines = new T.LineSegments(geometry, new T.LineBasicMaterial({ depthWrite: false }));
   outlines.frustumCulled = false;
   scene.add(outlines);
+  makeGlass();
+}
+
+/** The most tiles of glass and water whose edges are drawn. */
+const MOST_GLASS = 50000;
+let glass = [];
+/** Draws the edges of what is transparent, and hidden at first: a beaker is seen where its light is. */
+function makeGlass() {
+  const clear = parts.filter((part) => facts.materials[part.material]?.clear);
+  if (clear.reduce((sum, part) => sum + part.end - part.first, 0) > MOST_GLASS) return;
+  for (const object of new Set(clear.map((part) => part.object))) {
+    const own = clear.filter((part) => part.object === object);
+    const ends = creases(own.flatMap((part) => tilesOf(part).flatMap(trianglesOf)));
+    const geometry = new T.BufferGeometry();
+    geometry.setAttribute("position", new T.BufferAttribute(Float32Array.from(ends.flat(2)), 3));
+    const lines = new T.LineSegments(geometry, outlines.material);
+    lines.frustumCulled = false;
+    lines.userData.object = object;
+    glass.push(lines);
+    scene.add(lines);
+  }
+}
+
+/** Returns the edges where surfaces end or bend by more than 30 degrees, as pairs of corners. */
+function creases(triangles) {
+  const edges = new Map();
+  const [a, b] = [new T.Vector3(), new T.Vector3()];
+  for (const corners of triangles) {
+    const [p, q, r] = corners.map((corner) => new T.Vector3(...corner));
+    const normal = a.subVectors(q, p).cross(b.subVectors(r, p)).normalize().clone();
+    for (const [i, j] of [[0, 1], [1, 2], [2, 0]]) {
+      const ends = [corners[i], corners[j]];
+      const name = ends.map(String).sort().join(" ");
+      const other = edges.get(name);
+      if (other && Math.abs(other.normal.dot(normal)) > Math.cos(Math.PI / 6)) edges.delete(name);
+      else edges.set(name, { ends, normal });
+    }
+  }
+  return [...edges.values()].map(({ ends }) => ends);
 }
 
 let mark = null;
@@ -551,6 +590,7 @@ function paintTiles() {
   valueTexture.needsUpdate = true;
   if (isSmooth()) paintCorners();
   outlines.visible = !state.planes && !state.hidden.object.has(-1);
+  glass.forEach((lines) => (lines.visible = !state.hidden.object.has(lines.userData.object)));
 }
 
 /** Returns the sensors' values of the quantity shown, sorted; the values of all captors if there are few sensors. */

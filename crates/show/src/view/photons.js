@@ -13,7 +13,6 @@ precision highp float;
 uniform mat4 modelMatrix, viewMatrix, projectionMatrix;
 uniform vec2 bounces;
 uniform float nearest, pixels, largest, scale, time, glow;
-uniform bool seeThrough;
 uniform vec3 clipLow, clipHigh;
 in vec3 position, start; // where it arrived, and where it flew from
 in vec3 normal; // of the face that it arrived on
@@ -22,7 +21,6 @@ in vec2 times; // when it leaves and when it arrives
 in float bounce, radius; // without a radius it lies on what is hidden
 out vec3 tint;
 out vec4 facing; // normal of the face to the eye, and radius over the radius of the point
-out float nearer;
 void main() {
   tint = paint;
   bool flies = time >= 0.0 && time < times.y;
@@ -34,10 +32,12 @@ void main() {
   float own = scale * (flies ? max(radius, glow) : radius);
   float size = clamp(2.0 * own * pixels / -at.z, flies ? 4.0 : 2.0, largest);
   gl_PointSize = size + 2.0;
-  nearer = own;
+  // a point has one depth: that of the edge of its disc which is nearest to the eye, or its face would hide half of it
+  vec4 edge = projectionMatrix * vec4(0.0, 0.0, at.z * (1.0 - 0.5 * size / pixels), 1.0);
+  if (!flies) gl_Position.z = edge.z / edge.w * gl_Position.w;
   vec3 turned = (viewMatrix * vec4(normal, 0.0)).xyz;
   facing = vec4(flies ? vec3(0.0, 0.0, 1.0) : turned, (size + 2.0) / size);
-  bool behind = !flies && (radius <= 0.0 || (seeThrough && dot(turned, at.xyz) > 0.0));
+  bool behind = !flies && (radius <= 0.0 || dot(turned, at.xyz) > 0.0);
   bool clipped = any(lessThan(place, clipLow)) || any(greaterThan(place, clipHigh));
   bool waits = time >= 0.0 && time < times.x;
   if (waits || clipped || behind || bounce < bounces.x || bounce > bounces.y || -at.z < nearest) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
@@ -49,7 +49,6 @@ precision highp float;
 uniform mat4 projectionMatrix;
 in vec3 tint;
 in vec4 facing;
-in float nearer;
 out vec4 colour;
 void main() {
   vec2 off = (2.0 * gl_PointCoord - 1.0) * vec2(facing.w, -facing.w);
@@ -145,12 +144,11 @@ function makePhotons() {
   geometry.setAttribute("bounce", new T.BufferAttribute(Float32Array.from(photons.bounces), 1));
   geometry.setAttribute("radius", new T.BufferAttribute(allRadii.slice(), 1));
   geometry.setAttribute("paint", new T.BufferAttribute(new Uint8Array(3 * photons.count), 3, true));
-  const { nearest, seeThrough, clipLow, clipHigh } = paintMaterial.uniforms;
+  const { nearest, clipLow, clipHigh } = paintMaterial.uniforms;
   points = new T.Points(geometry, new T.RawShaderMaterial({
     glslVersion: T.GLSL3, vertexShader: POINT_VERTEX, fragmentShader: POINT_COLOUR, transparent: true, depthWrite: false,
-    polygonOffset: true,
     uniforms: {
-      nearest, seeThrough, clipLow, clipHigh, bounces: { value: new T.Vector2() }, pixels: { value: 1 }, largest: { value: 24 },
+      nearest, clipLow, clipHigh, bounces: { value: new T.Vector2() }, pixels: { value: 1 }, largest: { value: 24 },
       scale: { value: 1 }, time: { value: -1 }, glow: { value: 0.0035 * Math.hypot(...facts.size) },
     },
   }));

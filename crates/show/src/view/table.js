@@ -110,9 +110,10 @@ function showTip(tile, x, y) {
   kind.textContent = descriptionOf(part);
   const table = document.createElement("table");
   const bands = bandsOfTip();
-  heading(table, ["", ...bands.map(headOf), ""]);
+  const lines = linesOf(part, tile);
+  if (lines.length) heading(table, ["", ...bands.map(headOf), ""]);
   const body = table.createTBody();
-  for (const line of linesOf(part, tile)) {
+  for (const line of lines) {
     const row = body.insertRow();
     cell(row, line.name);
     bands.forEach((band) => cell(row, withError(line.values[band])));
