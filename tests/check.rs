@@ -622,3 +622,14 @@ fn lamps_may_shine_in_by_a_vent() {
         assert_eq!(told, is_outside, "{found:?}");
     }
 }
+
+/// The table of objects of a shipped scene fits the 80 columns of a terminal in one part.
+#[test]
+fn objects_stand_in_one_table() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let output = phylux(&folder, &["check", "caustic.json"]);
+    let text = String::from_utf8(output.stdout).expect("text");
+    assert_eq!(text.matches("objects, m").count(), 1, "{text}");
+    let beaker = text.lines().find(|line| line.starts_with("  beaker")).expect("a row");
+    assert!(beaker.len() <= 80 && beaker.ends_with("0.001 to 0.101      10 %"), "{beaker}");
+}

@@ -2,6 +2,7 @@
 //! lamps.
 
 use std::{
+    collections::HashMap,
     fmt::Write,
     path::{Path, PathBuf},
 };
@@ -17,6 +18,7 @@ use super::{
 };
 use phylux_core::{
     error::Result,
+    math::pattern::copied,
     scene::captor::Channel,
     transport::{
         settings::{Checked, Guiding, PhotonCount, ThreadCount},
@@ -26,7 +28,12 @@ use phylux_core::{
 use phylux_files::{scene_file::SkyDivision, work_file::TableSettings};
 use phylux_show::plot::PlotStyle;
 use phylux_studies::{
-    text::{short, table::Table, with_error},
+    text::{
+        short,
+        summary::{MANY, range},
+        table::Table,
+        with_error,
+    },
     year::{
         HoursOf,
         job::{MadeYear, YearJob},
@@ -172,6 +179,30 @@ fn say(made: &MadeYear, folder: &Path) -> Result<()> {
     terminal::print(&format!("{}\nwrote {}{kept}\n", describe(made)?, folder.display()))
 }
 
+/// Returns the rows of the table, with the places of their ids, from a first one on; the copies of a
+/// thing, if they are many, are one.
+fn rows(ids: &[String], first: usize) -> Vec<(String, Vec<usize>)> {
+    let mut copies: HashMap<&str, usize> = HashMap::new();
+    ids[first..].iter().filter_map(|id| copied(id)).for_each(|thing| {
+        *copies.entry(thing).or_default() += 1;
+    });
+    let many = |thing: &&str| !terminal::is_full() && copies[*thing] >= MANY;
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    let mut rows: Vec<(String, Vec<usize>)> = Vec::new();
+    for (i, id) in ids.iter().enumerate().skip(first) {
+        let Some(thing) = copied(id).filter(many) else {
+            rows.push((id.clone(), vec![i]));
+            continue;
+        };
+        let place = *places.entry(thing).or_insert(rows.len());
+        if place == rows.len() {
+            rows.push((format!("each {thing}# ({})", copies[thing]), Vec::new()));
+        }
+        rows[place].1.push(i);
+    }
+    rows
+}
+
 fn describe(MadeYear { year, scene, lights, .. }: &MadeYear) -> Result<String> {
     let hours = year.slots.len();
     let mut text = format!(
@@ -186,15 +217,21 @@ fn describe(MadeYear { year, scene, lights, .. }: &MadeYear) -> Result<String> {
     for (b, band) in year.bands.iter().enumerate().filter(|(b, _)| year.integrated[*b]) {
         let heads = months.iter().map(|name| name.as_str());
         let mut table = Table::new(format!("{}, {}", band.name, year.unit), heads, "");
-        for (i, id) in ids.iter().enumerate().skip(first).take(terminal::shown(SHOWN)) {
+        let rows = rows(ids, first);
+        for (name, of) in rows.iter().take(terminal::shown(SHOWN)) {
             let cells = sums.iter().map(|sums| {
-                let light = sums.light(i, Channel::Front, b);
-                light.map_or("-".into(), |light| with_error(light.mean, light.variance.sqrt()))
+                let found: Vec<_> =
+                    of.iter().filter_map(|&i| sums.light(i, Channel::Front, b)).collect();
+                match &found[..] {
+                    [] => "-".into(),
+                    [light] => with_error(light.mean, light.variance.sqrt()),
+                    _ => range(found.iter().map(|light| light.mean).collect()),
+                }
             });
-            table.row(format!("  {id}"), cells, "");
+            table.row(format!("  {name}"), cells, "");
         }
         table.below(&mut text, &terminal::page());
-        text.push_str(&terminal::more(ids.len() - first, SHOWN));
+        text.push_str(&terminal::more(rows.len(), SHOWN));
     }
     if !year.lamps.is_empty() {
         let all = || 0..year.slots.len();
@@ -204,4 +241,20 @@ fn describe(MadeYear { year, scene, lights, .. }: &MadeYear) -> Result<String> {
         let _ = writeln!(text, "\n{} lamps: {} h{energy}", year.lamps.len(), short(hours));
     }
     Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three copies of a thing are one row where their first one stood, two are not, and captors before
+    /// the groups have none.
+    #[test]
+    fn copies_have_a_row_together() {
+        let ids = ["leaf#0", "all", "plant#0", "tree#0", "plant#1", "tree#1", "plant#2"];
+        let found = rows(&ids.map(String::from), 1);
+        let names: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["all", "each plant# (3)", "tree#0", "tree#1"]);
+        assert_eq!(found[1].1, [2, 4, 6]);
+    }
 }

@@ -218,7 +218,9 @@ fn objects(page: &Page, text: &mut String, summary: &SceneSummary) {
     if summary.objects.is_empty() {
         return;
     }
-    let digits = decimals(summary.size.max_element(), 4);
+    // three digits, or millimetres
+    let size = summary.size.max_element();
+    let digits = decimals(size, 3).max(decimals(size, 4).min(3));
     let mut table = Table::new("objects, m", ["from", "to", "above lowest", "facing up"], "");
     for object in summary.objects.iter().take(page.shown(LISTED)) {
         // rounded first, and 0 added, so that no minus stands before a zero

@@ -31,7 +31,7 @@ const SHOWN_EVEN: usize = 24;
 /// The most layers that are shown.
 const SHOWN_LAYERS: usize = 20;
 /// So many copies of a thing have one row together.
-const MANY: usize = 3;
+pub const MANY: usize = 3;
 /// The head of relative errors.
 const ERRORS: &str = "error: median (range)";
 /// Share of a captor's area above which the disc of a k-nearest estimate is no longer local.
@@ -634,6 +634,11 @@ fn nearest(page: &Page, table: &mut Table, found: Vec<&NearestResult>) -> String
             found.len()
         ),
     }
+}
+
+/// Returns the least and the greatest of some numbers, of which there is at least one.
+pub fn range(values: Vec<f64>) -> String {
+    Spread::of(values).range()
 }
 
 struct Spread {
