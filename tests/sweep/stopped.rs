@@ -4,9 +4,13 @@
 #![cfg(unix)]
 
 use std::{
-    sync::{Mutex, atomic::AtomicBool},
+    collections::HashSet,
+    sync::{
+        Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
     thread::sleep,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use phylux::math::Stream;
@@ -72,6 +76,52 @@ fn running_is_reported_before_the_first_run() {
         phylux::studies::SweepPlan { shard: phylux::transport::Shard::WHOLE, threads: 1, jobs: 1 };
     phylux::studies::sweep(&file, &folder.path("out"), &plan, &control).expect("it runs");
     assert_eq!(*first.lock().expect("no panic"), Some(0.0));
+}
+
+/// A sweep of many runs says how far it has come while it decides which of them come from one
+/// simulation, and can be stopped there.
+#[test]
+fn planning_is_reported_and_can_be_stopped() {
+    let vary = r#"{"/lights/0/power": {"from": 1, "to": 2, "steps": 20000}}"#;
+    let folder = folder(&format!(r#"{{"scene": "scene.json", "vary": {vary}}}"#));
+    let file = phylux::formats::Sweep::load(&folder.path("sweep.json")).expect("a sweep");
+    let (stop, told) = (AtomicBool::new(false), Mutex::new(Vec::new()));
+    let progress = |progress: phylux::studies::SweepProgress| {
+        assert_eq!(progress.step, phylux::studies::Step::Planning);
+        assert_eq!(progress.of, 20000);
+        told.lock().expect("no panic").push(progress.runs);
+        stop.store(progress.runs > 15000.0, Ordering::Relaxed);
+    };
+    let control = phylux::studies::SweepControl {
+        stop: &stop,
+        progress: &progress,
+        plots: Default::default(),
+    };
+    let plan =
+        phylux::studies::SweepPlan { shard: phylux::transport::Shard::WHOLE, threads: 1, jobs: 1 };
+    let out = folder.path("out");
+    let error = phylux::studies::sweep(&file, &out, &plan, &control).expect_err("stopped");
+    assert_eq!(error.to_string(), "sweep: interrupted, no run was started");
+    let told = told.into_inner().expect("no panic");
+    assert!(told.len() > 10 && told.is_sorted(), "{told:?}");
+    assert!(told.iter().filter(|runs| **runs > 15000.0).count() == 1, "{told:?}");
+}
+
+/// A design of many runs is read without the names of their files: in less time than these take.
+#[test]
+fn a_large_design_is_read_soon() {
+    let vary = r#"{"/lights/0/power": {"from": 1, "to": 2}, "/lights/0/position/2": {"from": 1, "to": 2}}"#;
+    let combine = r#"{"sample": "latin-hypercube", "count": 100000}"#;
+    let folder =
+        folder(&format!(r#"{{"scene": "scene.json", "vary": {vary}, "combine": {combine}}}"#));
+    let started = Instant::now();
+    let file = phylux::formats::Sweep::load(&folder.path("sweep.json")).expect("a sweep");
+    let reading = started.elapsed();
+    let started = Instant::now();
+    let names: HashSet<String> = file.runs().map(|run| file.key(&run)).collect();
+    let naming = started.elapsed();
+    assert_eq!(names.len(), 100_000);
+    assert!(reading < naming, "{reading:?}, {naming:?}");
 }
 
 /// Ctrl-C ends a sweep in order: finished runs stay, no incomplete file is left, and the sweep can

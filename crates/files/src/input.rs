@@ -71,7 +71,10 @@ pub fn quoted(word: &str) -> String {
 
 /// Returns a SHA-256 hash as 64 hexadecimal digits.
 pub fn hex(hash: Sha256) -> String {
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    const DIGITS: &[u8; 16] = b"0123456789abcdef";
+    let digits =
+        |byte: u8| [byte >> 4, byte & 15].map(|digit| char::from(DIGITS[usize::from(digit)]));
+    hash.finalize().into_iter().flat_map(digits).collect()
 }
 
 #[cfg(test)]

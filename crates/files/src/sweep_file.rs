@@ -169,9 +169,9 @@ impl Sweep {
     /// value is put there unchanged. An expression whose value is not finite is put there as text,
     /// which makes the scene invalid.
     pub fn value_at(&self, run: &Run, value: &Value, place: &str) -> Value {
-        let there = self.scene.pointer(place).filter(|there| is_numbers(there));
-        let parsed = there.and(expression(value)).and_then(|text| Expression::parse(text).ok());
-        let (Some(there), Some(expression)) = (there, parsed) else { return value.clone() };
+        let parsed = expression(value).and_then(|text| Expression::parse(text).ok());
+        let there = || self.scene.pointer(place).filter(|there| is_numbers(there));
+        let Some((expression, there)) = parsed.zip(there()) else { return value.clone() };
         let of_parameter = |name: &str| {
             let found = run.values.iter().find(|(parameter, _)| parameter.name == name);
             found.and_then(|(_, value)| value.as_f64()).unwrap_or(f64::NAN)
@@ -210,18 +210,31 @@ impl Sweep {
         hash(text.to_string().as_bytes())[..16].to_string()
     }
 
-    /// Checks that no two runs are the same.
+    /// Checks that no two runs are the same. Those of a point differ in their seeds, so points are
+    /// compared.
     fn check_runs(&self, name: &str) -> Result<()> {
-        let mut known = HashMap::new();
-        for run in self.runs() {
-            if let Some(first) = known.insert(self.key(&run), run.number) {
-                let problem = format!("runs {first} and {} are the same ({run})", run.number);
+        let firsts: Vec<Vec<u32>> = self.parameters.iter().map(|p| firsts(&p.values)).collect();
+        let mut known = HashMap::with_capacity(self.points.len());
+        for (point, choices) in self.points.iter().enumerate() {
+            let choices = choices.iter().zip(&firsts).map(|(&i, firsts)| firsts[i as usize]);
+            if let Some(first) = known.insert(choices.collect::<Vec<u32>>(), point) {
+                let of_point = |point: usize| self.run(point * self.seeds as usize);
+                let (first, run) = (of_point(first), of_point(point));
+                let problem =
+                    format!("runs {} and {} are the same ({run})", first.number, run.number);
                 return Err(Error::input(json::place(name, "/vary"), problem)
                     .remedy("name each value once; `seeds` repeats runs"));
             }
         }
         Ok(())
     }
+}
+
+/// Returns for each value the index of the first one that is the same.
+fn firsts(values: &[Value]) -> Vec<u32> {
+    let mut known = HashMap::with_capacity(values.len());
+    let first = |(i, value): (usize, &Value)| *known.entry(value.to_string()).or_insert(i as u32);
+    values.iter().enumerate().map(first).collect()
 }
 
 /// Replaces each number in `value` by the result of `of`.

@@ -115,7 +115,7 @@ fn look(
         if control.stopped() {
             return Err(Error::interrupted("sweep", "no run was started"));
         }
-        (control.progress)(SweepProgress { step: Step::Looking, runs: run.number as f64, of });
+        control.looking(run.number, of);
         states.push(folder::state(path, sweep, &run, jobs.base(&run), inputs));
     }
     Ok(states)
@@ -133,7 +133,7 @@ pub fn sweep(
 ) -> Result<Outcome> {
     let folder = SweepFolder::open(path)?;
     let inputs = Inputs::new(sweep.folder());
-    let jobs = Jobs::new(sweep);
+    let jobs = Jobs::new(sweep, control)?;
     let mut states = look(path, sweep, &jobs, &inputs, control)?;
     let mine: Vec<usize> = runs_of(sweep, &jobs, plan.shard).map(|run| run.number - 1).collect();
     let kept = mine.iter().filter(|&&run| states[run] == State::Done).count();

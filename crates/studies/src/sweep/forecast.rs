@@ -60,7 +60,7 @@ impl Forecast {
         plan: &SweepPlan,
         control: &SweepControl,
     ) -> Result<Self> {
-        let jobs = Jobs::new(sweep);
+        let jobs = Jobs::new(sweep, control)?;
         let states = match folder {
             Some(path) => look(path, sweep, &jobs, &Inputs::new(sweep.folder()), control)?,
             None => vec![State::Missing; sweep.runs().len()],

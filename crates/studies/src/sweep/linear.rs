@@ -7,8 +7,11 @@ use std::collections::{BTreeMap, HashMap};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use super::optics::{self, Brightest};
-use phylux_core::{scene::world::Scene, transport::simulate::Simulation};
+use super::{
+    control::{Planning, SweepControl},
+    optics::{self, Brightest},
+};
+use phylux_core::{error::Result, scene::world::Scene, transport::simulate::Simulation};
 use phylux_files::{
     scene_file::LoadedScene,
     sweep_file::{Parameter, Run, Sweep, hash},
@@ -39,24 +42,26 @@ pub struct Jobs {
 }
 
 impl Jobs {
-    /// Finds the jobs of a sweep.
-    pub fn new(sweep: &Sweep) -> Self {
+    /// Finds the jobs of a sweep. Error: stopped by `control`.
+    pub fn new(sweep: &Sweep, control: &SweepControl) -> Result<Self> {
+        let all = sweep.runs().len();
+        let planning = control.planning(all);
         let powers: Vec<bool> = sweep.parameters().iter().map(sets_powers).collect();
         let scale = scaling(sweep);
         let optical: Vec<bool> = scale.iter().zip(&powers).map(|(a, b)| *a && !*b).collect();
         let mut jobs: Vec<Job> = Vec::new();
-        for runs in alike(sweep, (0..sweep.runs().len()).collect(), &scale) {
+        for runs in alike(sweep, (0..all).collect(), &scale) {
             match optics::vary(sweep, &runs, &optical) {
-                true => jobs.extend(sharing_histories(sweep, runs, &scale, &powers)),
-                false => jobs.extend(settled(sweep, runs)),
+                true => jobs.extend(sharing_histories(sweep, runs, &scale, &powers, &planning)?),
+                false => jobs.extend(settled(sweep, runs, &planning)?),
             }
         }
         jobs.sort_by_key(|job| job.runs[0]);
-        let mut of_run = vec![0; sweep.runs().len()];
+        let mut of_run = vec![0; all];
         for (j, job) in jobs.iter().enumerate() {
             job.runs.iter().for_each(|&run| of_run[run] = j as u32);
         }
-        Self { jobs, of_run }
+        Ok(Self { jobs, of_run })
     }
 
     /// Returns the index of the job that does a run.
@@ -102,46 +107,65 @@ fn alike(sweep: &Sweep, runs: Vec<usize>, may: &[bool]) -> Vec<Vec<usize>> {
 }
 
 /// Returns jobs whose runs share their histories, or where that is not possible, those of runs that
-/// differ in powers alone.
-fn sharing_histories(sweep: &Sweep, runs: Vec<usize>, scale: &[bool], powers: &[bool]) -> Vec<Job> {
+/// differ in powers alone. Error: `planning` is stopped.
+fn sharing_histories(
+    sweep: &Sweep,
+    runs: Vec<usize>,
+    scale: &[bool],
+    powers: &[bool],
+    planning: &Planning,
+) -> Result<Vec<Job>> {
+    let mut jobs: Vec<Job> = Vec::new();
+    let by_powers = |jobs: &mut Vec<Job>, runs| {
+        alike(sweep, runs, powers)
+            .into_iter()
+            .try_for_each(|runs| Ok(jobs.extend(settled(sweep, runs, planning)?)))
+    };
     let possible = |run: &usize| optics::is_possible(sweep, *run, scale);
     let (runs, impossible): (Vec<usize>, Vec<usize>) = runs.into_iter().partition(possible);
-    let mut jobs: Vec<Job> = alike(sweep, impossible, powers)
-        .into_iter()
-        .flat_map(|runs| settled(sweep, runs))
-        .collect();
+    by_powers(&mut jobs, impossible)?;
     for some in runs.chunks(optics::MOST).map(<[usize]>::to_vec) {
         match Brightest::new(sweep, &some, scale).filter(|_| some.len() > 1) {
-            Some(base) => jobs.push(Job { base: Some(base.hash()), histories: true, runs: some }),
-            None => {
-                let parts = alike(sweep, some, powers);
-                jobs.extend(parts.into_iter().flat_map(|runs| settled(sweep, runs)));
+            Some(base) => {
+                planning.add(some.len() as f64)?;
+                jobs.push(Job { base: Some(base.hash()), histories: true, runs: some })
             }
+            None => by_powers(&mut jobs, some)?,
         }
     }
-    jobs
+    Ok(jobs)
 }
 
 /// Decides which scene is run for runs that differ in powers alone. Runs for which that is not possible
-/// get jobs of their own.
-fn settled(sweep: &Sweep, runs: Vec<usize>) -> Vec<Job> {
+/// get jobs of their own. Error: `planning` is stopped.
+fn settled(sweep: &Sweep, runs: Vec<usize>, planning: &Planning) -> Result<Vec<Job>> {
     let alone = |run| Job { runs: vec![run], base: None, histories: false };
-    if let [run] = runs[..] {
-        return vec![alone(run)];
-    }
-    let Some(place) = Place::of(sweep, &runs) else {
-        return runs.into_iter().map(alone).collect();
+    let place = if runs.len() > 1 { Place::of(sweep, &runs) } else { None };
+    let Some(place) = place else {
+        planning.add(runs.len() as f64)?;
+        return Ok(runs.into_iter().map(alone).collect());
     };
-    let is_sound = |run: &usize| place.powers(sweep, *run).is_some();
-    let (runs, unsound): (Vec<usize>, Vec<usize>) = runs.into_iter().partition(is_sound);
-    let mut jobs: Vec<Job> = unsound.into_iter().map(alone).collect();
-    match Base::new(sweep, &runs) {
-        Some(base) if runs.len() > 1 => {
-            jobs.push(Job { runs, base: Some(base.hash()), histories: false })
+    // each run is looked at three times, here and for the largest powers
+    let third = || planning.add(1.0 / 3.0);
+    let (mut sound, mut jobs) = (Vec::new(), Vec::new());
+    for run in runs {
+        third()?;
+        match place.powers(sweep, run) {
+            Some(_) => sound.push(run),
+            None => jobs.push(alone(run)),
         }
-        _ => jobs.extend(runs.into_iter().map(alone)),
     }
-    jobs
+    let base = match Place::of(sweep, &sound) {
+        Some(place) => Base::of(sweep, place, &sound, &third)?,
+        None => None,
+    };
+    match base {
+        Some(base) if sound.len() > 1 => {
+            jobs.push(Job { runs: sound, base: Some(base.hash()), histories: false })
+        }
+        _ => jobs.extend(sound.into_iter().map(alone)),
+    }
+    Ok(jobs)
 }
 
 /// The lights whose powers a parameter sets, each with a band if the parameter sets only that band.
@@ -169,6 +193,8 @@ impl Powers {
 struct Place {
     document: Value,
     bands: usize,
+    /// The lights whose powers each parameter of the sweep sets; `None` where it sets anything else.
+    set: Vec<Option<Powers>>,
 }
 
 impl Place {
@@ -189,7 +215,8 @@ impl Place {
         }
         let bands =
             document.get("bands").map_or(Some(1), |bands| bands.as_array().map(Vec::len))?;
-        Some(Self { document, bands })
+        let set = sweep.parameters().iter().map(Powers::of).collect();
+        Some(Self { document, bands, set })
     }
 
     /// Returns the power per band of each light that varies in a run. `None` if one of the values
@@ -197,9 +224,9 @@ impl Place {
     fn powers(&self, sweep: &Sweep, run: usize) -> Option<BTreeMap<usize, Vec<f64>>> {
         let mut powers = BTreeMap::new();
         let run = sweep.run(run);
-        for (parameter, value) in &run.values {
-            let Some(of) = Powers::of(parameter) else { continue };
-            for ((light, band), place) in of.0.into_iter().zip(&parameter.at) {
+        for ((parameter, value), set) in run.values.iter().zip(&self.set) {
+            let Some(Powers(lights)) = set else { continue };
+            for (&(light, band), place) in lights.iter().zip(&parameter.at) {
                 let value = sweep.value_at(&run, value, place);
                 let own = || self.document.pointer(&format!("/lights/{light}/power")).cloned();
                 let power: &mut Value = powers.entry(light).or_insert(own()?);
@@ -236,10 +263,22 @@ impl Base {
     /// Makes the scene for runs that differ only in powers. `None` if there are sums over bands
     /// or their ratios, and bands do not vary alike: the errors would be lost.
     pub fn new(sweep: &Sweep, runs: &[usize]) -> Option<Self> {
-        let place = Place::of(sweep, runs)?;
+        Self::of(sweep, Place::of(sweep, runs)?, runs, &|| Ok(())).ok().flatten()
+    }
+
+    /// Makes the scene for runs with a `place`, as [`Base::new`] does; `look` is called twice for
+    /// each run. Error: that of `look`.
+    fn of(
+        sweep: &Sweep,
+        place: Place,
+        runs: &[usize],
+        look: &dyn Fn() -> Result<()>,
+    ) -> Result<Option<Self>> {
         let mut largest: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
         for &run in runs {
-            for (light, power) in place.powers(sweep, run)? {
+            look()?;
+            let Some(powers) = place.powers(sweep, run) else { return Ok(None) };
+            for (light, power) in powers {
                 let most = largest.entry(light).or_insert_with(|| power.clone());
                 most.iter_mut().zip(&power).for_each(|(most, power)| *most = most.max(*power));
             }
@@ -250,12 +289,13 @@ impl Base {
         });
         let mut variations: BTreeMap<usize, Sha256> = BTreeMap::new();
         for &run in runs {
-            for (light, power) in place.powers(sweep, run)? {
+            look()?;
+            for (light, power) in place.powers(sweep, run).unwrap_or_default() {
                 let factors = factors(&power, &largest[&light]);
                 let lit = factors.iter().zip(&largest[&light]).filter(|(_, most)| **most > 0.0);
                 let lit: Vec<f64> = lit.map(|(factor, _)| *factor).collect();
                 if has_sums && lit.iter().any(|factor| (factor - lit[0]).abs() > 1e-12) {
-                    return None;
+                    return Ok(None);
                 }
                 let variation = variations.entry(light).or_default();
                 factors.iter().for_each(|factor| variation.update(factor.to_le_bytes()));
@@ -270,9 +310,12 @@ impl Base {
         }
         let mut document = place.document;
         for (light, power) in largest {
-            *document.pointer_mut(&format!("/lights/{light}/power"))? = power.into();
+            let Some(there) = document.pointer_mut(&format!("/lights/{light}/power")) else {
+                return Ok(None);
+            };
+            *there = power.into();
         }
-        Some(Self { document, part_of })
+        Ok(Some(Self { document, part_of }))
     }
 
     /// Returns the SHA-256 of the scene.

@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::{
-    Outcome, Step, SweepControl, SweepProgress, failures,
+    Outcome, SweepControl, failures,
     folder::{Damaged, Manifest, RunFile, State, SweepFolder, Times, run_file},
     linear::Jobs,
     sealed::body,
@@ -57,7 +57,7 @@ pub fn merge(shards: &[PathBuf], path: &Path, control: &SweepControl) -> Result<
     }
     let name = first.join("sweep.json").display().to_string();
     let sweep = Sweep::new(&name, manifest.sweep, manifest.scene, first.clone())?;
-    let jobs = Jobs::new(&sweep);
+    let jobs = Jobs::new(&sweep, control)?;
     let found = collect(&sweep, &jobs, shards, control)?;
 
     let folder = SweepFolder::open(path)?;
@@ -118,7 +118,7 @@ fn collect<'a>(
         if control.stopped() {
             return Err(Error::interrupted("merge", NOTHING_WRITTEN));
         }
-        (control.progress)(SweepProgress { step: Step::Looking, runs: run.number as f64, of });
+        control.looking(run.number, of);
         let Some(file) = find(sweep, &run, jobs.base(&run), shards)? else {
             missing += 1;
             first_missing.get_or_insert(format!("run {} ({run})", run.number));
