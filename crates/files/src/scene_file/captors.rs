@@ -27,6 +27,13 @@ use phylux_core::{
 /// A disc or sphere takes the memory of so many triangles, with its name and what a run keeps of it.
 const LIKE_TRIANGLES: usize = 8;
 
+/// A group that is to have the captors whose ids fit its patterns.
+struct Wanted<'a> {
+    index: usize,
+    /// Each pattern, and whether a captor fits it.
+    patterns: Vec<(&'a str, bool)>,
+}
+
 impl Loader<'_> {
     pub(super) fn load_captors(&mut self, captors: &[CaptorSpec]) -> Result<()> {
         for (i, file) in captors.iter().enumerate() {
@@ -232,49 +239,30 @@ impl Loader<'_> {
                 .error("/groups", problem + " take too long")
                 .remedy("give fewer patterns"));
         }
-        // what the memberships take in a scene and in its results, where each names its group
-        const MEMBERSHIP: u64 = 128;
-        let room = memory_left() / MEMBERSHIP;
-        let mut memberships = 0;
+        let pointer = |name: &str| format!("/groups/{}", json::escaped(name));
+        let mut wanted: Vec<Wanted> = Vec::with_capacity(groups.len());
         for (name, patterns) in groups {
-            let pointer = format!("/groups/{}", json::escaped(name));
             if self.groups.contains_key(name) {
                 let problem = "an entry, an object or a `group` has this name too";
-                return Err(self.error(pointer, problem).remedy("give the group another name"));
-            }
-            let mut found = vec![false; patterns.all().len()];
-            let group = self.group(name);
-            for captor in &mut self.parts.captors {
-                let mut fits = false;
-                for (pattern, found) in patterns.all().iter().zip(&mut found) {
-                    let this = pattern::fits(pattern, &captor.id);
-                    *found |= this;
-                    fits |= this;
-                }
-                if fits {
-                    captor.groups.push(group);
-                    memberships += 1;
-                }
-            }
-            if memberships > room {
-                let problem = format!(
-                    "up to here captors are in groups {memberships} times, which takes {:.1} GiB of memory, more than \
-                    there are left",
-                    gib(memberships * MEMBERSHIP)
-                );
-                return Err(self.error(pointer, problem).remedy("give fewer groups"));
-            }
-            if found.is_empty() {
                 return Err(self
-                    .error(pointer, "no pattern")
+                    .error(pointer(name), problem)
+                    .remedy("give the group another name"));
+            }
+            if patterns.all().is_empty() {
+                return Err(self
+                    .error(pointer(name), "no pattern")
                     .remedy("give one, such as \"plant/*\""));
             }
-            if let Some(i) = found.iter().position(|found| !found) {
-                let pattern = &patterns.all()[i];
+            let patterns = patterns.all().iter().map(|pattern| (pattern.as_str(), false)).collect();
+            wanted.push(Wanted { index: self.group(name), patterns });
+        }
+        self.join_groups(&mut wanted)?;
+        for (wanted, name) in wanted.iter().zip(groups.keys()) {
+            if let Some((pattern, _)) = wanted.patterns.iter().find(|(_, found)| !found) {
                 let ids: Vec<&str> =
                     self.parts.captors.iter().take(5).map(|captor| captor.id.as_str()).collect();
                 return Err(self
-                    .error(pointer, format!("no captor has an id like {}", quoted(pattern)))
+                    .error(pointer(name), format!("no captor has an id like {}", quoted(pattern)))
                     .remedy(match ids.is_empty() {
                         true => "the scene has no captor".into(),
                         false => format!(
@@ -282,6 +270,40 @@ impl Loader<'_> {
                             ids.join(", ")
                         ),
                     }));
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets captors join the groups whose patterns they fit: one captor after the other, so that its
+    /// id is at hand for all patterns. Error: the groups take more memory than there is.
+    fn join_groups(&mut self, groups: &mut [Wanted]) -> Result<()> {
+        // what the memberships take in a scene and in its results, where each names its group
+        const MEMBERSHIP: u64 = 128;
+        let room = memory_left() / MEMBERSHIP;
+        let mut memberships = 0;
+        for captor in &mut self.parts.captors {
+            let before = captor.groups.len();
+            for Wanted { index, patterns } in groups.iter_mut() {
+                let mut fits = false;
+                for (pattern, found) in patterns {
+                    let this = pattern::fits(pattern, &captor.id);
+                    *found |= this;
+                    fits |= this;
+                }
+                if fits {
+                    captor.groups.push(*index);
+                }
+            }
+            memberships += (captor.groups.len() - before) as u64;
+            if memberships > room {
+                let problem = format!(
+                    "up to {} captors are in groups {memberships} times, which takes {:.1} GiB of memory, more than \
+                     there are left",
+                    quoted(&captor.id),
+                    gib(memberships * MEMBERSHIP)
+                );
+                return Err(self.error("/groups", problem).remedy("give fewer groups"));
             }
         }
         Ok(())
