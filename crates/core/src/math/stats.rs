@@ -204,6 +204,12 @@ impl RunningFour {
         }
     }
 
+    /// Returns the sums of the estimates, each times its factor.
+    pub fn scaled(&self, factors: [f64; 4]) -> Self {
+        let sums = std::array::from_fn(|i| factors[i] * self.sums[i]);
+        Self { sums, products: scaled_covariances(factors, &self.products) }
+    }
+
     /// Returns the means over `batches` batches.
     pub fn means(&self, batches: u64) -> [f64; 4] {
         self.sums.map(|sum| sum / batches as f64)

@@ -14,6 +14,7 @@
 use super::{
     light::Light,
     material::{LobeKind, Material},
+    world::NamedMaterial,
 };
 use crate::error::Problem;
 
@@ -31,6 +32,26 @@ pub struct Parameter {
     pub values: Vec<f64>,
     /// How uncertain it is, where that is stated.
     pub uncertainty: Option<Uncertainty>,
+}
+
+impl Parameter {
+    /// Returns for each band by how many per cent its factor changes for 1 % more of what the scene
+    /// states: for the reflectance of a leaf more than 1, as the cuticle mirrors its part whatever is
+    /// below it; else 1.
+    pub fn gains(&self, materials: &[NamedMaterial], bands: usize) -> Vec<f64> {
+        const BELOW_CUTICLE: usize = Sent::Reflected as usize;
+        match self.factor {
+            Factor::Material { material, faces, ways } if ways[BELOW_CUTICLE] => {
+                match &materials[material].material {
+                    Material::Leaf(leaf) => {
+                        leaf.reflected_over_scattered(faces[0]).take(bands).collect()
+                    }
+                    _ => vec![1.0; bands],
+                }
+            }
+            Factor::Material { .. } | Factor::Light(_) => vec![1.0; bands],
+        }
+    }
 }
 
 /// The stated uncertainty of a parameter.

@@ -180,8 +180,9 @@ impl Loader<'_> {
                 );
                 self.warn(self.place(&at), problem);
             }
+            let gains = parameter.gains(&self.parts.materials, self.bands);
             let share = |(b, deviation): (usize, f64)| match values.get(b) {
-                None => deviation,
+                None => gains[b] * deviation,
                 Some(0.0) => 0.0,
                 Some(value) => deviation / value,
             };

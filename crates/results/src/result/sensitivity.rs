@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{ByLight, CaptorResult, FaceResult, GroupResult, Ratios, RunResult};
 use crate::lists::are_errors;
 use phylux_core::{
-    math::stats::{Covariances, difference_of_ratios, is_possible, ratio},
+    math::stats::{Covariances, difference_of_ratios, is_possible, ratio, scaled_covariances},
     scene::{
         captor::{Captor, CaptorKind, Channel},
         parameter::{Factor, Parameter},
@@ -330,29 +330,58 @@ pub(super) fn places(scene: &Scene) -> Vec<Place<'_>> {
     places
 }
 
+/// In a band or sum the mean moment and the mean flux, and how they vary.
+type Moment = ([f64; 2], Option<[f64; 3]>);
+
 /// The moments of a parameter on a face.
 struct Found {
-    /// Per band and sum the mean moment and the mean flux, and how they vary.
-    moments: Vec<([f64; 2], Option<[f64; 3]>)>,
+    /// Per band and sum.
+    moments: Vec<Moment>,
     /// What one more history might add to the elasticity: few tell little of how much they vary, and
     /// one more, of mean light, might meet the parameter once.
     one_more: f64,
+    /// Per band the [gain](Parameter::gains) of the parameter.
+    gains: Vec<f64>,
 }
 
 impl Found {
-    /// Returns the moments of the parameter with this index; `None` where none are kept.
-    fn of(totals: &Totals, index: usize, channel: usize) -> Option<Self> {
+    /// Returns the moments of a parameter, which has this index; `None` where none are kept.
+    fn of(
+        scene: &Scene,
+        totals: &Totals,
+        (index, parameter): (usize, &Parameter),
+        channel: usize,
+    ) -> Option<Self> {
         let moments = totals.moments(index, channel)?.collect();
         let histories = totals.misses_of(channel);
         let one_more = if histories > 0 { 1.0 / histories as f64 } else { 0.0 };
-        Some(Self { moments, one_more })
+        let gains = parameter.gains(scene.materials(), scene.bands().len());
+        Some(Self { moments, one_more, gains })
+    }
+
+    /// Returns the gain in a sum over bands, in which those bands count the more whose light has met the
+    /// parameter more often.
+    fn gain_of(&self, sum: &BandSum) -> f64 {
+        let met = |(band, weight): (usize, f64)| weight * self.moments[band].0[0].abs();
+        let all: f64 = sum.weighted().map(met).sum();
+        let gained: f64 = sum.weighted().map(|of| self.gains[of.0] * met(of)).sum();
+        if all > 0.0 { gained / all } else { 1.0 }
+    }
+
+    /// Returns the factors on the moment and on the light of the numerator of a ratio, and on those of its
+    /// denominator.
+    fn gains_of(&self, ratio: &BandRatio) -> [f64; 4] {
+        [self.gain_of(&ratio.numerator), 1.0, self.gain_of(&ratio.denominator), 1.0]
     }
 
     /// Returns the elasticity and its standard error in each band and sum.
-    fn elasticities(&self) -> (Vec<Option<f64>>, Vec<Option<f64>>) {
-        let each = self.moments.iter().map(|&(means, covariance)| {
+    fn elasticities(&self, scene: &Scene) -> (Vec<Option<f64>>, Vec<Option<f64>>) {
+        let of_sums = scene.sums().iter().map(|sum| self.gain_of(sum));
+        let gains = self.gains.iter().copied().chain(of_sums);
+        let each = self.moments.iter().zip(gains).map(|(&(means, covariance), gain)| {
             let (elasticity, error) = ratio(means, covariance)?;
-            Some((elasticity, error.map(|error| error.hypot(self.one_more))))
+            let error = error.map(|error| of_few(elasticity, error.hypot(self.one_more)));
+            Some((gain * elasticity, error.map(|error| gain * error)))
         });
         each.map(|of| (of.map(|of| of.0), of.and_then(|of| of.1))).unzip()
     }
@@ -366,12 +395,24 @@ impl Found {
         per: f64,
     ) -> (Vec<Option<f64>>, Vec<Option<f64>>) {
         let each = self.moments.iter().map(|&([moment, light], covariance)| {
-            let error = |variance: f64| variance.max(0.0).sqrt().hypot(self.one_more * light) / per;
+            let error = |variance: f64| {
+                of_few(moment, variance.max(0.0).sqrt().hypot(self.one_more * light)) / per
+            };
             (moment / per, covariance.map(|[variance, ..]| error(variance)))
         });
         let moments: Vec<(f64, Option<f64>)> = each.collect();
         derivatives(scene, values, &moments).into_iter().unzip()
     }
+}
+
+/// Returns the standard error of a mean moment, or of its share of the light, that is honest where few
+/// histories have met the parameter. Of k of them it has the relative variance 1/k, and the interval k
+/// +- 2 sqrt(k) misses the truth too often; k +- 2 sqrt(k + 1) hardly does (after Agresti and Coull, "Approximate is
+/// better than exact for interval estimation of binomial proportions", The American Statistician 52,
+/// 1998). A moment below 0 is of what a surface itself takes, of all light that arrives.
+fn of_few(moment: f64, error: f64) -> f64 {
+    let relative = error / moment;
+    if moment > 0.0 { error * (1.0 + (relative * relative).min(1.0)).sqrt() } else { error }
 }
 
 /// Returns how a place depends on a parameter; `None` where its light has never met the parameter.
@@ -382,11 +423,11 @@ fn sensitivity(
     (index, parameter): (usize, &Parameter),
 ) -> Option<SensitivityResult> {
     let (scene, totals) = (simulation.scene(), simulation.totals());
-    let found = Found::of(totals, index, face.channel)?;
+    let found = Found::of(scene, totals, (index, parameter), face.channel)?;
     if found.moments.iter().all(|([moment, _], _)| *moment == 0.0) {
         return None;
     }
-    let (elasticity, elasticity_se) = found.elasticities();
+    let (elasticity, elasticity_se) = found.elasticities(scene);
     let (derivative, derivative_se) = found.derivatives(scene, &parameter.values, face.per);
     let ratios = of_ratios(simulation, face, (index, parameter), &found);
     let (captor, group) = (place.captor.map(str::to_string), place.group.map(str::to_string));
@@ -445,25 +486,27 @@ impl LightSensitivity {
         face: &Face,
         (index, parameter): (usize, &Parameter),
     ) -> Option<Self> {
-        let found = Found::of(part, index, face.channel)?;
+        let found = Found::of(scene, part, (index, parameter), face.channel)?;
         if found.moments.iter().all(|([_, light], _)| *light == 0.0) {
             return None;
         }
-        let (elasticity, elasticity_se) = found.elasticities();
+        let (elasticity, elasticity_se) = found.elasticities(scene);
         let (derivative, derivative_se) = found.derivatives(scene, &parameter.values, face.per);
-        let covariance = |&([moment, light], covariance): &([f64; 2], Option<[f64; 3]>)| {
+        let gains = found.gains.iter().copied();
+        let gains = gains.chain(scene.sums().iter().map(|sum| found.gain_of(sum)));
+        let covariance = |(&([moment, light], covariance), gain): (&Moment, f64)| {
             let [_, both, of_light] = covariance.filter(|_| light > 0.0)?;
-            Some((both - moment / light * of_light) / light)
+            Some(gain * (both - moment / light * of_light) / light)
         };
-        let covariance = found.moments.iter().map(covariance).collect();
+        let covariance = found.moments.iter().zip(gains).map(covariance).collect();
         let (fours, batches) = part.ratio_moments(scene, index, face.channel)?;
-        let of_ratios = fours.iter().map(|four| {
+        let of_ratios = fours.iter().zip(scene.ratios()).map(|(four, ratio)| {
             let [_, over, _, under] = four.means(batches);
             let mut covariances = four.covariances(batches)?;
             // the variances of both moments
             covariances[0] += (found.one_more * over).powi(2);
             covariances[7] += (found.one_more * under).powi(2);
-            Some(covariances)
+            Some(scaled_covariances(found.gains_of(ratio), &covariances))
         });
         Some(Self {
             elasticity,
@@ -500,10 +543,11 @@ fn of_ratios(
     }
     let values = &parameter.values;
     let each = scene.ratios().iter().zip(fours).map(|(ratio, four)| {
-        let Some((elasticity, error)) = difference_of_ratios(four, batches) else {
+        let gains = found.gains_of(ratio);
+        let Some((elasticity, error)) = difference_of_ratios(&four.scaled(gains), batches) else {
             return [None; 4];
         };
-        let error = error.map(|error| error.hypot(found.one_more));
+        let error = error.map(|error| error.hypot(gains[0].max(gains[2]) * found.one_more));
         // each band has a value of the parameter of its own
         let [_, over, _, under] = four.means(batches);
         let slope = |sum: &BandSum| {
@@ -515,7 +559,7 @@ fn of_ratios(
         };
         let both = slope(&ratio.numerator).zip(slope(&ratio.denominator));
         let derivative = both.map(|(n, d)| (n - over / under * d) / under);
-        let value = value_of_all(ratio, values);
+        let value = value_of_all(ratio, values).map(|value| gains[0] * value);
         let derivative_se = error.zip(value).map(|(error, x)| error * (over / under / x).abs());
         [Some(elasticity), error, derivative, derivative.and(derivative_se)]
     });
@@ -563,4 +607,33 @@ fn derivatives(
     let sums = scene.sums().iter().enumerate().map(of_sum);
     let all = (0..bands).map(of).chain(sums);
     all.map(|found| (found.map(|of| of.0), found.and_then(|of| of.1))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Intervals from the square root of counts miss a mean of 3, where there is a count, in 16 % of all
+    /// cases, as 1 + 1.96 is below it; those of few hold it in 95 % and more, as they do other means.
+    #[test]
+    fn intervals_of_few_histories_hold_the_truth() {
+        let share = |mean: f64, error: fn(f64) -> f64| {
+            let (mut chance, mut held, mut all) = ((-mean).exp(), 0.0, 0.0);
+            for count in 1..200 {
+                let count = f64::from(count);
+                chance *= mean / count;
+                all += chance;
+                held += if (count - mean).abs() <= 1.96 * error(count) { chance } else { 0.0 };
+            }
+            held / all
+        };
+        assert!((share(3.0, f64::sqrt) - 0.837).abs() < 0.01);
+        for mean in [0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 13.0, 50.0] {
+            let held = share(mean, |count| of_few(count, count.sqrt()));
+            assert!((0.93..=1.0).contains(&held), "{mean}: {held}");
+        }
+        // of many the error stays, as does that of what a surface takes itself
+        assert!((of_few(1.0, 0.01) / 0.01 - 1.0).abs() < 1e-4);
+        assert_eq!(of_few(-1.0, 0.5), 0.5);
+    }
 }

@@ -96,6 +96,16 @@ impl Leaf {
         Ok(Self { ior, diffuse_transmittance, front, back })
     }
 
+    /// Returns for each band the reflectance R that the front or the back has, near normal incidence,
+    /// over what R has above the cuticle's: by how many per cent the light that is scattered back changes
+    /// for 1 % more of R. 1 where nothing is scattered back.
+    pub fn reflected_over_scattered(&self, front: bool) -> impl Iterator<Item = f64> {
+        let f0 = normal_fresnel(self.ior.into());
+        let Lobe { largest, relative } = &self.face(front).reflected;
+        let scattered = relative.iter().map(move |of| (1.0 - f0) * f64::from(largest * of));
+        scattered.map(move |above| if above > 0.0 { (f0 + above) / above } else { 1.0 })
+    }
+
     #[inline]
     fn cuticle(&self, cos: f32) -> f32 {
         Fresnel::new(cos, self.ior).unpolarised()
