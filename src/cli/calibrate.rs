@@ -51,10 +51,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PATTERN", conflicts_with_all = ["measured", "model", "prior", "vary"])]
     even: Option<String>,
     /// With --even: the mean irradiance to reach [default: the present one]
-    #[arg(long, value_name = "VALUE", requires = "even", value_parser = irradiance, allow_hyphen_values = true)]
+    #[arg(long, value_name = "VALUE", requires = "even", value_parser = irradiance)]
     mean: Option<f64>,
     /// With --even: bring each captor at least this irradiance, with the least power
-    #[arg(long, value_name = "VALUE", requires = "even", conflicts_with = "mean", value_parser = irradiance, allow_hyphen_values = true)]
+    #[arg(long, value_name = "VALUE", requires = "even", conflicts_with = "mean", value_parser = irradiance)]
     minimum: Option<f64>,
     /// With --even: the band or sum that counts [default: the only band, or the first sum]
     #[arg(long, value_name = "NAME", requires = "even")]
@@ -71,7 +71,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "auto|common|bands|lamps|product", value_parser = model, default_value = "auto")]
     model: Chosen,
     /// Relative standard deviation of the lamps' factors about the common factor, or `none`
-    #[arg(long, value_name = "FRACTION", value_parser = prior, allow_hyphen_values = true, default_value = "0.2")]
+    #[arg(long, value_name = "FRACTION", value_parser = prior, default_value = "0.2")]
     prior: Prior,
     /// Lights that share their factors, by a pattern of their names, as in "row 1*"; can be given
     /// several times
@@ -83,13 +83,13 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PLACE=FROM:TO", value_parser = Vary::parse)]
     vary: Vec<Vary>,
     /// Photons to trace in each run [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::photons)]
     photons: Option<PhotonCount>,
     /// Seed of the random numbers [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::count, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::count)]
     seed: Option<u64>,
     /// Trace until the relative standard error of every captor is at most this
-    #[arg(long, value_name = "FRACTION", value_parser = run::tolerance, allow_hyphen_values = true)]
+    #[arg(long, value_name = "FRACTION", value_parser = run::tolerance)]
     tolerance: Option<Tolerance>,
     /// What guides photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_name = "NAME", value_parser = super::choices::guiding())]
@@ -98,7 +98,7 @@ pub(super) struct Arguments {
     #[arg(long, hide = true, value_name = "N", value_parser = run::splitting)]
     splitting: Option<u64>,
     /// Threads; 0 takes all processors. The results do not depend on it
-    #[arg(long, value_name = "N", value_parser = run::threads, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::threads)]
     threads: Option<ThreadCount>,
 }
 

@@ -19,14 +19,14 @@ use phylux_studies::{
 #[derive(Args)]
 struct ChartTracing {
     /// Photons of the largest budget, e.g. 5e6 [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::photons)]
     photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same errors. CPU seconds are measured, so
     /// that they, their charts and the words about them differ each time [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::count, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::count)]
     seed: Option<u64>,
     /// Threads; 0 takes all processors. The errors do not depend on it [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::threads, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::threads)]
     threads: Option<ThreadCount>,
 }
 
@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     tracing: ChartTracing,
     /// Number of runs for each budget: the first has the seed, the second the number after it, and
     /// so on
-    #[arg(long, value_name = "N", default_value_t = ChartRuns::SEEDS, value_parser = clap::value_parser!(u64).range(2..=1000))]
+    #[arg(long, value_name = "N", default_value_t = ChartRuns::SEEDS, value_parser = run::whole::<u64>(2..=1000))]
     seeds: u64,
     /// Values of k for the k-nearest estimates, separated by commas
     #[arg(long, value_name = "N", default_values_t = ChartRuns::NEAREST, value_delimiter = ',', value_parser = k)]

@@ -1,15 +1,15 @@
 //! `phylux compare`: compares two results captor by captor.
 
-use phylux_files::result_file::read_json;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{interrupt, outputs::check_places, terminal};
-use phylux_core::error::Result;
+use super::{interrupt, outputs::check_places, run::count, terminal};
+use phylux_core::{error::Result, transport::settings::Checked};
 use phylux_files::{
     csv_text,
     output::{FilesRead, OutputFile},
+    result_file::read_json,
 };
 use phylux_results::compare::{Comparison, Difference};
 use phylux_studies::text::comparison::{WORST, text};
@@ -21,7 +21,7 @@ pub(super) struct Arguments {
     /// Results file (JSON) of another run with the same captors, called b
     b: PathBuf,
     /// How many values to list, worst first
-    #[arg(long, value_name = "N", default_value_t = WORST)]
+    #[arg(long, value_name = "N", default_value_t = WORST, value_parser = worst)]
     worst: usize,
     /// Also write all values as a table (CSV): captor, what, band, a, b, z
     #[arg(long, value_name = "FILE")]
@@ -34,6 +34,10 @@ pub(super) struct Arguments {
 
 /// Exit code with `--exit-code` if the results differ.
 const DIFFERENT: u8 = 1;
+
+fn worst(text: &str) -> Checked<usize> {
+    count(text).map(|number| number as usize)
+}
 
 pub(super) fn run(arguments: &Arguments) -> Result<u8> {
     let desk = interrupt::desk()?;

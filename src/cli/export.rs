@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     band: Option<String>,
     /// Values at the first and the last colour of a .glb [default: 0 to the value that 99 % are
     /// below]
-    #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = range)]
     range: Option<(f64, f64)>,
     /// Colour a .glb by the logarithm of the values
     #[arg(long)]

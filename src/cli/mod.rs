@@ -104,9 +104,21 @@ enum Command {
     Man(shell::ManArguments),
 }
 
+/// The names that the help gives to values that are numbers: these may begin with a minus.
+const NUMBERS: [&str; 10] =
+    ["N", "I/N", "VALUE", "FRACTION", "SECONDS", "DEGREES", "INCHES", "STOPS", "X,Y,Z", "LOW:HIGH"];
+
 /// Returns the parser of the command line, with its help.
 fn command() -> clap::Command {
-    help::add(Cli::command())
+    let is_number = |argument: &clap::Arg| {
+        let names = argument.get_value_names().unwrap_or_default();
+        names.iter().any(|name| NUMBERS.contains(&name.as_str()))
+    };
+    let signed = |argument: clap::Arg| match is_number(&argument) {
+        true => argument.allow_hyphen_values(true),
+        false => argument,
+    };
+    help::add(Cli::command()).mut_subcommands(|command| command.mut_args(signed))
 }
 
 /// Runs a command line, whose first argument is the name of the program, and returns the exit code:
@@ -164,5 +176,35 @@ fn finish(outcome: Result<u8>) -> u8 {
         ErrorKind::Run => 1,
         ErrorKind::Input => 2,
         ErrorKind::Interrupted => interrupt::EXIT_CODE,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::error::ErrorKind;
+
+    use super::*;
+
+    /// A number below 0 is the value of its option, whichever that is, and not taken for an option
+    /// that does not exist.
+    #[test]
+    fn every_number_may_have_a_sign() {
+        let mut tried = 0;
+        for of in command().get_subcommands() {
+            for option in of.get_opts() {
+                let names = option.get_value_names().unwrap_or_default();
+                if !names.iter().any(|name| NUMBERS.contains(&name.as_str())) {
+                    continue;
+                }
+                let long = format!("--{}", option.get_long().expect("a long name"));
+                let line = ["phylux", of.get_name(), &long, "-1"];
+                if let Err(error) = command().try_get_matches_from(line) {
+                    let problem = error.render().to_string();
+                    assert_ne!(error.kind(), ErrorKind::UnknownArgument, "{line:?}: {problem}");
+                }
+                tried += 1;
+            }
+        }
+        assert!(tried > 50, "{tried}");
     }
 }

@@ -54,7 +54,7 @@ pub(super) struct Arguments {
     month: Option<String>,
     /// With --show map or carpet: values at the ends of the colour bar [default: chosen for the
     /// values]
-    #[arg(long, value_name = "LOW:HIGH", value_parser = render::range, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = render::range)]
     range: Option<(f64, f64)>,
     #[command(flatten)]
     style: Style,

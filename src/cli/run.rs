@@ -2,6 +2,7 @@
 //! results.
 
 use std::{
+    ops::RangeInclusive,
     path::{Path, PathBuf},
     sync::atomic::Ordering,
     time::Instant,
@@ -59,14 +60,14 @@ pub(super) struct Arguments {
     /// Photons to trace, e.g. 5e6, or paths over all captors where --estimator asks for them; with
     /// --tolerance: the most to trace. Where complete paths are chosen for you, as many are traced as
     /// take the same work
-    #[arg(long, value_name = "N", value_parser = photons, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = photons)]
     photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte
-    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = count)]
     seed: Option<u64>,
     /// Go on until the relative standard error of every captor, face and band is at most this. If a
     /// limit ends the run earlier, the results are written and the exit code is 3
-    #[arg(long, help_heading = ENDS, value_name = "FRACTION", value_parser = tolerance, allow_hyphen_values = true)]
+    #[arg(long, help_heading = ENDS, value_name = "FRACTION", value_parser = tolerance)]
     tolerance: Option<Tolerance>,
     /// What --tolerance is asked of, in place of the irradiance of all faces: captors or groups by
     /// a pattern of their names, a quantity (irradiance, back or absorbed) and a band, as in
@@ -76,14 +77,14 @@ pub(super) struct Arguments {
     /// End soon after this time, if --photons or --tolerance have not ended the run before: give a
     /// large --photons. The number of photons or paths that the run reports, given as --photons with
     /// the same --estimator, gives the same results
-    #[arg(long, help_heading = ENDS, value_name = "SECONDS", value_parser = max_time, allow_hyphen_values = true)]
+    #[arg(long, help_heading = ENDS, value_name = "SECONDS", value_parser = max_time)]
     max_time: Option<TimeLimit>,
     /// Photons of each k-nearest estimate; 0 makes no such estimates and stores no photons
     /// [default: the scene's, or the number of photons on the face to the power 2/3, at least 50]
-    #[arg(long, value_name = "N", value_parser = k, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = k)]
     k: Option<NearestCount>,
     /// The most arrivals that k-nearest estimates are taken from
-    #[arg(long, value_name = "N", value_parser = map_photons, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = map_photons)]
     map_photons: Option<MapLimit>,
     /// What guides photons to captors that light hardly reaches [default: the scene's, or what a
     /// trial finds cheapest]
@@ -111,7 +112,7 @@ pub(super) struct Arguments {
     #[arg(long, help_heading = LONG_RUNS, value_name = "SECONDS", value_parser = max_time, default_value = "60", requires = "checkpoint")]
     checkpoint_every: TimeLimit,
     /// Threads; 0 takes all processors. The results do not depend on it
-    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<ThreadCount>,
     #[command(flatten)]
     outputs: OutputArguments,
@@ -149,6 +150,18 @@ impl Arguments {
             checkpoint_every: Some(self.checkpoint_every),
             threads: self.threads,
         }
+    }
+}
+
+/// Returns a parser of whole numbers within limits.
+pub(super) fn whole<T: TryFrom<u64>>(
+    limits: RangeInclusive<u64>,
+) -> impl Fn(&str) -> Checked<T> + Clone {
+    move |text| {
+        let within = count(text).ok().filter(|number| limits.contains(number));
+        let number = within.and_then(|number| T::try_from(number).ok());
+        let (least, most) = (limits.start(), limits.end());
+        number.ok_or_else(|| format!("must be a whole number from {least} to {most}"))
     }
 }
 

@@ -65,7 +65,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     tracing: TracingArguments,
     /// The most runs at the same time; 0 takes as many as there are threads. Fewer take less memory
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = jobs, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = jobs)]
     jobs: usize,
     #[command(flatten)]
     plots: Plots,

@@ -56,7 +56,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME")]
     band: Option<String>,
     /// The most histories that are kept as lines, each with a chance in proportion to what it brings
-    #[arg(long, value_name = "N", default_value = "500", value_parser = lines, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", default_value = "500", value_parser = lines)]
     lines: usize,
     #[command(flatten)]
     tracing: TracingArguments,

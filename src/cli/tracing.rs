@@ -10,14 +10,14 @@ use phylux_core::transport::settings::{PhotonCount, Settings, ThreadCount};
 #[derive(Args)]
 pub struct TracingArguments {
     /// Photons to trace, e.g. 5e6 [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::photons)]
     pub photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same output, byte for byte [default: the
     /// scene's]
-    #[arg(long, value_name = "N", value_parser = run::count, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::count)]
     pub seed: Option<u64>,
     /// Threads; 0 takes all processors. The results do not depend on it [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::threads, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::threads)]
     pub threads: Option<ThreadCount>,
 }
 

@@ -67,11 +67,11 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "577")]
     patches: Patches,
     /// Photons to trace, e.g. 5e7, for all hours together [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = photons, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = photons)]
     photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same results, byte for byte [default:
     /// the scene's]
-    #[arg(long, value_name = "N", value_parser = super::run::count, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = super::run::count)]
     seed: Option<u64>,
     /// What guides photons to sensors that light hardly reaches [default: the scene's]
     #[arg(long, value_name = "NAME", value_parser = super::choices::guiding())]
@@ -85,7 +85,7 @@ pub(super) struct Arguments {
     hours: Option<HoursOf>,
     /// Points of each captor from which the sun is looked for in every hour [default: 16, or fewer
     /// for more than 5000 captors]
-    #[arg(long, value_name = "N", value_parser = sun_rays, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = sun_rays)]
     sun_rays: Option<u64>,
     /// Write the tables of hours, days, months and the whole period as CSV, not as Parquet
     #[arg(long)]
@@ -105,7 +105,7 @@ pub(super) struct Arguments {
     #[arg(long, help_heading = LONG_RUNS, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
     /// Threads; 0 takes all processors. The results do not depend on it
-    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<ThreadCount>,
 }
 

@@ -31,16 +31,16 @@ pub struct Arguments {
     #[command(flatten)]
     pub view: ViewArguments,
     /// Rays of each pixel
-    #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = PictureJob::RAYS, value_parser = clap::value_parser!(u32).range(1..=i64::from(PictureJob::MOST_RAYS)))]
+    #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = PictureJob::RAYS, value_parser = run::whole::<u32>(1..=u64::from(PictureJob::MOST_RAYS)))]
     pub rays: u32,
     /// End soon after this time: each pixel gets four rays at a time until the next four would end
     /// too late, or --rays are reached; give a large --rays. The first four are taken in any case
-    #[arg(long, value_name = "SECONDS", value_parser = run::max_time, allow_hyphen_values = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = run::max_time)]
     pub max_time: Option<TimeLimit>,
     /// Number of directions to look into, and of shadow rays to the lamps, where a ray meets a
     /// surface that scatters: sharp shadows and true corners. 0 takes the light there from the
     /// photons alone, which is faster and blurred; not for captors and photons [default: 1]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(PictureJob::MOST_GATHERED)))]
+    #[arg(long, value_name = "N", value_parser = run::whole::<u32>(0..=u64::from(PictureJob::MOST_GATHERED)))]
     pub gather: Option<u32>,
     /// Whether noise in the light on each surface is smoothed out in PNG pictures; --show error
     /// then shows the error that is left. The other numbers in EXR files are never smoothed; not
@@ -49,7 +49,7 @@ pub struct Arguments {
     pub denoise: Option<bool>,
     /// With --show radiance: a value of 2^-STOPS is about white, and half of it half as bright
     /// [default: chosen for the picture]
-    #[arg(long, value_name = "STOPS", value_parser = stops, allow_hyphen_values = true)]
+    #[arg(long, value_name = "STOPS", value_parser = stops)]
     pub exposure: Option<f64>,
     /// With --show radiance: take the cast of pink or green lamps from the picture, as cameras do,
     /// or leave it [default: auto]
@@ -67,7 +67,7 @@ pub struct Arguments {
     #[arg(long)]
     pub log: bool,
     /// Values at the ends of the colour bar, to compare pictures [default: chosen for the picture]
-    #[arg(long, value_name = "LOW:HIGH", value_parser = range, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = range)]
     pub range: Option<(f64, f64)>,
     /// With --show captors: take the results from this file of `phylux run`, and trace nothing
     #[arg(long, value_name = "FILE")]
@@ -82,24 +82,24 @@ pub struct Arguments {
     #[arg(long, value_parser = named([("dark", false), ("light", true)]))]
     pub ground: Option<bool>,
     /// With --show photons: also draw the paths of this many photons, which fade with their power
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=PictureJob::MOST_PATHS))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = run::whole::<u64>(0..=PictureJob::MOST_PATHS))]
     pub paths: u64,
     /// Arrivals of photons to trace and store [default: 2e6, and 3e5 to show photons]
-    #[arg(long, value_name = "N", value_parser = run::map_photons, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::map_photons)]
     pub map_photons: Option<MapLimit>,
     /// Photons of each estimate: more are smoother and blur more [default: 200, and 150 to show
     /// photons]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=PictureJob::MOST_NEAREST))]
+    #[arg(long, value_name = "N", value_parser = run::whole::<u64>(2..=PictureJob::MOST_NEAREST))]
     pub k: Option<u64>,
     /// Photons to trace [default: as many as bring --map-photons arrivals; with --show captors the
     /// scene's]
-    #[arg(long, value_name = "N", value_parser = run::photons, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::photons)]
     pub photons: Option<PhotonCount>,
     /// Seed of the random numbers: the same seed gives the same picture, byte for byte
-    #[arg(long, value_name = "N", value_parser = run::count, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::count)]
     pub seed: Option<u64>,
     /// Threads; 0 takes all processors. The picture does not depend on it [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = run::threads, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = run::threads)]
     pub threads: Option<ThreadCount>,
 }
 
@@ -109,22 +109,22 @@ pub struct Arguments {
 pub struct ViewArguments {
     /// Where the camera is, in the scene's unit of length [default: the scene's camera, or outside
     /// with the surfaces in the way cut off]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point)]
     position: Option<DVec3>,
     /// The point in the middle of the picture [default: the camera's, or the middle of the scene]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point)]
     look_at: Option<DVec3>,
     /// Direction that points up in the picture [default: the camera's, or 0,0,1]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point)]
     up: Option<DVec3>,
     /// Angle of view from left to right across the picture, degrees [default: the camera's, or 45]
-    #[arg(long, value_name = "DEGREES", value_parser = fov, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEGREES", value_parser = fov)]
     fov_deg: Option<f64>,
     /// Width of the picture in pixels [default: the camera's, or 800]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=View::MOST_PIXELS))]
+    #[arg(long, value_name = "N", value_parser = run::whole::<u64>(1..=View::MOST_PIXELS))]
     width: Option<u64>,
     /// Height of the picture in pixels [default: the camera's, or 600]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=View::MOST_PIXELS))]
+    #[arg(long, value_name = "N", value_parser = run::whole::<u64>(1..=View::MOST_PIXELS))]
     height: Option<u64>,
 }
 
