@@ -172,3 +172,23 @@ fn a_builder_makes_the_scene_of_a_file() {
     let twice = twice.build().expect_err("two of one name").to_string();
     assert!(twice.starts_with("scene: /materials: `soil` is there twice"), "{twice}");
 }
+
+/// Errors of a run of a scene in memory name the scene and the place in it, and not a mesh that was
+/// read for it.
+#[test]
+fn errors_name_the_scene() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("a file");
+    let scene = json!({
+        "materials": { "k": { "type": "lambert", "reflectance": 0.5 } },
+        "objects": [{ "obj": "a.obj", "material": "k" }],
+        "lights": [{ "type": "point", "position": [0, 0, 1], "power": 1 }],
+        "settings": { "guiding": "aim" }
+    });
+    let loaded = load_with(scene, folder.path(), &HashMap::new()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(loaded.files, [folder.path().join("a.obj")]);
+    let at = |pointer| format!("{}: {pointer}", folder.path().join("scene").display());
+    assert_eq!(loaded.check_captors().unwrap_err().place(), at("/captors"));
+    let error = loaded.placed(phylux::Error::input("guiding", "not here"));
+    assert_eq!(error.place(), at("/settings/guiding"));
+}

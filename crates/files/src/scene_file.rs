@@ -114,6 +114,8 @@ pub struct LoadedScene {
     /// The scene file, unless the scene was in memory, and every file that was read for it (OBJ,
     /// MTL, CSV, ...).
     pub files: Vec<PathBuf>,
+    /// The scene file as the place of errors, or where it would be for a scene in memory.
+    pub place: PathBuf,
 }
 
 impl LoadedScene {
@@ -123,15 +125,10 @@ impl LoadedScene {
         match self.given_settings.iter().any(|name| *name == error.place()) {
             true => {
                 let pointer = format!("/settings/{}", error.place());
-                error.at(json::place(&self.place(), &pointer))
+                error.at(json::place(&self.place.display().to_string(), &pointer))
             }
             false => error,
         }
-    }
-
-    /// Returns the scene file as the place of an error; empty for a scene in memory.
-    fn place(&self) -> String {
-        self.files.first().map_or(String::new(), |file| file.display().to_string())
     }
 
     /// Refuses a scene without captors, since a run would find nothing.
@@ -140,7 +137,7 @@ impl LoadedScene {
             return Ok(());
         }
         Err(Error::input(
-            json::place(&self.place(), "/captors"),
+            json::place(&self.place.display().to_string(), "/captors"),
             "the scene has no captor, so there is nothing to run",
         )
         .remedy("add a captor, or `\"captor\": true` to an object"))
@@ -382,6 +379,7 @@ impl Loader<'_> {
             tables: self.tables,
             non_reciprocal_leaves,
             files: self.files.into_inner(),
+            place: self.path,
         })
     }
 }
