@@ -116,10 +116,11 @@ fn sharing_histories(
     planning: &Planning,
 ) -> Result<Vec<Job>> {
     let mut jobs: Vec<Job> = Vec::new();
-    let by_powers = |jobs: &mut Vec<Job>, runs| {
-        alike(sweep, runs, powers)
-            .into_iter()
-            .try_for_each(|runs| Ok(jobs.extend(settled(sweep, runs, planning)?)))
+    let by_powers = |jobs: &mut Vec<Job>, runs| -> Result<()> {
+        for runs in alike(sweep, runs, powers) {
+            jobs.extend(settled(sweep, runs, planning)?);
+        }
+        Ok(())
     };
     let possible = |run: &usize| optics::is_possible(sweep, *run, scale);
     let (runs, impossible): (Vec<usize>, Vec<usize>) = runs.into_iter().partition(possible);
