@@ -63,11 +63,14 @@ pub struct Selected {
     pub worst_misfit: Option<(u64, [f64; 2])>,
 }
 
+/// The least direct light that a warning is about: less is written as 0.0 and comes from rounding.
+const TOLD: f64 = 0.05;
+
 impl Selected {
     /// Returns warnings about light that was left out or estimated.
     pub fn warnings(&self) -> Vec<String> {
         let mut found = Vec::new();
-        if self.dropped_direct > 0.0 {
+        if self.dropped_direct >= TOLD {
             let unit = if self.length > 0.0 { "Wh/m2" } else { "W/m2" };
             let dropped = self.dropped_direct;
             found.push(format!(

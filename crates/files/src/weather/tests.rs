@@ -444,6 +444,9 @@ fn what_is_missing_is_estimated_or_named() {
     assert!(
         selected.warnings()[0].starts_with("50.0 Wh/m2 of direct light while the sun is below")
     );
+    // what rounding leaves there is no light
+    let none = Selected { dropped_direct: 0.04, ..selected };
+    assert!(none.warnings().iter().all(|warning| !warning.contains("while the sun is below")));
 }
 
 #[test]
