@@ -14,7 +14,6 @@
 use super::{
     light::Light,
     material::{LobeKind, Material},
-    world::NamedMaterial,
 };
 use crate::error::Problem;
 
@@ -37,12 +36,12 @@ pub struct Parameter {
 impl Parameter {
     /// Returns for each band by how many per cent its factor changes for 1 % more of what the scene
     /// states: for the reflectance of a leaf more than 1, as the cuticle mirrors its part whatever is
-    /// below it; else 1.
-    pub fn gains(&self, materials: &[NamedMaterial], bands: usize) -> Vec<f64> {
+    /// below it; else 1. `material` gives the material of an index.
+    pub fn gains<'m>(&self, material: impl Fn(usize) -> &'m Material, bands: usize) -> Vec<f64> {
         const BELOW_CUTICLE: usize = Sent::Reflected as usize;
         match self.factor {
-            Factor::Material { material, faces, ways } if ways[BELOW_CUTICLE] => {
-                match &materials[material].material {
+            Factor::Material { material: index, faces, ways } if ways[BELOW_CUTICLE] => {
+                match material(index) {
                     Material::Leaf(leaf) => {
                         leaf.reflected_over_scattered(faces[0]).take(bands).collect()
                     }

@@ -180,7 +180,7 @@ impl Loader<'_> {
                 );
                 self.warn(self.place(&at), problem);
             }
-            let gains = parameter.gains(&self.parts.materials, self.bands);
+            let gains = parameter.gains(|m| &self.parts.materials[m].material, self.bands);
             let share = |(b, deviation): (usize, f64)| match values.get(b) {
                 None => gains[b] * deviation,
                 Some(0.0) => 0.0,

@@ -355,7 +355,7 @@ impl Found {
         let moments = totals.moments(index, channel)?.collect();
         let histories = totals.misses_of(channel);
         let one_more = if histories > 0 { 1.0 / histories as f64 } else { 0.0 };
-        let gains = parameter.gains(scene.materials(), scene.bands().len());
+        let gains = parameter.gains(|m| &scene.materials()[m].material, scene.bands().len());
         Some(Self { moments, one_more, gains })
     }
 
@@ -380,8 +380,8 @@ impl Found {
         let gains = self.gains.iter().copied().chain(of_sums);
         let each = self.moments.iter().zip(gains).map(|(&(means, covariance), gain)| {
             let (elasticity, error) = ratio(means, covariance)?;
-            let error = error.map(|error| of_few(elasticity, error.hypot(self.one_more)));
-            Some((gain * elasticity, error.map(|error| gain * error)))
+            let error = error.map(|error| gain * error.hypot(self.one_more));
+            Some((gain * elasticity, error))
         });
         each.map(|of| (of.map(|of| of.0), of.and_then(|of| of.1))).unzip()
     }
@@ -395,24 +395,12 @@ impl Found {
         per: f64,
     ) -> (Vec<Option<f64>>, Vec<Option<f64>>) {
         let each = self.moments.iter().map(|&([moment, light], covariance)| {
-            let error = |variance: f64| {
-                of_few(moment, variance.max(0.0).sqrt().hypot(self.one_more * light)) / per
-            };
+            let error = |variance: f64| variance.max(0.0).sqrt().hypot(self.one_more * light) / per;
             (moment / per, covariance.map(|[variance, ..]| error(variance)))
         });
         let moments: Vec<(f64, Option<f64>)> = each.collect();
         derivatives(scene, values, &moments).into_iter().unzip()
     }
-}
-
-/// Returns the standard error of a mean moment, or of its share of the light, that is honest where few
-/// histories have met the parameter. Of k of them it has the relative variance 1/k, and the interval k
-/// +- 2 sqrt(k) misses the truth too often; k +- 2 sqrt(k + 1) hardly does (after Agresti and Coull, "Approximate is
-/// better than exact for interval estimation of binomial proportions", The American Statistician 52,
-/// 1998). A moment below 0 is of what a surface itself takes, of all light that arrives.
-fn of_few(moment: f64, error: f64) -> f64 {
-    let relative = error / moment;
-    if moment > 0.0 { error * (1.0 + (relative * relative).min(1.0)).sqrt() } else { error }
 }
 
 /// Returns how a place depends on a parameter; `None` where its light has never met the parameter.
@@ -607,33 +595,4 @@ fn derivatives(
     let sums = scene.sums().iter().enumerate().map(of_sum);
     let all = (0..bands).map(of).chain(sums);
     all.map(|found| (found.map(|of| of.0), found.and_then(|of| of.1))).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Intervals from the square root of counts miss a mean of 3, where there is a count, in 16 % of all
-    /// cases, as 1 + 1.96 is below it; those of few hold it in 95 % and more, as they do other means.
-    #[test]
-    fn intervals_of_few_histories_hold_the_truth() {
-        let share = |mean: f64, error: fn(f64) -> f64| {
-            let (mut chance, mut held, mut all) = ((-mean).exp(), 0.0, 0.0);
-            for count in 1..200 {
-                let count = f64::from(count);
-                chance *= mean / count;
-                all += chance;
-                held += if (count - mean).abs() <= 1.96 * error(count) { chance } else { 0.0 };
-            }
-            held / all
-        };
-        assert!((share(3.0, f64::sqrt) - 0.837).abs() < 0.01);
-        for mean in [0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 13.0, 50.0] {
-            let held = share(mean, |count| of_few(count, count.sqrt()));
-            assert!((0.93..=1.0).contains(&held), "{mean}: {held}");
-        }
-        // of many the error stays, as does that of what a surface takes itself
-        assert!((of_few(1.0, 0.01) / 0.01 - 1.0).abs() < 1e-4);
-        assert_eq!(of_few(-1.0, 0.5), 0.5);
-    }
 }
