@@ -49,6 +49,7 @@ def main():
         for name in options.variants.split(","):
             for tracer in ("forward", "backward"):
                 methods.append(Mitsuba(name, tracer, options, variant, world))
+        methods = [method for method in methods if any(word in method.name for word in options.only.split(","))]
         bands = ", ".join(world.bands)
         print(f"{options.scene}: {len(world.faces)} faces of captors, bands {bands}", flush=True)
         for method in methods:
@@ -67,6 +68,7 @@ def arguments():
     parser.add_argument("--seconds", type=float, default=2.0, help="time of one run")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--variants", default="llvm_ad_mono", help="of Mitsuba, with commas between")
+    parser.add_argument("--only", default="", help="methods whose names contain one of these, with commas between")
     parser.add_argument("--sampler", default="multijitter", help="of Mitsuba's backward paths")
     # this variant and tracer are started and no more
     parser.add_argument("--startup", nargs=2, help=argparse.SUPPRESS)
