@@ -43,6 +43,8 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenes", nargs="*", help="scenes of phylux [default: those of leaves.py]")
     parser.add_argument("--phylux", default=HERE.parents[2] / "target/release/phylux", help="the program")
+    parser.add_argument("--share", type=float, default=1.0,
+                        help="of the histories that 1 %% takes, for a run; photons in strata take all")
     parser.add_argument("--seeds", type=int, default=11, help="runs of each method")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--around", type=int, default=10, help="cells on each side of the middle one, in Mitsuba")
@@ -84,6 +86,7 @@ class AtMedian(Method):
                 error = max(median_errors(found)[:len(group)])
                 wanted = self.histories[number] * (error / GOAL) ** 2
                 self.histories[number] = int(max(wanted, self.least / 10))
+            self.histories[number] = int(self.histories[number] * self.share)
 
 
 def median_errors(found):
@@ -96,11 +99,12 @@ def median_errors(found):
 class Ours(AtMedian):
     """phylux; all bands in one run."""
 
-    least, rounds = 100_000, 1
+    least, rounds = 20_000, 1
 
     def __init__(self, name, options, scene, world):
         super().__init__(f"phylux {name}", [list(range(len(world.bands)))])
         self.own, self.options, self.scene, self.world = OURS[name], options, scene, world
+        self.share = options.share
         self.start = np.median([self.run(200, seed)[1] for seed in range(1, 6)], axis=0)
 
     def run(self, histories, seed):
@@ -136,6 +140,7 @@ class Theirs(AtMedian):
         groups = [bands[b:b + channels] for b in bands[::channels]]
         super().__init__(f"Mitsuba {name}" + (", rgb" if channels == 3 else ""), groups)
         self.variant = variant
+        self.share = 1.0 if THEIRS[name] else options.share
         self.use()
         dr.set_thread_count(options.threads)
         import field

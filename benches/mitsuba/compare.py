@@ -65,7 +65,7 @@ def arguments():
     parser.add_argument("scene")
     parser.add_argument("--phylux", default=HERE.parents[2] / "target/release/phylux", help="the program")
     parser.add_argument("--seeds", type=int, default=16, help="runs of each method, at least 8")
-    parser.add_argument("--seconds", type=float, default=2.0, help="time of one run")
+    parser.add_argument("--seconds", type=float, default=2.0, help="CPU time of one run on each thread")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--variants", default="llvm_ad_mono", help="of Mitsuba, with commas between")
     parser.add_argument("--only", default="", help="methods whose names contain one of these, with commas between")
@@ -122,10 +122,10 @@ class Phylux(Method):
         self.own, self.options, self.variant, self.world = own, options, variant, world
 
     def run(self, histories, seed):
-        out, stats = self.variant.with_name("results.json"), self.variant.with_name("stats.json")
+        out = self.variant.with_name("results.json")
         command = [self.options.phylux, "run", self.variant, *self.own, "--photons",
                    histories, "--seed", seed, "--k", 0, "--threads", self.options.threads,
-                   "-o", out, "--stats", stats]
+                   "-o", out]
         clock = Clock(resource.RUSAGE_CHILDREN)
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
         if done.returncode:
@@ -133,18 +133,18 @@ class Phylux(Method):
         whole = clock.read()
         captors = {captor["id"]: captor for captor in json.loads(out.read_text())["captors"]}
         found = [captors[face.name[0]][face.name[1]]["irradiance"] for face in self.world.faces]
-        return np.array(found), whole, json.loads(stats.read_text())
+        return np.array(found), whole
 
     def prepare(self, seconds):
         least = 200 * len(self.world.faces)
         self.start = {"": np.median([self.run(least, 1)[1] for _ in range(5)], axis=0)}
         self.histories = 20 * least
         for share in (0.2, 1.0):  # the first guess is rough
-            *_, stats = self.run(self.histories, 1)
-            self.histories = int(stats["photons"] / stats["trace_seconds"] * seconds * share)
+            taken = self.run(self.histories, 1)[1] - self.start[""]
+            self.histories = int(self.histories / max(taken[1], 1e-3) * seconds * self.options.threads * share)
 
     def measure(self, seed):
-        found, whole, _ = self.run(self.histories, seed)
+        found, whole = self.run(self.histories, seed)
         self.found.append(found)
         # warm: less what a run of next to nothing takes
         self.times.append([np.maximum(whole - self.start[""], 1e-3)])
@@ -188,7 +188,7 @@ class Mitsuba(Method):
         self.scenes[0].render(samples, 0)
         clock = Clock()
         self.scenes[0].render(samples, 0)
-        wanted = samples * seconds / len(self.groups) / clock.read()[0]
+        wanted = samples * seconds * self.options.threads / len(self.groups) / clock.read()[1]
         # squares suit the stratified samplers; the limit keeps a launch in memory
         most = 2e7 / self.each if self.tracer == "backward" else wanted
         self.histories = int(min(wanted, most) ** 0.5) ** 2
