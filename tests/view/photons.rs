@@ -119,7 +119,8 @@ fn needs_chromium_photons_are_whole_on_their_faces() {
         .light(json!({ "type": "point", "power": 10, "position": [0, 0, 1] }))
         .write();
     let page = open(&scene, &[]);
-    page.evaluate("element('photons').click(); lookAt(boxShown(), direction(20, 60)); 0");
+    // sizes of points are set where the page is drawn
+    page.evaluate("element('photons').click(); lookAt(boxShown(), direction(20, 60)); render(); 0");
     let of = |floor: bool| {
         let seen = format!(
             "(() => {{ meshes.forEach((mesh) => (mesh.visible = {floor}));
