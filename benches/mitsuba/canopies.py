@@ -7,14 +7,11 @@ README.md beside this file says what is compared and how.
 """
 
 import argparse
-import json
-import resource
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-from compare import GOAL, HERE, Clock, Method, moments
+from compare import GOAL, HERE, Clock, Method, captors_of, moments
 
 import drjit as dr
 import mitsuba as mi
@@ -111,12 +108,7 @@ class Ours(AtMedian):
         out = self.scene.with_name("results.json")
         command = [self.options.phylux, "run", self.scene, *self.own, "--photons", histories,
                    "--seed", seed, "--threads", self.options.threads, "-q", "-o", out]
-        clock = Clock(resource.RUSAGE_CHILDREN)
-        done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-        if done.returncode:
-            raise SystemExit(done.stderr)
-        whole = clock.read()
-        captors = {captor["id"]: captor for captor in json.loads(out.read_text())["captors"]}
+        captors, whole = captors_of(command, out)
         return np.array([captors[name]["absorbed"] for name in self.world.captors]), whole
 
     def render(self, _, seed):

@@ -114,6 +114,16 @@ class Method:
                    for g, group in enumerate(self.groups))
 
 
+def captors_of(command, out):
+    """Runs phylux; returns its captors by their ids, and the times of the run."""
+    clock = Clock(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(done.stderr)
+    whole = clock.read()
+    return {captor["id"]: captor for captor in json.loads(out.read_text())["captors"]}, whole
+
+
 class Phylux(Method):
     """Photons or paths; all bands in one run."""
 
@@ -126,12 +136,7 @@ class Phylux(Method):
         command = [self.options.phylux, "run", self.variant, *self.own, "--photons",
                    histories, "--seed", seed, "--k", 0, "--threads", self.options.threads,
                    "-o", out]
-        clock = Clock(resource.RUSAGE_CHILDREN)
-        done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-        if done.returncode:
-            raise SystemExit(done.stderr)
-        whole = clock.read()
-        captors = {captor["id"]: captor for captor in json.loads(out.read_text())["captors"]}
+        captors, whole = captors_of(command, out)
         found = [captors[face.name[0]][face.name[1]]["irradiance"] for face in self.world.faces]
         return np.array(found), whole
 

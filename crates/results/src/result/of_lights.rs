@@ -20,7 +20,7 @@ thread_local! {
 
 /// A value for each light of a captor's or group's face by the light's name, in the order of the scene.
 /// Places whose lights have the same names share them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct OfLights<T> {
     names: Arc<Names>,
     values: Vec<T>,
@@ -200,7 +200,7 @@ mod tests {
             let written = serde_json::to_string(&found).expect("text");
             assert_eq!(written, serde_json::to_string(&expected).expect("text"));
             let read: OfLights<f64> = serde_json::from_str(&written).expect("a map");
-            assert_eq!(read, found);
+            assert!(read.iter().eq(found.iter()));
             assert!(expected.iter().all(|(light, value)| found.get(light) == Some(value)));
             assert_eq!(found.get("nobody"), None);
         }

@@ -359,8 +359,16 @@ impl Found {
         Some(Self { moments, one_more, gains })
     }
 
-    /// Returns the gain in a sum over bands, in which those bands count the more whose light has met the
-    /// parameter more often.
+    /// Returns the moment of a sum over bands, of which the mean is `moment` without gains.
+    fn gained(&self, moment: f64, sum: &BandSum) -> f64 {
+        let more = |(band, weight): (usize, f64)| {
+            weight * (self.gains[band] - 1.0) * self.moments[band].0[0]
+        };
+        moment + sum.weighted().map(more).sum::<f64>()
+    }
+
+    /// Returns the gain of the error in a sum over bands, in which those bands count the more whose light
+    /// has met the parameter more often.
     fn gain_of(&self, sum: &BandSum) -> f64 {
         let met = |(band, weight): (usize, f64)| weight * self.moments[band].0[0].abs();
         let all: f64 = sum.weighted().map(met).sum();
@@ -368,20 +376,22 @@ impl Found {
         if all > 0.0 { gained / all } else { 1.0 }
     }
 
-    /// Returns the factors on the moment and on the light of the numerator of a ratio, and on those of its
-    /// denominator.
+    /// Returns, for errors, the factors on the moment and on the light of the numerator of a ratio, and on
+    /// those of its denominator.
     fn gains_of(&self, ratio: &BandRatio) -> [f64; 4] {
         [self.gain_of(&ratio.numerator), 1.0, self.gain_of(&ratio.denominator), 1.0]
     }
 
     /// Returns the elasticity and its standard error in each band and sum.
     fn elasticities(&self, scene: &Scene) -> (Vec<Option<f64>>, Vec<Option<f64>>) {
-        let of_sums = scene.sums().iter().map(|sum| self.gain_of(sum));
-        let gains = self.gains.iter().copied().chain(of_sums);
-        let each = self.moments.iter().zip(gains).map(|(&(means, covariance), gain)| {
-            let (elasticity, error) = ratio(means, covariance)?;
-            let error = error.map(|error| gain * error.hypot(self.one_more));
-            Some((gain * elasticity, error))
+        let bands = self.gains.iter().zip(&self.moments).map(|(gain, of)| (gain * of.0[0], *gain));
+        let moments = self.moments.iter().skip(self.gains.len()).zip(scene.sums());
+        let sums = moments.map(|(of, sum)| (self.gained(of.0[0], sum), self.gain_of(sum)));
+        let gained = bands.chain(sums);
+        let each = self.moments.iter().zip(gained).map(|(&(means, covariance), (moment, gain))| {
+            let (_, error) = ratio(means, covariance)?;
+            let (elasticity, _) = ratio([moment, means[1]], None)?;
+            Some((elasticity, error.map(|error| gain * error.hypot(self.one_more))))
         });
         each.map(|of| (of.map(|of| of.0), of.and_then(|of| of.1))).unzip()
     }
@@ -532,12 +542,14 @@ fn of_ratios(
     let values = &parameter.values;
     let each = scene.ratios().iter().zip(fours).map(|(ratio, four)| {
         let gains = found.gains_of(ratio);
-        let Some((elasticity, error)) = difference_of_ratios(&four.scaled(gains), batches) else {
+        let Some((_, error)) = difference_of_ratios(&four.scaled(gains), batches) else {
             return [None; 4];
         };
         let error = error.map(|error| error.hypot(gains[0].max(gains[2]) * found.one_more));
         // each band has a value of the parameter of its own
-        let [_, over, _, under] = four.means(batches);
+        let [met_over, over, met_under, under] = four.means(batches);
+        let elasticity = found.gained(met_over, &ratio.numerator) / over
+            - found.gained(met_under, &ratio.denominator) / under;
         let slope = |sum: &BandSum| {
             let each = sum.weighted().filter(|(_, weight)| *weight != 0.0).map(|(b, weight)| {
                 let value = values.get(b).copied().filter(|value| *value != 0.0)?;
@@ -595,4 +607,21 @@ fn derivatives(
     let sums = scene.sums().iter().enumerate().map(of_sum);
     let all = (0..bands).map(of).chain(sums);
     all.map(|found| (found.map(|of| of.0), found.and_then(|of| of.1))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In a sum each band keeps its own gain, also where the moments of bands have opposite signs; the
+    /// error has the mean of the gains.
+    #[test]
+    fn bands_of_a_sum_have_their_own_gains() {
+        let moments = [-1.0, 0.5].map(|moment| ([moment, 2.0], None)).to_vec();
+        let found = Found { moments, one_more: 0.0, gains: vec![2.5, 1.1] };
+        let sum =
+            BandSum { name: "both".into(), bands: vec![0, 1], weights: vec![1.0, 2.0], unit: None };
+        assert!((found.gained(0.0, &sum) - (-2.5 + 2.0 * 1.1 * 0.5)).abs() < 1e-12);
+        assert!((found.gain_of(&sum) - (2.5 + 1.1) / 2.0).abs() < 1e-12);
+    }
 }
