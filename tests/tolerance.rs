@@ -288,7 +288,7 @@ fn a_captor_and_a_group_of_one_name_are_told_apart() {
     assert_eq!(dark, [("shut", false), ("shut", true)]);
     let (code, said, result) = ended(
         &shut,
-        &["--tolerance", "0.001", "--of", "open", "--photons", "3e5", "--estimator", "photons"],
+        &["--tolerance", "1e-5", "--of", "open", "--photons", "3e5", "--estimator", "photons"],
     );
     assert_eq!(code, Some(3), "{said}");
     let worst = &result["tolerance"]["worst"];
@@ -337,11 +337,12 @@ fn a_tolerance_that_is_not_met_is_said() {
 
 /// Sensors below shiny leaves in the sun. Next to all light there is found by paths, but what the leaves
 /// mirror is left to photons, few of which bring much of the light of some sensor. The trial goes on
-/// until it has seen such photons: the worst sensor is known to 4.6 % by the work of 3e6 photons (6.5 %
-/// where a short trial saw none of them).
+/// until it has seen such photons: the worst sensor is known to some 5 % by the work of 3e6 photons
+/// (6.5 % where a short trial saw none of them).
 ///
-/// Seed 1. The result depends on chance only as far as a change moves the random numbers: eight seeds of a
-/// like scene differ by a tenth, so that the error is then above the limit with odds of some 1 in 5.
+/// The mean over three seeds. The errors of twelve seeds have the mean 5.1 % and the standard deviation
+/// .7 %, or 1.4 % with one that is lucky: the odds of a false alarm are below 1 in 20, and of none while
+/// random numbers stay as they are.
 #[test]
 fn light_that_few_photons_bring_gets_them() {
     let part = |i: u32, step: f64| (f64::from(i) * step).fract();
@@ -367,11 +368,14 @@ fn light_that_few_photons_bring_gets_them() {
         .light(json!({ "type": "sky", "model": "uniform", "irradiance": 100 }))
         .captors("s", (0..20).map(sensor))
         .write();
-    let (_, said, result) = ended(&scene, &["--tolerance", "0.01", "--photons", "3e6", "--k", "0"]);
-    assert!(said.contains("complete paths were chosen"), "{said}");
-    let worst = result["tolerance"]["worst"]["relative_error"].as_f64().expect("an error");
-    println!("{:.1} % at the worst sensor", 100.0 * worst);
-    assert!(worst < 0.05, "{said}");
+    let worst = ["1", "2", "3"].map(|seed| {
+        let limits = ["--tolerance", "0.01", "--photons", "3e6", "--k", "0", "--seed", seed];
+        let (_, said, result) = ended(&scene, &limits);
+        assert!(said.contains("complete paths were chosen"), "{said}");
+        result["tolerance"]["worst"]["relative_error"].as_f64().expect("an error")
+    });
+    let mean = worst.iter().sum::<f64>() / 3.0;
+    assert!(mean < 0.06, "{worst:?}");
 }
 
 /// The shipped greenhouse meets its tolerance. Stems are dark inside, except for single photons

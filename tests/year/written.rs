@@ -18,7 +18,7 @@ fn months_are_results_too() {
         .with("bands", serde_json::json!([{ "name": "all", "from_nm": 400, "to_nm": 700 }]))
         .write();
     let folder = scene.path("");
-    done(&folder, &["year", "scene.json", "-o", "y", "--photons", "20000", "--results", "--csv"]);
+    done(&folder, &["year", "scene.json", "-o", "y", "--photons", "200000", "--results", "--csv"]);
     let result =
         phylux::formats::read_json(&scene.path("y/results-2025-06.json")).expect("results");
     assert_eq!(result.period_h, Some(48.0));

@@ -58,7 +58,10 @@ impl Values<'_> {
         let covariance = 0.5 * (both.variance - over.variance - under.variance);
         let covariance = [over.variance, covariance, under.variance];
         let (mean, error) = stats::ratio([over.mean, under.mean], Some(covariance))?;
-        Some(Value { mean, variance: error.unwrap_or(0.0).powi(2) })
+        // as many equal histories as what is divided by is known by have its error
+        let histories = (under.mean * under.mean / under.variance) as u64;
+        let error = stats::error_of_ratio(mean, error.unwrap_or(0.0), histories);
+        Some(Value { mean, variance: error.powi(2) })
     }
 
     /// Returns the fraction of the area of an id that has a straight path to the sun, on average

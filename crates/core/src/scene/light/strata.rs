@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 use super::{Light, Start};
 use crate::math::{
     geometry::Ray,
-    rng::Stream,
+    rng::{Stream, Streams},
     spectrum::{Lanes, Spectrum},
 };
 
@@ -145,10 +145,17 @@ impl Strata {
         self.first[self.first.len() - 1]
     }
 
-    /// Returns the stratum of history `index`. The ranks follow a golden-ratio sequence, so that
-    /// any run of neighbouring histories has nearly the share of each stratum.
+    /// Returns the stratum of history `index`.
     #[inline]
     pub fn source(&self, index: u64) -> usize {
+        self.place(index).0
+    }
+
+    /// Returns the stratum of history `index`, and its number among those of the stratum. The ranks
+    /// follow a golden-ratio sequence, so that any run of neighbouring histories has nearly the share
+    /// of each stratum.
+    #[inline]
+    fn place(&self, index: u64) -> (usize, u64) {
         // the product of two indices below 2^32 fits; beyond, 128 bits hold it
         let rank = match index.checked_mul(self.stride) {
             Some(product) => product % self.histories(),
@@ -157,7 +164,32 @@ impl Strata {
                 (product % u128::from(self.histories())) as u64
             }
         };
-        self.first.partition_point(|&first| first <= rank) - 1
+        let source = self.first.partition_point(|&first| first <= rank) - 1;
+        (source, rank - self.first[source])
+    }
+
+    /// Makes the first numbers of history `index` those of a sequence that is spread
+    /// [evenly](Stream::with_even) over the histories of a stratum in all tasks of a batch: where
+    /// its photon enters, or where and whereto a lamp emits it. `before` is the number of histories of the
+    /// batch before this task.
+    #[inline]
+    pub fn spread(
+        &self,
+        lights: &[Light],
+        index: u64,
+        before: u64,
+        streams: Streams,
+        rng: &mut Stream,
+    ) {
+        let (source, number) = self.place(index);
+        let own = self.first[source + 1] - self.first[source];
+        // tasks share the stratum as the histories, but for fractions of one
+        let earlier = (before as f64 * own as f64 / self.histories() as f64) as u64;
+        let (sequence, point) = (streams.sequence(source as u64), earlier + number);
+        match lights[self.sources[source].0].entrance() {
+            Some(_) => rng.with_even::<2>(sequence, point),
+            None => rng.with_even::<4>(sequence, point),
+        }
     }
 
     /// Emits history `index`.

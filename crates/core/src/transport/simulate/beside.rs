@@ -53,6 +53,8 @@ impl Run<'_> {
         // the photon map wants all light in proportion, and so do faces at which photons alone count
         let all = !by_photons.is_empty() || map.is_some();
         let strata = pilot.strata(scene, photons, histories, all);
+        // photons that are sent near the captors choose their places by their own rule
+        let spreads = pilot.may_serve_alone();
         // weights are those of photons that are divided by the number of paths
         let mut stored = self.stored(map, key, photons as f64 / histories as f64);
         let purpose = match self.purpose {
@@ -67,6 +69,9 @@ impl Run<'_> {
                 return;
             }
             let mut rng = streams.history(first + index);
+            if spreads {
+                strata.spread(scene.lights(), index, first, streams, &mut rng);
+            }
             let (photon, usual) = pilot.emit::<L>(scene, &strata, index, &mut rng);
             let left = pilot.leaves(photon.light);
             let delta = left || strata.is_delta(scene.lights(), photon.source);

@@ -192,6 +192,8 @@ impl Run<'_> {
         }
         let streams = self.streams(round, batch);
         let guidance = self.guidance.as_ref().filter(|_| MORE);
+        let lamps = guidance.and_then(|guidance| guidance.lamps.as_deref());
+        let spreads = lamps.is_none();
         let mut account = (MORE && tally.keeps_account(scene)).then(Account::<L>::default);
         let mut copies = Vec::new();
         let mut brightest = vec![0.0f64; scene.bands().len()];
@@ -201,7 +203,9 @@ impl Run<'_> {
                 return;
             }
             let mut rng = streams.history(first + index);
-            let lamps = guidance.and_then(|guidance| guidance.lamps.as_deref());
+            if spreads {
+                strata.spread(scene.lights(), index, first, streams, &mut rng);
+            }
             let (photon, density) = emit::<L>(scene, lamps, (strata, index), &mut rng);
             // taken apart, so that only the power is kept in memory where nothing guides photons
             let Emission { light, source, weights, ray, start, face, power } = photon;
