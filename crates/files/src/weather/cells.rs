@@ -117,12 +117,16 @@ impl Line<'_> {
     pub(super) fn count(&self, due: std::ops::RangeInclusive<usize>) -> Result<()> {
         let filled = self.values.iter().rposition(|v| !v.is_empty()).map_or(0, |last| last + 1);
         let most = due.end();
-        match filled <= *most && due.start() <= &self.values.len() {
-            true => Ok(()),
-            false => Err(self
-                .error(format!("{filled} values between commas in place of {most}"))
-                .remedy("put a name that holds a comma in quotes, or take the comma out")),
+        if filled <= *most && due.start() <= &self.values.len() {
+            return Ok(());
         }
+        let error = self.error(format!("{filled} values between commas in place of {most}"));
+        Err(match filled > *most {
+            true => error.remedy("put a name that holds a comma in quotes, or take the comma out"),
+            false => {
+                error.remedy("fetch the file again, or add the commas of values that are missing")
+            }
+        })
     }
 
     /// Returns the value in `column`, which is counted from 0.
