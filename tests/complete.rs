@@ -170,8 +170,8 @@ fn agree_with_photons_by_day() {
 }
 
 /// A wide sensor and sixteen small ones under a spot, in a room. Most paths from the wide one miss
-/// the lit patch, and each photon comes to it: photons alone serve it, and the small one that is half in
-/// the patch. Together they find what photons find, and the summary says who does what.
+/// the lit patch, and each photon comes to it: photons alone serve it. Together they find what
+/// photons find, and the summary says who does what.
 ///
 /// Seeds 1 and 2, 5e5 photons and 2e5 paths. 2 comparisons, odds of a false alarm 2e-4.
 #[test]
@@ -191,14 +191,14 @@ fn photons_serve_large_captors_alone() {
     agree("complete paths beside a wide sensor", 0.05, &world, 2);
     let run = world.run_complete(100_000, 1);
     let alone: Vec<_> = run.captors.iter().filter(|captor| captor.front.by_photons).collect();
-    assert_eq!(alone.iter().map(|captor| &*captor.id).collect::<Vec<_>>(), ["wide", "small/10"]);
+    assert!(alone.len() == 1 && alone[0].area > 1.0);
     let wide = &alone[0].front;
     let error = wide.flux_se[0].expect("an error") / wide.flux[0];
     assert!(error < 0.005 && !wide.few_paths, "{error}");
     let arguments = ["run", "scene.json", "--estimator", "complete", "--photons", "1e4"];
     let said = phylux(&world.write().path(""), &arguments).stdout;
     let said = String::from_utf8_lossy(&said).into_owned();
-    assert!(said.contains("all of them count at 2 of 17 faces of captors"), "{said}");
+    assert!(said.contains("all of them count at 1 of 17 faces of captors"), "{said}");
 }
 
 /// Small sensors in the sun and below a leaf as wide as a roof, whose cuticle mirrors some of the sun. No

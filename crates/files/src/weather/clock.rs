@@ -118,6 +118,9 @@ fn search(misfit: impl Fn(f64) -> f64) -> (f64, f64) {
 
 /// The fewest hours that say what the clock is.
 const FEWEST: usize = 6;
+/// The course of days says something only where the light that is known on level ground is more than this
+/// share of the direct light.
+const LEAST_LEVEL: f64 = 0.02;
 /// The smallest error of a clock, h, that the course of days is trusted to show.
 const SURE: f64 = 0.6;
 
@@ -176,7 +179,10 @@ impl Weather {
             .into_iter()
             .map(|day| day.into_iter().map(|(r, light)| (Course::new(site, r), light)).collect())
             .collect();
-        if days.is_empty() {
+        // what direct light alone brings to the ground is by the clock itself, and goes with any
+        let [level, direct] =
+            [0, 1].map(|part| days.iter().flatten().map(|(_, light)| light[part]).sum::<f64>());
+        if level <= LEAST_LEVEL * direct {
             return None;
         }
         // of minutes, some of the days are enough

@@ -230,24 +230,29 @@ fn the_clock_is_tested_by_global_irradiance_alone() {
 /// with the sun.
 #[test]
 fn the_clock_is_tested_by_direct_and_diffuse_light() {
-    let weather = |late: f64| {
+    let weather = |late: f64, diffuse: f64| {
         let rows = epw(late).lines().skip(8).enumerate().fold(String::new(), |text, (i, line)| {
             let values: Vec<&str> = line.split(',').collect();
             let days = (i / 24) as i64 + Date { year: 2005, month: 1, day: 1 }.days();
             let Date { month, day, .. } = Date::from_days(days);
             let time = format!("2005-{month:02}-{day:02}T{:02}:00+01:00", i % 24);
-            text + &format!("{time},{},{}\n", values[14], values[15])
+            let [direct, rest] = [14, 15].map(|column| values[column].parse::<f64>().unwrap());
+            text + &format!("{time},{direct:.1},{:.1}\n", diffuse * rest)
         });
         let text = format!("time,dni,dhi\n{rows}");
         Weather::parse(text.as_bytes(), Path::new("a.csv"), Some(Stamp::Start)).unwrap()
     };
-    assert!(weather(0.0).clock_warnings(SITE, 0.0).is_empty());
+    assert!(weather(0.0, 1.0).clock_warnings(SITE, 0.0).is_empty());
     for late in [-1.0, 1.0, 2.0, -3.0] {
-        let weather = weather(late);
+        let weather = weather(late, 1.0);
         let check = weather.check_clock(SITE, 0.0).unwrap();
         assert_eq!(check.by, Evidence::Course);
         assert!(check.advised && (check.best_shift - late).abs() < 0.1, "{late}: {check:?}");
         assert!(weather.clock_warnings(SITE, late).is_empty(), "{late}");
+    }
+    // direct light alone fits any clock by which the sun is up
+    for late in [0.0, 2.0] {
+        assert_eq!(weather(late, 0.0).check_clock(SITE, 0.0), None);
     }
 }
 

@@ -54,7 +54,7 @@ impl Run<'_> {
         let all = !by_photons.is_empty() || map.is_some();
         let strata = pilot.strata(scene, photons, histories, all);
         // photons that are sent near the captors choose their places by their own rule
-        let spreads = pilot.may_serve_alone();
+        let spreads = self.spreads() && pilot.may_serve_alone();
         // weights are those of photons that are divided by the number of paths
         let mut stored = self.stored(map, key, photons as f64 / histories as f64);
         let purpose = match self.purpose {

@@ -155,6 +155,12 @@ impl Run<'_> {
         }
     }
 
+    /// Returns whether photons are spread evenly. Those of trials are not: what they gain by it depends on
+    /// their number, and says nothing of the gain of another number.
+    pub(super) fn spreads(&self) -> bool {
+        self.purpose == Purpose::Run
+    }
+
     /// Counts the emission of a photon by a light of which `part` of the sums has the light, and begins
     /// its account.
     #[inline(always)]
@@ -193,7 +199,7 @@ impl Run<'_> {
         let streams = self.streams(round, batch);
         let guidance = self.guidance.as_ref().filter(|_| MORE);
         let lamps = guidance.and_then(|guidance| guidance.lamps.as_deref());
-        let spreads = lamps.is_none();
+        let spreads = self.spreads() && lamps.is_none();
         let mut account = (MORE && tally.keeps_account(scene)).then(Account::<L>::default);
         let mut copies = Vec::new();
         let mut brightest = vec![0.0f64; scene.bands().len()];
