@@ -128,8 +128,8 @@ fn known_factors_are_found_again() {
 }
 
 /// Readings that are 3 % off by fixed patterns of signs, calibrated with a run of another seed. The
-/// true factors are within 4 standard errors, and of 96 test readings at least 85 % are in their 95 %
-/// intervals.
+/// true factors are within 4 standard errors, and of 96 test readings at least 85 % are in their
+/// 95 % intervals.
 ///
 /// Seed 2 for the calibration; the outcome is fixed with it.
 #[test]

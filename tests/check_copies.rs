@@ -81,8 +81,8 @@ fn copies_below_the_ground_and_far_away_are_told() {
     }
 }
 
-/// A lamp in a closed gutter, one that shines away from everything and one above a roof bring nothing
-/// to the plants. A lamp that reaches them by way of the ground alone is right.
+/// A lamp in a closed gutter, one that shines away from everything and one above a gutter bring
+/// nothing to the plants. A lamp that reaches them by way of the ground alone is right.
 #[test]
 fn lamps_whose_light_gets_nowhere_are_told() {
     let with = |lamp: Value| {
@@ -103,6 +103,9 @@ fn lamps_whose_light_gets_nowhere_are_told() {
         json!({ "name": "other", "type": "point", "position": [2.5, 1.1, 0.55], "power": 5 });
     only(&with(in_gutter), &["inside a closed object", "`other` in `gutter`"]);
     only(&with(spot([0.0, 0.0, 1.0], [0.0, 0.0, 1.0])), &["meets nothing", "`other`"]);
+    // the plants fill a thousandth of the scene
+    let on_gutter = spot([2.5, 1.1, 0.72], [0.0, 0.0, -1.0]);
+    only(&with(on_gutter), &["nothing comes to a captor: `other`"]);
     let found = with(spot([0.3, 2.0, 1.0], [0.0, 0.0, -1.0]));
     assert!(found.is_empty(), "{found:#?}");
 }

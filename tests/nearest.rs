@@ -16,8 +16,8 @@ use crate::{
 };
 
 /// Returns 53 x 53 captors that tile a square of 2 m, under a uniform Lambertian sheet of power 4,
-/// together with their irradiance. The sheet is close above them or, where it is not `close`, 40 m away
-/// in a cell that repeats, from where its photons come mixed as if each were independent.
+/// together with their irradiance. The sheet is close above them or, where it is not `close`, 40 m
+/// away in a cell that repeats, from where its photons come mixed as if each were independent.
 fn uniform_tiles(close: bool) -> (World, f64) {
     const SIDE: usize = 53;
     let size = 2.0 / SIDE as f64;
@@ -56,11 +56,11 @@ fn nearest(result: &RunResult) -> Vec<f64> {
     result.captors.iter().map(|captor| irradiance(&captor.front.knn)).collect()
 }
 
-/// In uniform light of independent photons, the estimate (k - 1) photons over the area of the captor
-/// within the k-th photon's distance is unbiased and has the relative variance 1 / (k - 2). Its mean and
-/// variance over 2809 captors are compared with this, for balls that lie inside a captor and for
-/// balls that reach beyond its edges (edges are not darkened). A map that holds a quarter of the
-/// photons gives the same mean.
+/// In uniform light of independent photons, the estimate (k - 1) photons over the area of the
+/// captor within the k-th photon's distance is unbiased and has the relative variance 1 / (k - 2).
+/// Its mean and variance over 2809 captors are compared with this, for balls that lie inside a
+/// captor and for balls that reach beyond its edges (edges are not darkened). A map that holds a
+/// quarter of the photons gives the same mean.
 ///
 /// Seed 1, 1.4e6 photons (500 on each captor); standard errors of the mean at most 0.3 %, of the
 /// variance 3 %. 6 comparisons within 4 standard errors, odds of a false alarm 4e-4.
@@ -93,9 +93,9 @@ fn nearest_photons_of_uniform_light() {
     check.finish(6);
 }
 
-/// Photons that come straight from a lamp lie more evenly than independent ones. Then the variance is
-/// smaller than 1 / (k - 2), and the estimate is low by at most 1 / (2 k): a k-th photon among evenly
-/// spaced ones is k - 1/2 spaces away in the mean.
+/// Photons that come straight from a lamp lie more evenly than independent ones. Then the variance
+/// is smaller than 1 / (k - 2), and the estimate is low by at most 1 / (2 k): a k-th photon among
+/// evenly spaced ones is k - 1/2 spaces away in the mean.
 ///
 /// Seed 1, 1.4e6 photons; the mean is within 4 of its standard errors of these bounds, with odds of
 /// a false alarm 1e-4.

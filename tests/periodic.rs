@@ -132,11 +132,11 @@ fn leaves_reach_over_borders() {
     check.finish(24);
 }
 
-/// Where the photons of a sun enter is spread evenly over the cell, so that a leaf's light is known better
-/// than by as many independent photons, of which the share p has the error sqrt(p (1 - p) / n): a fifth
-/// of that here. Batches are independent, and their error is true: the mean of 20 seeds is the closed
-/// form, within 4 errors of the mean, and their spread is the error, within a factor of 2 (odds of
-/// a false alarm 1e-3).
+/// Where the photons of a sun enter is spread evenly over the cell, so that a leaf's light is known
+/// better than by as many independent photons, of which the share p has the error
+/// sqrt(p (1 - p) / n): a fifth of that here. Batches are independent, and their error is true: the
+/// mean of 20 seeds is the closed form, within 4 errors of the mean, and their spread is the error,
+/// within a factor of 2 (odds of a false alarm 1e-3).
 #[test]
 fn photons_of_a_sun_enter_evenly() {
     let (side, n, seeds) = (0.3, 200_000, 20);

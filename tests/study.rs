@@ -48,8 +48,8 @@ fn table(scene: &TestScene) -> std::path::PathBuf {
     path
 }
 
-/// Returns a lamp of 1 W in a cell of 1 m that repeats, 30 m above a captor of the area [`SHARE`]: the
-/// captor receives this share of photons that come mixed, as if each were independent.
+/// Returns a lamp of 1 W in a cell of 1 m that repeats, 30 m above a captor of the area [`SHARE`]:
+/// the captor receives this share of photons that come mixed, as if each were independent.
 fn far_above() -> World {
     let lamp = Mesh::square([0.5, 0.5, 30.0], [0.0, 0.0, -1.0], 1.0);
     World::new()
@@ -59,8 +59,9 @@ fn far_above() -> World {
 }
 
 /// A captor that receives the fraction p of n independent photons has the relative spread
-/// sqrt((1 - p) / (p n)) and no bias; photons that come straight from a lamp spread less. The 400 nearest photons show the irradiance in the captor's middle, whose
-/// difference from the mean over the captor appears as a bias.
+/// sqrt((1 - p) / (p n)) and no bias; photons that come straight from a lamp spread less. The 400
+/// nearest photons show the irradiance in the captor's middle, whose difference from the mean over the
+/// captor appears as a bias.
 ///
 /// 40 seeds: a spread is known to sqrt(1 / 78), which is 11 %, and is within 4 times that except
 /// with odds of 1e-4. 15 comparisons, odds of a false alarm 2e-3.

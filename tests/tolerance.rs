@@ -340,9 +340,9 @@ fn a_tolerance_that_is_not_met_is_said() {
 /// until it has seen such photons: the worst sensor is known to some 5 % by the work of 3e6 photons
 /// (6.5 % where a short trial saw none of them).
 ///
-/// The mean over three seeds. The errors of twelve seeds have the mean 5.1 % and the standard deviation
-/// .7 %, or 1.4 % with one that is lucky: the odds of a false alarm are below 1 in 20, and of none while
-/// random numbers stay as they are.
+/// The mean over three seeds. The errors of twelve seeds have the mean 5.1 % and the standard
+/// deviation .7 %, or 1.4 % with one that is lucky: the odds of a false alarm are below 1 in 20,
+/// and of none while random numbers stay as they are.
 #[test]
 fn light_that_few_photons_bring_gets_them() {
     let part = |i: u32, step: f64| (f64::from(i) * step).fract();

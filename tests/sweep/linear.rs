@@ -81,8 +81,8 @@ fn near(a: &[f64], b: &[f64], tolerance: f64) {
 /// finds, to rounding, and the run at half of all powers is half of that. All runs agree with
 /// separate runs of other seeds.
 ///
-/// Of 8 x 35 z none is above 4.8 (odds 5e-4), and their root mean square is 0.6 to 1.4: one half of their
-/// variance is that of one simulation, with some ten values that are independent.
+/// Of 8 x 35 z none is above 4.8 (odds 5e-4), and their root mean square is 0.6 to 1.4: one half of
+/// their variance is that of one simulation, with some ten values that are independent.
 #[test]
 fn a_power_sweep_is_one_simulation() {
     let sweep = json!({ "scene": "scene.json", "combine": "zip", "vary": {

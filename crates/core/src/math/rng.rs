@@ -164,9 +164,9 @@ impl Stream {
     }
 
     /// Makes the next `D` numbers, 2 or 4, the coordinates of a point of a sequence that fills the
-    /// square or the hypercube evenly, wherever it begins (Roberts, "The unreasonable effectiveness of
-    /// quasirandom sequences", 2018: an additive recurrence). Each sequence begins at a random place of it,
-    /// so that each coordinate is uniform by itself.
+    /// square or the hypercube evenly, wherever it begins (Roberts, "The unreasonable effectiveness
+    /// of quasirandom sequences", 2018: an additive recurrence). Each sequence begins at a random
+    /// place of it, so that each coordinate is uniform by itself.
     #[inline]
     pub fn with_even<const D: usize>(&mut self, sequence: Sequence, point: u64) {
         // the powers 1 to D of the inverse of the root of x^(D + 1) = x + 1, times 2^64
@@ -324,10 +324,10 @@ mod tests {
         assert!((0.0..f64::from(STEP)).contains(&(stream.uniform_fine() - f64::from(z))));
     }
 
-    /// Of 1,000 points, wherever they begin in a sequence, each of 400 rectangles of two neighbouring
-    /// coordinates has as many as its area says, give or take 8 of two coordinates and 16 of four; of
-    /// independent ones some would be 40 off. Every point is as likely as any other, as sequences begin
-    /// anywhere. After them come the numbers of the stream.
+    /// Of 1,000 points, wherever they begin in a sequence, each of 400 rectangles of two
+    /// neighbouring coordinates has as many as its area says, give or take 8 of two coordinates and
+    /// 16 of four; of independent ones some would be 40 off. Every point is as likely as any other,
+    /// as sequences begin anywhere. After them come the numbers of the stream.
     #[test]
     fn given_points_are_spread_evenly() {
         fn given<const D: usize>(set: u64, point: u64) -> Vec<Vec2> {

@@ -118,8 +118,8 @@ fn search(misfit: impl Fn(f64) -> f64) -> (f64, f64) {
 
 /// The fewest hours that say what the clock is.
 const FEWEST: usize = 6;
-/// The course of days says something only where the light that is known on level ground is more than this
-/// share of the direct light.
+/// The course of days says something only where the light that is known on level ground is more
+/// than this share of the direct light.
 const LEAST_LEVEL: f64 = 0.02;
 /// The smallest error of a clock, h, that the course of days is trusted to show.
 const SURE: f64 = 0.6;

@@ -18,8 +18,10 @@ use phylux_core::{
 
 /// Number of photons of each lamp that show whether its light meets anything.
 const PHOTONS: u64 = 256;
-/// The most photons of a lamp.
+/// The most photons of a lamp among many.
 const MOST: u64 = 4096;
+/// The most photons of all lamps where these are few.
+const MOST_OF_ALL: u64 = 1 << 18;
 /// Nothing is said of light that rays do not find where fewer arrivals than this would be expected of
 /// rays that cross the scene in all places and directions alike.
 pub(super) const EXPECTED: f64 = 100.0;
@@ -55,7 +57,9 @@ pub(super) fn check_lamps(scene: &Scene, room: Option<usize>, remarks: &mut Rema
     let around = around.join(scene.captors_extent());
     let areas: f64 = scene.captors().iter().map(|captor| captor.area).sum();
     let density = areas / f64::from(2.0 * around.half_area());
-    let fate = |l: usize| with_lanes!(scene.lanes(), L => fate::<L>(scene, l, room, density));
+    let most = MOST.max(MOST_OF_ALL / lamps.len().max(1) as u64);
+    let fate =
+        |l: usize| with_lanes!(scene.lanes(), L => fate::<L>(scene, l, room, (density, most)));
     let fates: Vec<Fate> = lamps.par_iter().map(|&l| fate(l)).collect();
     let of = |wanted: Fate| {
         let all = lamps.iter().zip(&fates).filter(move |(_, fate)| **fate == wanted);
@@ -97,16 +101,21 @@ fn points(scene: &Scene) -> impl Iterator<Item = Vec3> {
     middles.chain([around.center()]).chain(around.corners())
 }
 
-/// Follows photons of a lamp until one comes to a captor. `density` is the number of arrivals that are
-/// expected of a ray.
-fn fate<L: Lanes>(scene: &Scene, lamp: usize, room: Option<usize>, density: f64) -> Fate {
+/// Follows at most `most` photons of a lamp until one comes to a captor. `density` is the number of
+/// arrivals that are expected of a ray.
+fn fate<L: Lanes>(
+    scene: &Scene,
+    lamp: usize,
+    room: Option<usize>,
+    (density, most): (f64, u64),
+) -> Fate {
     let light: &Light = &scene.lights()[lamp];
     let streams = Streams::new(0, Purpose::Other, lamp as u64);
     let (mut rays, mut met, mut at_captor) = (0u64, false, false);
     let mut first = None;
     // the object that all photons meet first, if it is the same, and lets nothing through
     let mut around = Some(None);
-    for photon in 0..MOST {
+    for photon in 0..most {
         let mut rng: Stream = streams.history(photon);
         let ray = light.emit(&mut rng);
         first.get_or_insert(ray.origin);

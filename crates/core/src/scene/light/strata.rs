@@ -170,8 +170,8 @@ impl Strata {
 
     /// Makes the first numbers of history `index` those of a sequence that is spread
     /// [evenly](Stream::with_even) over the histories of a stratum in all tasks of a batch: where
-    /// its photon enters, or where and whereto a lamp emits it. `before` is the number of histories of the
-    /// batch before this task.
+    /// its photon enters, or where and whereto a lamp emits it. `before` is the number of histories
+    /// of the batch before this task.
     #[inline]
     pub fn spread(
         &self,

@@ -155,8 +155,8 @@ impl Run<'_> {
         }
     }
 
-    /// Returns whether photons are spread evenly. Those of trials are not: what they gain by it depends on
-    /// their number, and says nothing of the gain of another number.
+    /// Returns whether photons are spread evenly. Those of trials are not: what they gain by it
+    /// depends on their number, and says nothing of the gain of another number.
     pub(super) fn spreads(&self) -> bool {
         self.purpose == Purpose::Run
     }
