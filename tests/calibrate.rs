@@ -436,9 +436,10 @@ fn what_cannot_be_calibrated_is_refused() {
 /// A real growth chamber: readings at 12 points predict those at 113 others in four bands. With 80
 /// million photons the relative errors of the prediction are 5.0 4.2 4.8 5.2 % without the prior
 /// and 5.7 4.7 4.9 5.7 % with it. The photons of this test leave an error of 2.5 %, which moves
-/// these figures by about 0.6. Twelve points say little about the model's own error: with seeds 1
-/// and 3 the 95 % intervals hold 96.7 and 86.1 % of the readings without a prior, and with 8e7
-/// photons 92.5 %.
+/// these figures by about 0.6. Twelve points say little about the model's own error: with other
+/// random numbers the 95 % intervals hold 86 to 99.3 % of the readings, and with 8e7 photons 92.5 %;
+/// and in two of four runs like this one they choose a model of factors by band, whose errors are
+/// 10.5 6.7 6.6 6.8 %.
 #[test]
 #[ignore = "needs PHYLUX_SHARED"]
 fn needs_shared_chamber_is_calibrated() {
@@ -455,7 +456,7 @@ fn needs_shared_chamber_is_calibrated() {
     let scene = data.join("chamber-empty.json").display().to_string();
     let traced = command(
         &folder,
-        &format!("run {scene} --by-light --guiding aim --photons 5e6 --seed 1 --k 0 -o all.json"),
+        &format!("run {scene} --by-light --guiding aim --photons 5e6 --seed 2 --k 0 -o all.json"),
     );
     assert_eq!(traced.0, Some(0), "{}", traced.2);
     for (arguments, most) in

@@ -103,7 +103,7 @@ fn lamps_whose_light_gets_nowhere_are_told() {
         json!({ "name": "other", "type": "point", "position": [2.5, 1.1, 0.55], "power": 5 });
     only(&with(in_gutter), &["inside a closed object", "`other` in `gutter`"]);
     only(&with(spot([0.0, 0.0, 1.0], [0.0, 0.0, 1.0])), &["meets nothing", "`other`"]);
-    // the plants fill a thousandth of the scene
+    // the plants fill 3 parts in 10,000 of the scene
     let on_gutter = spot([2.5, 1.1, 0.72], [0.0, 0.0, -1.0]);
     only(&with(on_gutter), &["nothing comes to a captor: `other`"]);
     let found = with(spot([0.3, 2.0, 1.0], [0.0, 0.0, -1.0]));

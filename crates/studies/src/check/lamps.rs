@@ -21,7 +21,7 @@ const PHOTONS: u64 = 256;
 /// The most photons of a lamp among many.
 const MOST: u64 = 4096;
 /// The most photons of all lamps where these are few.
-const MOST_OF_ALL: u64 = 1 << 18;
+const MOST_OF_ALL: u64 = 1 << 20;
 /// Nothing is said of light that rays do not find where fewer arrivals than this would be expected of
 /// rays that cross the scene in all places and directions alike.
 pub(super) const EXPECTED: f64 = 100.0;
