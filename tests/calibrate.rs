@@ -155,7 +155,6 @@ fn noisy_readings_have_honest_intervals() {
                 assert!(error > 0.005 && (found.factors[*lamp][b] - factor).abs() < 4.0 * error);
             }
         }
-        println!("{pattern}: {:?}", found.test_inside);
         inside += found.test_inside.expect("tests") / 3.0;
     }
     assert!(inside >= 0.85, "{inside}");

@@ -60,8 +60,8 @@ fn far_above() -> World {
 
 /// A captor that receives the fraction p of n independent photons has the relative spread
 /// sqrt((1 - p) / (p n)) and no bias; photons that come straight from a lamp spread less. The 400
-/// nearest photons show the irradiance in the captor's middle, whose difference from the mean over the
-/// captor appears as a bias.
+/// nearest photons show the irradiance in the captor's middle, whose difference from the mean over
+/// the captor appears as a bias.
 ///
 /// 40 seeds: a spread is known to sqrt(1 / 78), which is 11 %, and is within 4 times that except
 /// with odds of 1e-4. 15 comparisons, odds of a false alarm 2e-3.

@@ -108,12 +108,13 @@ struct SobolPoint {
     end: u32,
     /// Four coordinates: they are computed four at a time, unless they are given.
     four: [f32; FIRST],
-    /// Whether the coordinates were given by [`Stream::with_first`].
+    /// Whether the coordinates were given, by [`Stream::with_first`] or [`Stream::with_even`].
     is_given: bool,
 }
 
 impl SobolPoint {
-    /// Returns the next coordinate. Kept out of line, because photons have no Sobol points.
+    /// Returns the next coordinate. Kept out of line, because most numbers of a photon are no
+    /// coordinates.
     #[cold]
     #[inline(never)]
     fn next(&mut self) -> f32 {
@@ -163,7 +164,7 @@ impl Stream {
             SobolPoint { four, end: FIRST as u32, is_given: true, ..SobolPoint::default() };
     }
 
-    /// Makes the next `D` numbers, 2 or 4, the coordinates of a point of a sequence that fills the
+    /// Makes the next `D` numbers (2 or 4) the coordinates of a point of a sequence that fills the
     /// square or the hypercube evenly, wherever it begins (Roberts, "The unreasonable effectiveness
     /// of quasirandom sequences", 2018: an additive recurrence). Each sequence begins at a random
     /// place of it, so that each coordinate is uniform by itself.
@@ -177,11 +178,11 @@ impl Stream {
             0xa0f2_ec75_a1fe_1575,
             0x89e1_8285_7d9e_d689,
         ];
-        let steps = const { if D == 2 { TWO } else { FOUR } };
+        const { assert!(D == 2 || D == 4) };
+        let steps = if D == 2 { TWO } else { FOUR };
         let place = sequence.0.wrapping_add(point);
-        let four = steps.map(|step| (place.wrapping_mul(step) >> 40) as f32 * STEP);
-        let end = const { if D == 2 { 2 } else { FIRST as u32 } };
-        self.sobol = SobolPoint { four, end, is_given: true, ..SobolPoint::default() };
+        self.with_first(steps.map(|step| (place.wrapping_mul(step) >> 40) as f32 * STEP));
+        self.sobol.end = D as u32;
     }
 
     /// Drops those of the given numbers that have not been drawn.

@@ -58,7 +58,7 @@ impl Values<'_> {
         let covariance = 0.5 * (both.variance - over.variance - under.variance);
         let covariance = [over.variance, covariance, under.variance];
         let (mean, error) = stats::ratio([over.mean, under.mean], Some(covariance))?;
-        // as many equal histories as what is divided by is known by have its error
+        // the number of equal histories by which what is divided by would be known as well
         let histories = (under.mean * under.mean / under.variance) as u64;
         let error = stats::error_of_ratio(mean, error.unwrap_or(0.0), histories);
         Some(Value { mean, variance: error.powi(2) })
