@@ -86,7 +86,7 @@ def million(photons=100_000):
     parts = next(iter(scene._meshes.values())).parts("field")
     # a scene of one small triangle, so that only the hand-over is timed and not building the hierarchy for rays
     small = '{"materials": {"grey": {"type": "lambert", "reflectance": 0.5}}, "lights": [{"type": "point", "position": [0, 0, 1], "power": 1}]}'
-    handed, _ = measured(lambda: _native.load(small, "scene", [parts], {}))
+    handed, _ = measured(lambda: _native.load(small, "scene", [parts], {}, False))
     print(f"{len(faces)} triangles: add {added}, handed over {handed}")
     loaded, _ = measured(lambda: scene._load(quiet=True))
     print(f"  scene of them as captors, with the hierarchy for rays: {loaded}")

@@ -69,7 +69,7 @@ class Scene:
             self._keys["bands"] = _bands(bands)
         self._meshes: dict[str, geometry.Mesh] = {}
         self._tables: dict[str, bytes] = {}
-        self._path = Path("scene")
+        self._path, self._is_read = Path("scene"), False
         self._keys.update({key: self._plain(value, key) for key, value in keys.items()})
 
     def __repr__(self) -> str:
@@ -456,14 +456,15 @@ class Scene:
             traced = [name for name in ("photons", "seed", "tolerance", "guiding", "threads") if given[name] is not None]
             if traced or vary:
                 raise wrong([*traced, "vary"][0], "goes without `result`, of which nothing is traced", "leave it out")
-        table = None if readings is None else _readings(readings)
+        table, loaded = None if readings is None else _readings(readings), self._load(quiet=True)
         with shown.Progress(progress) as tell:
             found = None if result is None else result._found
-            scene, report, warned = _native.calibrate(self._load(quiet=True), _arguments(given), table, found, tell)
+            scene, report, warned = _native.calibrate(loaded, _arguments(given), table, found, tell)
         calibrated = self.copy()
         calibrated._keys = json.loads(scene)
         say(*warned)
-        return Calibration(json.loads(report), calibrated, warned)
+        read = [*loaded.files, *([Path(readings)] if isinstance(readings, (str, os.PathLike)) else [])]
+        return Calibration(json.loads(report), calibrated, warned, read)
 
     def chart(
         self,
@@ -699,14 +700,15 @@ class Scene:
         place = Path(path)
         scene = cls.__new__(cls)
         scene._keys = _read(place)
-        scene._meshes, scene._tables, scene._path = {}, {}, place
+        scene._meshes, scene._tables, scene._path, scene._is_read = {}, {}, place, True
         return scene
 
     def copy(self) -> Scene:
         """Returns a copy of the scene, which can be changed without changing this one. Meshes are shared."""
         scene = type(self).__new__(type(self))
         scene._keys = self._document()
-        scene._meshes, scene._tables, scene._path = dict(self._meshes), dict(self._tables), self._path
+        scene._meshes, scene._tables = dict(self._meshes), dict(self._tables)
+        scene._path, scene._is_read = self._path, self._is_read
         return scene
 
     def _shape(self, name: str, shape: Any, group: str | None = None) -> str:
@@ -725,7 +727,7 @@ class Scene:
     def _load(self, quiet: bool = False) -> _native.Loaded:
         text = json.dumps(self._document())
         meshes = [mesh.parts(key) for key, mesh in self._meshes.items()]
-        loaded = _native.load(text, self._path, meshes, self._tables)
+        loaded = _native.load(text, self._path, meshes, self._tables, self._is_read)
         if not quiet:
             say(*loaded.warnings)
         return loaded
@@ -799,10 +801,17 @@ def _readings(readings: Any) -> tuple[bytes, Path]:
     if not isinstance(readings, (str, os.PathLike)):
         raise wrong("readings", f"a {type(readings).__name__}", "give a DataFrame, or the path of a CSV file")
     path = Path(readings)
+    return _content(path, "name a file that you may read"), path
+
+
+def _content(path: Path, remedy: str) -> bytes:
+    """Returns the bytes of a file. Errors: it cannot be read; it is a device or a pipe, whose reading may never end."""
     try:
-        return path.read_bytes(), path
+        if path.exists() and not path.is_file():
+            raise wrong(str(path), "is not a regular file", remedy)
+        return path.read_bytes()
     except OSError as error:
-        raise wrong(str(path), f"cannot be read: {error.strerror}", "name a file that you may read") from None
+        raise wrong(str(path), f"cannot be read: {error.strerror}", remedy) from None
 
 
 def _cell(value: Any) -> Any:
@@ -989,13 +998,9 @@ def _read(path: Path) -> dict[str, Any]:
             raise wrong(str(path), f"the key `{twice}` stands twice in one object", "leave one of them out")
         return keys
 
+    content = _content(path, "name a scene file (JSON)")
     try:
-        # reading a device or a pipe may never end
-        if path.exists() and not path.is_file():
-            raise wrong(str(path), "is not a regular file", "name a scene file (JSON)")
-        keys = json.loads(path.read_bytes(), object_pairs_hook=once)
-    except OSError as error:
-        raise wrong(str(path), error.strerror or "cannot be read", "name a scene file (JSON)") from None
+        keys = json.loads(content, object_pairs_hook=once)
     except (ValueError, RecursionError) as error:
         if hasattr(error, "place"):
             raise

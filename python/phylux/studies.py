@@ -6,7 +6,7 @@ import copy
 import json
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +30,7 @@ class Calibration:
     report: dict[str, Any]
     scene: Scene
     warnings: list[str]
+    _read: Sequence[Path] = field(default=(), repr=False)
 
     @property
     def factors(self) -> dict[str, list[float]]:
@@ -51,8 +52,9 @@ class Calibration:
         return pandas().DataFrame(rows, columns=columns)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the report (JSON), which ``phylux mix --calibration`` reads."""
-        _native.write_file(os.fspath(path), (json.dumps(self.report, indent=2) + "\n").encode(), [])
+        """Writes the report (JSON), which ``phylux mix --calibration`` reads. Error: the scene or the readings are in the
+        file at ``path``."""
+        _native.write_file(os.fspath(path), (json.dumps(self.report, indent=2) + "\n").encode(), list(self._read))
 
     def _repr_html_(self) -> str:
         errors = self.factors_se or {}

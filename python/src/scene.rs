@@ -47,7 +47,7 @@ pub struct Loaded {
 }
 
 /// Loads a scene from the JSON of a scene file, with meshes and tables in memory. Paths in the
-/// scene are relative to the folder of `path`.
+/// scene are relative to the folder of `path`, from which the JSON was read if `is_read`.
 #[pyfunction]
 pub fn load(
     py: Python<'_>,
@@ -55,6 +55,7 @@ pub fn load(
     path: PathBuf,
     meshes: Vec<MeshParts<'_>>,
     tables: HashMap<String, Vec<u8>>,
+    is_read: bool,
 ) -> PyResult<Loaded> {
     let mut memory = InMemory { tables, ..InMemory::default() };
     for (name, vertices, faces, groups) in &meshes {
@@ -65,7 +66,10 @@ pub fn load(
     let (source, loaded) = watched(py, None, move |_| {
         let scene = serde_json::from_str(&json).map_err(|e| Error::input(path.display(), e))?;
         let source = SceneSource::in_memory(scene, path, memory);
-        let loaded = source.load()?;
+        let mut loaded = source.load()?;
+        if is_read {
+            loaded.files.insert(0, source.path().to_path_buf());
+        }
         Ok((source, loaded))
     })?;
     Ok(Loaded { source: Arc::new(source), loaded: Arc::new(loaded), folder })

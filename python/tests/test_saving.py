@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -100,6 +101,38 @@ def test_files_that_are_read_are_not_replaced_where_asked_for(tmp_path, monkeypa
             with pytest.raises(px.InputError):
                 write(name)
             assert contents(tmp_path) == before, (write, name)
+
+
+def test_the_file_that_a_scene_was_loaded_from_is_not_replaced_by_results(tmp_path):
+    room("wall", 1.0).save(tmp_path / "a.json")
+    before = contents(tmp_path)
+    loaded = px.load(tmp_path / "a.json")
+    for scene in (loaded, loaded.copy(), pickle.loads(pickle.dumps(loaded))):
+        found = scene.run(**FEW, by_light=True)
+        for write in (found.save, found.save_csv, found.to_parquet, found.mix({"bulb": 2}).save, lambda path: found.view(path, trace=False)):
+            with pytest.raises(px.InputError, match="is a file that is read"):
+                write(tmp_path / "a.json")
+            assert contents(tmp_path) == before
+        # but a changed scene goes back to its file
+        scene.save(tmp_path / "a.json")
+
+
+def test_a_calibration_replaces_nothing_that_was_read(tmp_path):
+    scene = room("wall", 1.0)
+    scene.captor("g", discs=px.grid([0, 0.1], 0, z=1, radius=0.1))
+    scene.save(tmp_path / "a.json")
+    (tmp_path / "readings.csv").write_text("captor,value\ng/0,1\ng/1,1\n")
+    before = contents(tmp_path)
+    for found in (
+        px.load(tmp_path / "a.json").calibrate(tmp_path / "readings.csv", photons=4000, threads=1),
+        pickle.loads(pickle.dumps(px.load(tmp_path / "a.json").calibrate(tmp_path / "readings.csv", photons=4000, threads=1))),
+    ):
+        for name in before:
+            with pytest.raises(px.InputError, match="is a file that is read"):
+                found.save(tmp_path / name)
+        assert contents(tmp_path) == before
+    found.save(tmp_path / "report.json")
+    assert json.loads((tmp_path / "report.json").read_bytes())["factors"]
 
 
 def test_a_scene_is_saved_whole_or_not_at_all(tmp_path, monkeypatch):
