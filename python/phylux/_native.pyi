@@ -11,6 +11,7 @@ import numpy.typing as npt
 __all__ = [
     "Found",
     "Loaded",
+    "Planned",
     "__version__",
     "calibrate",
     "charts",
@@ -20,7 +21,6 @@ __all__ = [
     "plot",
     "prospect",
     "quantities",
-    "sweep_runs",
     "write_file",
     "write_obj",
     "year",
@@ -63,7 +63,6 @@ def charts(
     style: str,
     progress: Callable[[int, int | None], object] | None = None,
 ) -> list[str]: ...
-def sweep_runs(sweep: str, scene: str) -> list[tuple[str, str]]: ...
 def write_file(path: _Path, content: bytes, read: list[Path]) -> None: ...
 def write_obj(path: _Path, mesh: _Mesh) -> None: ...
 @final
@@ -94,6 +93,13 @@ class Loaded:
     def view(
         self, path: _Path, results: Found | None, trace: bool, threads: int | None, to: str | None
     ) -> None: ...
+
+@final
+class Planned:
+    def __new__(cls, sweep: str, scene: str) -> Planned: ...
+    def __len__(self) -> int: ...
+    def values(self, run: int) -> str: ...
+    def scene(self, run: int) -> str: ...
 
 def quantities() -> list[tuple[str, str, str, str, bool, bool, bool, int | None]]: ...
 

@@ -13,7 +13,7 @@ from .errors import missing, wrong
 from .result import Result
 from .scene import Scene
 from .shown import Progress
-from .values import plain
+from .values import cells, columns, plain
 
 
 class Sweep(Sequence[Result]):
@@ -58,9 +58,7 @@ class Sweep(Sequence[Result]):
         for run, (values, table) in enumerate(zip(self.values, tables)):
             table = table.copy()
             for place, (name, value) in enumerate({"run": run, **values}.items()):
-                if isinstance(value, (list, tuple, dict)):
-                    value = str(value)
-                table.insert(place, name, value)
+                table.insert(place, name, value if pd.api.types.is_scalar(value) else str(value))
             named.append(table)
         return pd.concat(named, ignore_index=True)
 
@@ -83,7 +81,7 @@ def sweep(
         values: for each name a list of values, or, as in a sweep file, ``{"from": 0, "to": 1, "steps": 5}``, in samples
             ``{"from": 0, "to": 1}``, and for a scene ``{"at": ["/lights/*/position/2"], ...}``. In a scene, texts such as
             ``"=1.2 * x + rise"`` are expressions of the number that stands there and of other parameters. Or a list of
-            ``{name: value}``, with one entry for each run.
+            ``{name: value}`` with one entry for each run, or a DataFrame with one row for each.
         combine: ``"grid"`` combines each value with each value of the other names, where the last name changes first;
             ``"zip"`` the first values, the second ones, and so on; ``{"sample": "sobol", "count": 64, "seed": 1}`` and
             ``{"sample": "latin-hypercube", ...}`` are samples.
@@ -109,22 +107,21 @@ def sweep(
     >>> len(sweep(box, {"height": {"from": 1, "to": 2}}, combine=sample, photons=1000, k=0))
     4
     """
-    runs = _runs(build, values, combine)
+    named, scenes = _planned(build, values, combine)
     results: list[Result] = []
-    named = [values_of_run for values_of_run, _ in runs]
     with Progress(progress) as tell:
         if executor is None:
-            for values_of_run, keys in runs:
-                results.append(_run(build, values_of_run, keys, options))
+            for run, values_of_run in enumerate(named):
+                results.append(_run(build, values_of_run, scenes(run), options))
                 if tell is not None:
-                    tell(len(results), len(runs))
+                    tell(len(results), len(named))
             return Sweep(named, results)
-        futures = [executor.submit(_run, build, values_of_run, keys, options) for values_of_run, keys in runs]
+        futures = [executor.submit(_run, build, values_of_run, scenes(run), options) for run, values_of_run in enumerate(named)]
         try:
             for future in futures:
                 results.append(future.result())
                 if tell is not None:
-                    tell(len(results), len(runs))
+                    tell(len(results), len(named))
         except BaseException:
             for future in futures:
                 future.cancel()
@@ -133,28 +130,56 @@ def sweep(
 
 
 #: columns of the tables of all runs, which no parameter may be named as
-_COLUMNS = ("run", "captor", "group", "face", "band", "quantity", "value", "standard_error")
+_COLUMNS = ("run", "captor", "group", "face", "band", "quantity", "value", "standard_error", "model_se")
 #: the place of what is no part of the scene in the documents of runs
 _OPTIONS = "options of runs"
 
 
-def _runs(build: Any, values: Any, combine: Any) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """Returns the values of each run, and the keys of its scene (empty for a function)."""
+def _rows(values: Any) -> list[dict[str, Any]]:
+    """Returns the values of each run, from a list of them or a table with a row for each. Error: it is neither."""
+    table = columns(values, "sweep")
+    if table is not None:
+        listed = {name: cells(column, f"sweep: column {name}") for name, column in table.items()}
+        rows = [dict(zip(listed, row)) for row in zip(*listed.values(), strict=True)]
+    elif isinstance(values, Iterable):
+        rows = list(values)
+    else:
+        raise wrong("sweep", f"a {type(values).__name__}", "give {name: values}, or a list of {name: value}")
+    if not rows:
+        raise wrong("sweep", "has no run", "give the values of one at least")
+    for run, row in enumerate(rows):
+        if not isinstance(row, Mapping):
+            raise wrong(f"sweep: run {run}", f"a {type(row).__name__}", "give {name: value}")
+    return [dict(row) for row in rows]
+
+
+def _planned(build: Any, values: Any, combine: Any) -> tuple[list[dict[str, Any]], Callable[[int], str]]:
+    """Returns the values of each run, and a function that makes the scene of a run by its index, as JSON: of many runs
+    together they would need much memory. The scene is empty for a function."""
     if not isinstance(values, Mapping):
-        rows = [dict(row) for row in values]
-        return [(row, keys) for row in rows for _, keys in _runs(build, {name: [value] for name, value in row.items()}, "grid")]
+        rows = _rows(values)
+
+        def single(run: int) -> tuple[list[dict[str, Any]], Callable[[int], str]]:
+            return _planned(build, {name: [value] for name, value in rows[run].items()}, "grid")
+
+        for run in range(len(rows)):
+            # an error in any of them comes before the first run
+            single(run)
+        return rows, lambda run: single(run)[1](0)
     taken = next((name for name in values if name in _COLUMNS), None)
     if taken is not None:
         raise wrong("sweep", f"a parameter named `{taken}`, as a column of the tables", "name it otherwise")
     document = build._document() if isinstance(build, Scene) else {}
     if not values:
-        return [({}, document)]
+        return [{}], lambda _: json.dumps(document)
     options = inspect.signature(Scene.run).parameters
     scene: dict[str, Any] = {**document, _OPTIONS: {}}
     vary: dict[str, Any] = {}
     lists: dict[str, list[Any]] = {}
     labels: dict[str, str] = {name: name for name in values}
     for name, given in values.items():
+        if isinstance(given, str) or not isinstance(given, Iterable):
+            raise wrong(f"sweep: {name}", f"{given!r} is one value", "give a list of values")
         form = dict(given) if isinstance(given, Mapping) else {"values": list(given)}
         if not isinstance(build, Scene) or (name in options and "at" not in form):
             # the values of arguments may be anything, and only their indices are planned
@@ -167,28 +192,35 @@ def _runs(build: Any, values: Any, combine: Any) -> list[tuple[dict[str, Any], d
                 form["values"] = list(range(len(lists[name])))
         vary[labels[name]] = form
     file = {"scene": "scene", "vary": plain(vary, "sweep: /vary"), "combine": plain(combine, "sweep: /combine")}
-    runs = []
-    for text, changed in _native.sweep_runs(json.dumps(file), json.dumps(scene)):
-        planned, keys = json.loads(text), json.loads(changed)
-        del keys[_OPTIONS]
-        if "settings" not in scene:
-            # the plan names a seed, which is that of the run anyway
-            del keys["settings"]
-        elif "seed" not in scene["settings"]:
-            del keys["settings"]["seed"]
-        found = {name: planned[labels[name]] for name in values}
-        named = {name: lists[name][value] if name in lists else value for name, value in found.items()}
-        runs.append((named, keys if isinstance(build, Scene) else {}))
-    return runs
+    plan = _native.Planned(json.dumps(file), json.dumps(scene))
+    named = []
+    for run in range(len(plan)):
+        chosen = json.loads(plan.values(run))
+        found = {name: chosen[labels[name]] for name in values}
+        named.append({name: lists[name][value] if name in lists else value for name, value in found.items()})
+    return named, plan.scene if isinstance(build, Scene) else lambda _: "{}"
 
 
-def _run(build: Any, values: Mapping[str, Any], keys: Mapping[str, Any], options: Mapping[str, Any]) -> Result:
+def _run(build: Any, values: Mapping[str, Any], planned: str, options: Mapping[str, Any]) -> Result:
     """Does one run; executors call it in other processes too."""
     if isinstance(build, Scene):
         known = inspect.signature(Scene.run).parameters
-        scene = build.copy()
-        scene.keys.clear()
-        scene.keys.update(keys)
+        scene = _scene(build, planned)
         return scene.run(**{**options, **{name: value for name, value in values.items() if name in known}})
     made = build(**values)
     return made if isinstance(made, Result) else made.run(**options)
+
+
+def _scene(build: Scene, planned: str) -> Scene:
+    """Returns the scene of a run."""
+    scene, keys = build.copy(), json.loads(planned)
+    keys.pop(_OPTIONS, None)
+    # the plan names a seed, which is that of the run anyway
+    settings = build.keys.get("settings")
+    if settings is None:
+        keys.pop("settings", None)
+    elif isinstance(settings, Mapping) and "seed" not in settings:
+        keys["settings"].pop("seed", None)
+    scene.keys.clear()
+    scene.keys.update(keys)
+    return scene

@@ -44,7 +44,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(prospect, module)?)?;
     module.add_function(wrap_pyfunction!(result::quantities, module)?)?;
     module.add_function(wrap_pyfunction!(scene::load, module)?)?;
-    module.add_function(wrap_pyfunction!(scene::sweep_runs, module)?)?;
     module.add_function(wrap_pyfunction!(scene::write_file, module)?)?;
     module.add_function(wrap_pyfunction!(scene::write_obj, module)?)?;
     module.add_function(wrap_pyfunction!(studies::year, module)?)?;
@@ -53,5 +52,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(studies::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(studies::charts, module)?)?;
     module.add_class::<scene::Loaded>()?;
+    module.add_class::<scene::Planned>()?;
     module.add_class::<result::Found>()
 }

@@ -16,7 +16,7 @@ use phylux::{
     studies::{Desk, Made, histories::following},
     transport::ThreadCount,
 };
-use pyo3::prelude::*;
+use pyo3::{exceptions::PyIndexError, prelude::*};
 
 use crate::{
     errors::raised,
@@ -314,20 +314,46 @@ fn plan(results: Option<&Found>, trace: bool) -> RenderPlan {
     })
 }
 
-/// Returns the runs of a sweep: for each, the values of its parameters and its scene, as JSON.
-/// `sweep` is the content of a sweep file, and `scene` that of its scene.
-#[pyfunction]
-pub fn sweep_runs(py: Python<'_>, sweep: &str, scene: &str) -> PyResult<Vec<(String, String)>> {
-    let read = |text: &str| {
-        serde_json::from_str(text).map_err(|e| Error::input("sweep", format!("is no JSON: {e}")))
-    };
-    let (sweep, scene) = (raised(py, read(sweep))?, raised(py, read(scene))?);
-    let sweep = raised(py, Sweep::new("sweep", sweep, scene, PathBuf::new()))?;
-    let run = |run: Run<'_>| {
-        let values = run.values.iter().map(|(parameter, value)| (&parameter.name, *value));
+/// The runs of a sweep. The scene of each is made when it is asked for.
+#[pyclass(frozen, module = "phylux._native")]
+pub struct Planned(Sweep);
+
+#[pymethods]
+impl Planned {
+    /// Plans a sweep: `sweep` is the content of a sweep file, and `scene` that of its scene.
+    #[new]
+    fn new(py: Python<'_>, sweep: &str, scene: &str) -> PyResult<Self> {
+        let read = |text: &str| {
+            serde_json::from_str(text)
+                .map_err(|e| Error::input("sweep", format!("is no JSON: {e}")))
+        };
+        let planned = || Sweep::new("sweep", read(sweep)?, read(scene)?, PathBuf::new());
+        Ok(Self(raised(py, py.detach(planned))?))
+    }
+
+    fn __len__(&self) -> usize {
+        self.0.runs().len()
+    }
+
+    /// Returns the values of the parameters of a run, counted from 0, as JSON.
+    fn values(&self, run: usize) -> PyResult<String> {
+        let values = self.run(run)?.values.into_iter();
         let values: serde_json::Map<_, _> =
-            values.map(|(name, value)| (name.clone(), value.clone())).collect();
-        (serde_json::Value::from(values).to_string(), sweep.document(&run).to_string())
-    };
-    Ok(sweep.runs().map(run).collect())
+            values.map(|(parameter, value)| (parameter.name.clone(), value.clone())).collect();
+        Ok(serde_json::Value::from(values).to_string())
+    }
+
+    /// Returns the scene of a run, counted from 0, as JSON.
+    fn scene(&self, run: usize) -> PyResult<String> {
+        Ok(self.0.document(&self.run(run)?).to_string())
+    }
+}
+
+impl Planned {
+    fn run(&self, run: usize) -> PyResult<Run<'_>> {
+        match run < self.__len__() {
+            true => Ok(self.0.run(run)),
+            false => Err(PyIndexError::new_err(format!("run {run} of {}", self.__len__()))),
+        }
+    }
 }

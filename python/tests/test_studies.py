@@ -3,6 +3,7 @@
 import concurrent.futures
 import json
 import time
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -174,6 +175,41 @@ def test_sweeps_have_the_designs_of_the_command(tmp_path):
     assert [len(values["shape"]) for values in arrays.values] == [1, 2]
 
 
+def test_runs_of_a_table():
+    pd = pytest.importorskip("pandas")
+    few = {"photons": 500, "k": 0, "threads": 1}
+    columns = {"/lights/0/position/2": [1.0, 1.5], "seed": [3, 4]}
+    rows = [{"/lights/0/position/2": 1.0, "seed": 3}, {"/lights/0/position/2": 1.5, "seed": 4}]
+    there = [found.to_json() for found in px.sweep(lamp(1), rows, **few)]
+    for table in (pd.DataFrame(columns), pd.DataFrame(columns).convert_dtypes()):
+        found = px.sweep(lamp(1), table, **few)
+        assert found.values == rows and [one.to_json() for one in found] == there
+    # what is no number or text stands as a text in the table
+    table = px.sweep(lambda shape: lamp(len(shape)), {"shape": [np.zeros(1), {1, 2}]}, **few).frame
+    assert table["shape"].unique().tolist() == ["[0.]", "{1, 2}"]
+
+
+def test_scenes_of_runs_are_made_one_by_one():
+    """Those of many runs together would need gigabytes."""
+    scene = lamp(1)
+    scene.keys["groups"] = {f"group {i}": ["sensor*"] for i in range(200)}
+
+    class Enough(Exception):
+        pass
+
+    def first(done, of):
+        assert (done, of) == (1, 5000)
+        raise Enough
+
+    tracemalloc.start()
+    try:
+        with pytest.raises(Enough):
+            px.sweep(scene, {"/lights/0/position/2": {"from": 1, "to": 2, "steps": 5000}}, progress=first, photons=500, k=0, threads=1)
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()
+
+
 def test_wrong_sweeps_say_why():
     with pytest.raises(px.InputError, match="the scene has no `/lights/0/powr`; the nearest that it has is /lights/0/power"):
         px.sweep(lamp(1), {"/lights/0/powr": [1]})
@@ -183,6 +219,15 @@ def test_wrong_sweeps_say_why():
         px.sweep(lamp(1), {"/lights/0/power": ["=2 * z"]})
     with pytest.raises(px.InputError, match="grid, zip, or an object"):
         px.sweep(lamp, {"height": [1]}, combine=3)
+    for values, words in [
+        ({"height": 5}, "sweep: height: 5 is one value; give a list"),
+        ({"height": "12"}, "sweep: height: '12' is one value"),
+        ([], "sweep: has no run"),
+        ([1], "sweep: run 0: a int"),
+        (None, "sweep: a NoneType"),
+    ]:
+        with pytest.raises(px.InputError, match=words):
+            px.sweep(lamp, values)
 
 
 def sunny() -> px.Scene:

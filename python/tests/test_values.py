@@ -374,6 +374,9 @@ def test_parameters_are_not_named_as_columns():
         px.sweep(lambda captor: lamp(captor), {"captor": [1, 2]})
     with pytest.raises(px.InputError, match="a parameter named `run`"):
         px.sweep(lambda run: lamp(run), [{"run": 1}])
+    # this one is a column where inputs are uncertain
+    with pytest.raises(px.InputError, match="a parameter named `model_se`"):
+        px.sweep(lambda model_se: lamp(model_se), {"model_se": [1, 2]})
     with pytest.raises(px.InputError, match="sweep: /vary/.*/values/1"):
         px.sweep(lamp(), {"/lights/0/power": [1, np.nan]})
 
