@@ -318,6 +318,17 @@ def test_words_are_those_of_python():
     with pytest.raises(px.InputError) as caught:
         scene.calibrate(even="grid", groups=["none"], photons=1000)
     assert caught.value.place == "groups"
+    # few captors for the lamps, and few readings for them
+    few = [scene.calibrate(even="grid/0", photons=1000, threads=1)]
+    readings = {"captor": ["grid/0", "grid/1"], "band": ["blue", "blue"], "value": [1.0, 2.0]}
+    few.append(scene.calibrate(pytest.importorskip("pandas").DataFrame(readings), model="lamps", photons=1000, threads=1))
+    for found in few:
+        assert any("join lamps in groups" in warning for warning in found.warnings)
+        assert not any("--" in warning.replace("light---even", "") for warning in found.warnings)
+    scene.keys["sunlit"] = True
+    with pytest.raises(px.InputError, match="sunlit") as caught:
+        scene.run()
+    assert "phylux" not in str(caught.value)
 
 
 def test_errors_have_their_parts(tmp_path):

@@ -562,7 +562,7 @@ fn warnings(
     if each > 1 && fewest < FEW_POINTS * each {
         warnings.push(format!(
             "{fewest} readings in a band for {each} lamps, fewer than {FEW_POINTS} for each: their factors rest on \
-            little; measure at more places, or join lamps by --group"
+            little; measure at more places, or join lamps in groups"
         ));
     }
     let mut unsure = Vec::new();

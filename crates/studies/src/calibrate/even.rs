@@ -274,7 +274,7 @@ fn warnings(
     if plan.minimum.is_none() && captors.len() < FEW_CAPTORS * lamps.names.len() {
         warnings.push(format!(
             "{} captors for {} lamps, fewer than {FEW_CAPTORS} for each: the light between the captors may be less \
-            even than on them; add captors, or join lamps by --group",
+            even than on them; add captors, or join lamps in groups",
             captors.len(),
             lamps.names.len()
         ));

@@ -93,7 +93,7 @@ impl SceneParts {
             if suns != 1 {
                 let problem = format!("{suns} suns, must be 1");
                 let remedy = "a sunlit share belongs to one moment: give a sun, or daylight at a time \
-                              with sun, or leave `sunlit` out (`phylux year` has it by the hour)";
+                              with sun, or leave `sunlit` out, which a year has by the hour (docs/year.md)";
                 return Err(Problem::new(problem, remedy).of("sunlit").at(place));
             }
         }
