@@ -170,8 +170,12 @@ class Year:
         path = self.folder / f"{name}.csv"
         heads = _pandas().read_csv(path, nrows=0).columns
         empty = {column: [""] for column in heads if column not in _TEXTS}
-        texts = {column: str for column in heads if column in _TEXTS}
-        return _pandas().read_csv(path, keep_default_na=False, na_values=empty, dtype=texts)
+        named = {column: str for column in heads if column in _TEXTS}
+        table = _pandas().read_csv(path, keep_default_na=False, na_values=empty, dtype=named)
+        for column in named:
+            # an apostrophe stands before what a spreadsheet would run as a formula
+            table[column] = table[column].str.removeprefix("'")
+        return table
 
 
 def _attributes(name: str, unit: str | None) -> dict[str, str]:

@@ -199,3 +199,18 @@ def test_sums_of_a_year_say_their_units(greenhouse, tmp_path):
     year = greenhouse.year(tmp_path / "year", photons=20_000, seed=1, patches=145, sun_rays=2, threads=1)
     data = year.xarray()
     assert "units" not in data.front.attrs and data.unit.sel(band=["red", "bright"]).values.tolist() == ["umol/m2/s", "lx"]
+
+
+@pytest.mark.parametrize("csv", [False, True])
+def test_ids_that_a_spreadsheet_would_run_are_those_of_the_scene(greenhouse, tmp_path, csv):
+    """In tables in CSV an apostrophe stands before them."""
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    names = ["-1", "+45 deg", "=1+1", "@home", "'q", "''", "7"]
+    for name in names:
+        greenhouse.captor(name, disc={"center": [0, 0, 1], "normal": [0, 0, 1], "radius": 0.3})
+    greenhouse.group("-g", "7", "@home")
+    year = greenhouse.year(tmp_path / "year", photons=20_000, patches=145, sun_rays=2, csv=csv, threads=1)
+    ids = ["sensor/0", *names, "sensor", "-g"]
+    assert year.captors.captor.tolist() == year.hours.captor.unique().tolist() == year.xarray().captor.values.tolist() == ids
+    assert len(year.days.merge(year.captors, on="captor")) == len(ids)
