@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,10 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import missing, say, wrong
-from .values import Floats, finite, first_twice, is_masked, numbers
+from .values import Floats, finite, first_twice, is_masked, is_missing, numbers, plain
 from .values import name as checked
 
 Ints = npt.NDArray[np.int64]
+
+#: the most sensors of a grid, of which some may be left out before a scene takes the others
+_MOST = 100_000_000
 
 
 @dataclass(frozen=True)
@@ -91,11 +94,14 @@ def grid(x: Any, y: Any, z: Any, radius: float, normal: Iterable[float] = (0.0, 
            [1. , 2. , 3. , 0.1],
            [1. , 2. , 4. , 0.1]])
     """
-    facing = numbers(normal if hasattr(normal, "__array__") else list(normal), "grid", "a normal").ravel()
+    facing = numbers(plain(normal, "grid: normal"), "grid", "a normal").ravel()
     if len(facing) != 3:
         raise wrong("grid", f"a normal of {len(facing)} numbers", "it has three: x, y and z")
     axes = [np.atleast_1d(numbers(values, "grid", axis)).ravel() for axis, values in zip("xyz", (x, y, z))]
-    places = np.array(list(itertools.product(*axes)), dtype=np.float64).reshape(-1, 3)
+    count = math.prod(len(axis) for axis in axes)
+    if count > _MOST:
+        raise wrong("grid", f"{count:.3g} sensors, must be at most {_MOST:.0e}", "give fewer coordinates")
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     rest = np.broadcast_to([finite(radius, "grid: radius"), *facing], (len(places), 4))
     return np.hstack([places, rest])
 
@@ -103,6 +109,8 @@ def grid(x: Any, y: Any, z: Any, radius: float, normal: Iterable[float] = (0.0, 
 def _named(geometry: Any, place: str) -> Iterable[tuple[str | None, tuple[Floats, Ints]]]:
     """Yields the names of groups with their vertices and faces."""
     if isinstance(geometry, Mapping):
+        if any(map(is_missing, geometry)):
+            raise wrong(place, "an id that has no value", "give each one, or leave it out")
         names = [str(key) for key in geometry]
         twice = first_twice(names)
         if twice is not None:
@@ -197,7 +205,8 @@ def _whole(faces: Any, place: str) -> npt.NDArray[Any]:
     except (TypeError, ValueError) as error:
         raise wrong(place, f"faces that are no numbers ({error})", "they must be (m, 3)") from None
     if corners.dtype == object and all(isinstance(corner, (int, np.integer)) for corner in corners.flat):
-        corners = corners.astype(np.int64)
+        # a number beyond all integers of 64 bits is beyond all vertices, too
+        corners = np.clip(corners, -1, np.iinfo(np.int64).max).astype(np.int64)
     return corners
 
 

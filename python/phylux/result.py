@@ -19,7 +19,7 @@ from .errors import pandas as _pandas
 from .errors import missing, wrong
 from .histories import Histories
 from .studies import Calibration, Comparison
-from .values import finite, plain
+from .values import finite, plain, text, texts
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -350,6 +350,7 @@ class Result:
 
         Triangles without area are not captors; their values are NaN.
         """
+        name = text(name, "triangles")
         found = self._triangles.get(name)
         if found is None:
             below = [known for known in self._triangles if known.startswith((f"{name}/", f"{name}#"))]
@@ -677,7 +678,9 @@ class Result:
         Standard errors of sums over bands with different factors, and of most ratios of them, are upper bounds.
         """
         given = []
-        for name, factor in (factors or {}).items():
+        if factors is not None and not hasattr(factors, "items"):
+            raise wrong("factors", f"a {type(factors).__name__}", "give {name of a light: factor}")
+        for name, factor in () if factors is None else factors.items():
             place = f"factors/{name}"
             found = plain(factor, place)
             given.append((str(name), [finite(one, place) for one in found] if isinstance(found, list) else finite(found, place)))
@@ -725,7 +728,9 @@ class Result:
             raise wrong(self.scene, _NOT_SPLIT, _SPLIT)
         lamps = (self.electricity or {}).get("lights", {})
         watts = {name: float(lamp["watts"]) for name, lamp in lamps.items()}
-        report: dict[str, Any] = json.loads(self._found.even(captors, watts, mean, minimum, band, list(groups)))
+        of_band = None if band is None else text(band, "band")
+        found = self._found.even(text(captors, "captors"), watts, mean, minimum, of_band, texts(groups, "groups"))
+        report: dict[str, Any] = json.loads(found)
         return report
 
     def compare(self, other: Result) -> Comparison:

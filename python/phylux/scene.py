@@ -22,7 +22,7 @@ from .histories import Histories
 from .result import Result, same_file
 from .studies import Calibration, Chart
 from .values import arguments as _arguments
-from .values import cells, columns, csv_table, finite, is_missing, numbers, plain
+from .values import cells, columns, csv_table, finite, is_missing, numbers, plain, span, texts
 from .values import name as checked
 from .years import Year, find, find_by_shards
 
@@ -183,6 +183,8 @@ class Scene:
         name = checked(name, str(self._path), "a captor")
         entry: dict[str, Any] = {"name": name, **self._plain(keys, *self._next("captors"))}
         if discs is not None:
+            if "ignore" in entry:
+                entry["ignore"] = texts(entry["ignore"], f"{name}: ignore")
             entry["csv"] = self._table(name, _table(discs, name, entry.get("ignore", ())))
         if shape is not None:
             entry["obj"] = self._shape(name, shape)
@@ -296,7 +298,7 @@ class Scene:
             "seed": seed,
             "estimator": estimator,
             "tolerance": tolerance,
-            "of": [of] if isinstance(of, str) else of,
+            "of": None if of is None else texts(of, "of"),
             "max_time": max_time,
             "k": k,
             "map_photons": map_photons,
@@ -310,8 +312,8 @@ class Scene:
         scene = self
         if sensitivity is not None:
             scene = self.copy()
-            names = [sensitivity] if isinstance(sensitivity, str) else sensitivity
-            scene.keys["sensitivity"] = list(names) if isinstance(names, Iterable) else names
+            several = isinstance(sensitivity, Iterable)
+            scene.keys["sensitivity"] = texts(sensitivity, "sensitivity") if several else sensitivity
         loaded = scene._load()
         with shown.Progress(progress) as tell:
             found, warned = loaded.run(_arguments(given), tell)
@@ -445,10 +447,10 @@ class Scene:
         """
         if (readings is None) == (even is None):
             raise wrong("readings", "neither readings nor `even`" if even is None else "both readings and `even`", "give one of them")
-        given: dict[str, Any] = {"even": even, "mean": mean, "minimum": minimum, "band": band, "groups": list(groups)}
+        given: dict[str, Any] = {"even": even, "mean": mean, "minimum": minimum, "band": band, "groups": texts(groups, "groups")}
         given |= {"photons": photons, "seed": seed, "tolerance": tolerance, "guiding": guiding, "threads": threads}
         if even is None:
-            ranges = [[place, *_range(ends, f"vary/{place}")] for place, ends in (vary or {}).items()]
+            ranges = [[place, *span(ends, f"vary/{place}")] for place, ends in (vary or {}).items()]
             given |= {"model": model, "prior": prior, "vary": ranges}
         elif vary:
             raise wrong("vary", "goes with readings only", "leave it out")
@@ -757,8 +759,8 @@ def _bands(bands: Any) -> list[Any]:
     if isinstance(bands, Mapping):
         return [{"name": str(name), **_ends(name, ends)} for name, ends in bands.items()]
     found = plain(bands, "bands")
-    if not isinstance(found, list):
-        raise wrong("bands", f"{bands!r} are no bands", "give {name: (from_nm, to_nm)} or [name, ...]")
+    if not isinstance(found, list) or not all(isinstance(band, (str, dict)) for band in found):
+        raise wrong("bands", f"{found!r} are no bands", "give {name: (from_nm, to_nm)} or [name, ...]")
     return [{"name": band} if isinstance(band, str) else band for band in found]
 
 
@@ -781,14 +783,6 @@ def _several(values: Any, place: str) -> list[Any]:
     found = plain(values, place)
     if not isinstance(found, list):
         raise wrong(place, f"{values!r} is one value", "give a list")
-    return found
-
-
-def _range(ends: Any, place: str) -> list[float]:
-    """Returns the two ends of a range."""
-    found = [finite(end, place) for end in _several(ends, place)]
-    if len(found) != 2:
-        raise wrong(place, f"{len(found)} numbers", "give the ends of the range: (low, high)")
     return found
 
 
@@ -836,7 +830,8 @@ def _table(discs: Any, name: str, ignore: Sequence[str] = ()) -> bytes:
             found = cells(table["id"], name)
             if None in found:
                 raise wrong(name, f"disc {found.index(None)} has no id", "give each one, or leave the column out")
-            ids = {"id": [str(id) for id in found]}
+            # an id that files cannot hold as it is would be another one in results
+            ids = {"id": [checked(str(id), name, "a disc") for id in found]}
         rows = np.column_stack([numbers(table[column], name, f"discs, column {column},") for column in needed])
     else:
         rows = numbers(discs, name, "discs")
@@ -896,6 +891,25 @@ def _place(metadata: Any) -> dict[str, float] | None:
     return next((place for place in found if place is not None), None)
 
 
+def _times(table: Any, found: Mapping[str, Any]) -> list[Any]:
+    """Returns the times of a table's rows, from the index of pandas or the column of a table without one."""
+    index = getattr(table, "index", None)
+    of_column = "time" in found and getattr(index, "tz", None) is None
+    if of_column:
+        times = cells(found["time"], "weather: column time")
+    elif index is None:
+        raise wrong("weather", "rows without times of a time zone", "give them a column time")
+    else:
+        times = list(index)
+    if not times:
+        raise wrong("weather", "a table without rows", "give it those of the hours that are needed")
+    if not all(isinstance(time, datetime.datetime) and not is_missing(time) and time.tzinfo is not None for time in times):
+        if of_column:
+            raise wrong("weather: column time", "is without times of a time zone in some rows", "give each row one")
+        raise wrong("weather", "an index without times of a time zone", 'give it one: table.tz_localize("Etc/GMT-1")')
+    return times
+
+
 def _weather(table: Any) -> bytes:
     """Returns the irradiances of a table as the bytes of a CSV file."""
     found = columns(table, "weather")
@@ -904,11 +918,7 @@ def _weather(table: Any) -> bytes:
     kinds = [column for column in ("ghi", "dni", "dhi") if column in found]
     if not kinds:
         raise wrong("weather", "no column ghi, dni or dhi", "rename the irradiances, or let pvlib do it: map_variables=True")
-    # the index of pandas, or the column of a table without one
-    index = getattr(table, "index", [])
-    times = cells(found["time"], "weather: column time") if "time" in found and getattr(index, "tz", None) is None else list(index)
-    if not times or not all(isinstance(time, datetime.datetime) and not is_missing(time) and time.tzinfo is not None for time in times):
-        raise wrong("weather", "an index without times of a time zone", 'give it one: table.tz_localize("Etc/GMT-1")')
+    times = _times(table, found)
     written: dict[str, list[Any]] = {"time": [time.isoformat() for time in times]}
     for column in kinds:
         place = f"weather: column {column}"

@@ -11,7 +11,7 @@ from typing import Any
 from . import _native
 from .errors import missing, say, wrong
 from .histories import Histories
-from .values import arguments
+from .values import arguments, count, span, text
 
 
 def export(
@@ -27,10 +27,12 @@ def export(
     threads: int | None = None,
 ) -> None:
     """Writes a scene and its light for other programs."""
-    if quantity not in (None, "irradiance", "absorbed"):
-        raise wrong("quantity", f"no quantity `{quantity}`", "there are irradiance and absorbed")
-    absorbed = None if quantity is None else quantity == "absorbed"
-    loaded.export(os.fspath(path), found, trace, threads, absorbed, band, range, log)
+    of = None if quantity is None else text(quantity, "quantity")
+    if of not in (None, "irradiance", "absorbed"):
+        raise wrong("quantity", f"no quantity `{of}`", "there are irradiance and absorbed")
+    absorbed, ends = None if of is None else of == "absorbed", None if range is None else span(range, "range")
+    of_band, at_once = None if band is None else text(band, "band"), None if threads is None else count(threads, "threads")
+    loaded.export(os.fspath(path), found, bool(trace), at_once, absorbed, of_band, ends, bool(log))
 
 
 def histories(
@@ -98,7 +100,8 @@ def view(
     width: int | str,
     height: int,
 ) -> Any:
-    loaded.view(path, found, trace, threads, to)
+    at_once, captor = None if threads is None else count(threads, "threads"), None if to is None else text(to, "to")
+    loaded.view(path, found, bool(trace), at_once, captor)
     try:
         from IPython.display import HTML, IFrame
     except ImportError:

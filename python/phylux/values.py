@@ -9,7 +9,7 @@ import numbers as kinds
 import os
 import sys
 import unicodedata
-from collections.abc import Callable, Iterable, KeysView, Mapping, Sequence, ValuesView
+from collections.abc import Callable, Iterable, Iterator, KeysView, Mapping, Sequence, Set, ValuesView
 from decimal import Decimal
 from typing import Any
 
@@ -56,6 +56,8 @@ def _plain(value: Any) -> Any:
         return _keyed(value)
     if isinstance(value, (list, tuple)):
         return _each(value, _plain)
+    if isinstance(value, np.floating):
+        return _finite(value)
     if isinstance(value, np.generic) or any(hasattr(value, name) for name in (*_LISTS, "__array__")):
         return _listed(value)
     if isinstance(value, (Sequence, KeysView, ValuesView)) and not isinstance(value, (bytes, bytearray, memoryview)):
@@ -70,8 +72,12 @@ def _plain(value: Any) -> Any:
         return _text(os.fsdecode(value))
     if isinstance(value, datetime.date):
         return value.isoformat()
+    raise _formless(value)
+
+
+def _formless(value: Any) -> _No:
     remedy = "a list of its values" if isinstance(value, Iterable) else "a number, a text or a list"
-    raise _No(f"is of type {kind.__name__}, which has no form in a scene", f"give {remedy}")
+    return _No(f"is of type {type(value).__name__}, which has no form in a scene", f"give {remedy}")
 
 
 #: the methods by which arrays, columns and scalars of other packages say their values
@@ -85,7 +91,11 @@ def _listed(values: Any) -> Any:
         raise _No("has times without a time zone", "give texts such as 2025-06-21T11:30+02:00")
     if is_masked(values):
         raise _No("has masked values", "fill them, or leave them out")
-    return _entry(_to_list(values))
+    found = _to_list(values)
+    if type(found) is type(values):
+        # a scalar of which Python has no like
+        raise _formless(values)
+    return _entry(found)
 
 
 def _to_list(values: Any) -> Any:
@@ -121,6 +131,8 @@ def _each(values: Iterable[Any], convert: Callable[[Any], Any]) -> list[Any]:
 def _keyed(values: Mapping[Any, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in values.items():
+        if is_missing(key):
+            raise _No(f"a key without a value ({key!r})", "give it a name, or leave it out")
         name = _text(str(key))
         if name in found:
             raise _No(f"two keys that are {name!r} as text", "give each its own")
@@ -167,10 +179,44 @@ def finite(value: Any, place: str) -> float:
     """Returns a value as a finite number. Errors: it is none, or has no value."""
     if is_missing(value):
         raise wrong(place, "has no value", "give a number")
+    if isinstance(value, (bool, np.bool_)):
+        raise wrong(place, f"{value} is no number", "give a number")
     try:
         return _finite(value)
     except _No as no:
         raise wrong(place, no.problem, no.remedy) from None
+
+
+def count(value: Any, place: str) -> int:
+    """Returns a value as a whole number. Errors: it is none, or negative."""
+    found = finite(value, place)
+    if not 0 <= found <= 9e15 or found != int(found):
+        raise wrong(place, f"{value} is no whole number from 0 to 9e15", "give one")
+    return int(found)
+
+
+def text(value: Any, place: str) -> str:
+    """Returns a value as a text. Error: it is none."""
+    found = plain(value, place)
+    if not isinstance(found, str):
+        raise wrong(place, f"{found!r} is no text", "give one text")
+    return found
+
+
+def texts(values: Any, place: str) -> list[str]:
+    """Returns one text, or several, as a list. Error: they are no texts."""
+    found = plain(list(values) if isinstance(values, (Iterator, Set)) else values, place)
+    if not isinstance(found, (str, list)):
+        raise wrong(place, f"{found!r} is no text", "give one text, or a list of texts")
+    return [found] if isinstance(found, str) else [text(one, f"{place}/{i}") for i, one in enumerate(found)]
+
+
+def span(ends: Any, place: str) -> tuple[float, float]:
+    """Returns the two ends of a range of numbers. Errors: they are not two, or no numbers."""
+    found = plain(ends, place)
+    if not isinstance(found, list) or len(found) != 2:
+        raise wrong(place, f"{found!r} is no range", "give its ends: (low, high)")
+    return finite(found[0], place), finite(found[1], place)
 
 
 def is_missing(value: Any) -> bool:
@@ -199,7 +245,7 @@ def numbers(values: Any, place: str, what: str) -> Floats:
         raise wrong(place, f"{what} of which some are masked", "leave these out, or fill them")
     try:
         found = np.asarray(values)
-        if found.dtype.kind in "cmM":
+        if found.dtype.kind in "bcmM":
             raise TypeError(f"of type {found.dtype}")
         return found.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError) as error:

@@ -14,8 +14,8 @@ from . import _native, html
 from .errors import missing, say, wrong
 from .errors import pandas as _pandas
 from .result import OWN, Result
-from .values import finite
 from .values import arguments as _arguments
+from .values import span, texts
 
 #: columns of text in the tables
 _TEXTS = ["captor", "time", "day", "month", "period", "unit", "light", "state", "kind", "groups", "ratio"]
@@ -105,11 +105,10 @@ class Year:
                 ``month``, ``range=(low, high)``.
         """
         given = dict(options)
-        if isinstance(given.get("captors"), str):
-            given["captors"] = [given["captors"]]
+        if given.get("captors") is not None:
+            given["captors"] = texts(given["captors"], "captors")
         if given.get("range") is not None:
-            ends = given["range"].split(":") if isinstance(given["range"], str) else given["range"]
-            given["range"] = [finite(end, "range") for end in ends]
+            given["range"] = span(given["range"].split(":") if isinstance(given["range"], str) else given["range"], "range")
         say(*_native.plot(self.folder, path, _arguments(given)))
 
     def xarray(self, table: str = "hours") -> Any:

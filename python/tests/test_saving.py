@@ -207,7 +207,7 @@ def test_weather_of_any_table(kind):
 def test_weather_that_is_no_number_says_where():
     pd = pytest.importorskip("pandas")
     times = pd.date_range("2025-06-21T10:00", periods=2, freq="h", tz="UTC")
-    for value, words in (("n/a", "row 1: 'n/a' is no number"), (np.inf, "row 1: inf is no finite number"), (1j, "is no number")):
+    for value, words in (("n/a", "row 1: 'n/a' is no number"), (np.inf, "row 1: inf is no finite number"), (1j, "is no number"), (True, "row 1: True is no number")):
         with pytest.raises(px.InputError, match=words) as caught:
             px.Scene("w").weather(pd.DataFrame({"ghi": pd.Series([1, value], index=times, dtype=object)}), stamp="start")
         assert caught.value.place.startswith("weather: column ghi")
@@ -215,6 +215,10 @@ def test_weather_that_is_no_number_says_where():
     for table in (polars.DataFrame({"ghi": [1.0]}), polars.DataFrame({"time": ["2025"], "ghi": [1.0]})):
         with pytest.raises(px.InputError, match="without times"):
             px.Scene("w").weather(table, stamp="start")
+    with pytest.raises(px.InputError, match="weather: column time: .*in some rows"):
+        px.Scene("w").weather(polars.DataFrame({"time": [times[0].to_pydatetime(), None], "ghi": [1.0, 2.0]}), stamp="start")
+    with pytest.raises(px.InputError, match="a table without rows"):
+        px.Scene("w").weather(pd.DataFrame({"ghi": []}, index=times[:0]), stamp="start")
     with pytest.raises(px.InputError, match="collect it first"):
         px.Scene("w").weather(polars.LazyFrame({"ghi": [1.0]}), stamp="start")
 

@@ -7,6 +7,7 @@ import datetime
 import decimal
 import enum
 import fractions
+import os
 import pickle
 import subprocess
 import sys
@@ -41,6 +42,8 @@ TAKEN = [
     (np.array([20, 80], dtype=np.float32), [20, 80]),
     (np.float16(2), 2),
     (np.array(3), 3),
+    (np.longdouble(2), 2),
+    (np.array([20, 80.5], dtype=np.longdouble), [20, 80.5]),
     (np.ma.masked_array([20, 80]), [20, 80]),
     ([np.int8(20), decimal.Decimal("80.5")], [20, 80.5]),
     (fractions.Fraction(1, 4), 0.25),
@@ -80,6 +83,9 @@ REFUSED = [
     ({1, 2}, "of type set"),
     ((power for power in (1, 2)), "of type generator"),
     (1j, "of type complex"),
+    (np.clongdouble(1), "of type clongdouble"),
+    ({None: 1}, "a key without a value"),
+    ({"a": {float("nan"): 1}}, "a key without a value"),
     (b"1", "of type bytes"),
     (object(), "of type object"),
     (datetime.timedelta(1), "of type timedelta"),
@@ -168,6 +174,7 @@ def test_options_take_the_same_values():
         (lambda grid: [np.ma.masked_array(row, mask=row == 1) for row in grid], "masked"),
         (lambda grid: np.where(grid == 1, np.nan, grid), "disc 1: x is nan"),
         (lambda grid: grid + 1j, "complex"),
+        (lambda grid: grid > 0, "of type bool"),
         (lambda grid: object(), "no numbers|of shape"),
     ],
 )
@@ -199,8 +206,15 @@ def test_discs_and_copies_from_tables_of_all_packages():
         assert scene.run(photons=500, k=0, threads=1).ids == [f"g/{id}" for id in ids]
     pd = pytest.importorskip("pandas")
     table = pd.DataFrame(columns)
+    for ignored in ("row", ["row"], pd.Series(["row"])):
+        scene = px.Scene("s")
+        scene.light("lamp", type="point", position=[0, 0, 1], power=1)
+        scene.captor("g", discs=table.assign(row=1), ignore=ignored)
+        assert scene.run(photons=500, k=0, threads=1).ids == [f"g/{id}" for id in ids]
     for wrong, words in [
         (table.assign(id=["a", None]), "disc 1 has no id"),
+        (table.assign(id=["a", " b"]), "a disc named ' b'"),
+        (table.assign(id=["a", "b\nc"]), "on one line"),
         (table.assign(x=pd.array([0, None], dtype="Float64")), "no numbers|x is nan"),
         (pd.concat([table, table[["x"]]], axis=1), "two columns x"),
     ]:
@@ -225,6 +239,68 @@ def test_meshes_with_masks_are_refused():
             scene.add("leaf", shape)
     with pytest.raises(px.InputError, match="faces of type"):
         scene.add("leaf", (np.eye(3), np.array([[0, 1, 1.5]], dtype=object)))
+
+
+@pytest.mark.parametrize("faces", [[[0, 1, 2**70]], np.array([[0, 1, -(2**70)]], dtype=object)])
+def test_corners_beyond_all_numbers_of_vertices_are_refused(faces):
+    with pytest.raises(px.InputError, match="but there are 3 vertices"):
+        px.Scene("s").add("leaf", (np.eye(3), faces))
+
+
+def test_ids_without_a_value_are_refused():
+    triangle = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    for key in (None, float("nan"), getattr(pytest.importorskip("pandas"), "NA")):
+        with pytest.raises(px.InputError, match="leaf: an id that has no value"):
+            px.Scene("s").add("leaf", {"a": [triangle], key: [triangle]})
+
+
+def test_grids_of_sensors():
+    axes = np.array([0.5, 1]), range(3), decimal.Decimal("2")
+    found = px.grid(*axes, radius=np.float32(0.5), normal=(0, decimal.Decimal(1), 0))
+    assert found.tolist() == [[x, y, 2, 0.5, 0, 1, 0] for x in (0.5, 1) for y in range(3)]
+    assert px.grid([], 0, 0, radius=1).shape == (0, 7)
+    for words, call in {
+        "1e.12 sensors": lambda: px.grid(range(10**6), range(10**6), 0, radius=0.1),
+        "x that are no numbers": lambda: px.grid(True, 0, 0, radius=0.1),
+        "radius: True is no number": lambda: px.grid(0, 0, 0, radius=True),
+        "a normal of 1 numbers": lambda: px.grid(0, 0, 0, radius=0.1, normal=5),
+    }.items():
+        with pytest.raises(px.InputError, match=words):
+            call()
+
+
+def test_texts_and_ranges_of_any_kind(tmp_path):
+    pd = pytest.importorskip("pandas")
+    scene = chamber()
+    found = scene.run(photons=2000, k=0, by_light=True, threads=1)
+    # one text is one pattern, and not one for each of its letters
+    names = [np.str_("*"), pd.Series(["*"]), ("*",), {"*": 1}.keys()]
+    for groups in names:
+        assert found.even("grid", band="PAR", groups=groups) == found.even("grid", band="PAR", groups=["*"])
+        even = scene.calibrate(even="grid", band="PAR", groups=groups, result=found)
+        assert even.factors["lamp"] == even.factors["spot"]
+    for call in (lambda groups: found.even("grid", band="PAR", groups=groups), lambda groups: scene.calibrate(even="grid", band="PAR", groups=groups, result=found)):
+        with pytest.raises(px.InputError, match="no light fits `spotlamp`"):
+            call("spotlamp")
+    assert found.mix(pd.Series({"lamp": 2.0})).to_json() == found.mix({"lamp": 2}).to_json()
+    for ends in ([0, 1], np.array([0, 1]), range(2), pd.Series([0, 1], dtype="Int64"), [decimal.Decimal(0), 1]):
+        found.export(tmp_path / "a.glb", range=ends, trace=False, threads=np.float64(1))
+    refused = {
+        "range": lambda value: found.export(tmp_path / "a.glb", range=value, trace=False),
+        "threads": lambda value: found.export(tmp_path / "a.glb", threads=value),
+        "to": lambda value: scene.view(tmp_path / "a.html", to=value),
+        "band": lambda value: found.even("grid", band=value),
+        "captors": lambda value: found.even(value),
+        "triangles": lambda value: found.triangles(value),
+        "groups": lambda value: found.even("grid", groups=value),
+        "factors": lambda value: found.mix(value),
+    }
+    for place, call in refused.items():
+        for value in (-1.5, pd.NA, np.ma.masked, [1, 2, 3]):
+            with pytest.raises(px.InputError) as caught:
+                call(value)
+            assert caught.value.place.startswith(place), (place, value, str(caught.value))
+            assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["", " ", " a", "a ", "\ta", "a\n", "a\tb", "a\nb", "a\rb", "a\0b", "a\x85b", "a\u2028b", "a\\", "\u00a0a"])
@@ -395,6 +471,15 @@ def test_parameters_are_not_named_as_columns():
 def test_devices_are_not_read():
     with pytest.raises(px.InputError, match="is not a regular file"):
         px.load("/dev/zero" if sys.platform != "win32" else "NUL")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
+def test_pipes_are_not_read(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    scene = chamber()
+    for call in (px.load, scene.calibrate, lambda path: scene.year(tmp_path / "year", control=path)):
+        with pytest.raises(px.InputError, match="is not a regular file"):
+            call(tmp_path / "pipe")
 
 
 def test_pictures_are_not_written_by_render(capfd):
