@@ -777,7 +777,10 @@ class Result:
         return shown.view(self._loaded, Path(path), self._found, **{**usual, **options})
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the results file (JSON), completely or not at all, with the same bytes as ``phylux run -o``."""
+        """Writes the results file (JSON), completely or not at all, with the same bytes as ``phylux run -o``.
+
+        Error: the scene was read from the file at ``path``.
+        """
         self._found.write(os.fspath(path))
 
     def to_json(self) -> bytes:
