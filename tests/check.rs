@@ -341,6 +341,31 @@ fn triangles_twice_or_without_area() {
     warns(&flat, &["without area", "1 of `paint`"]);
 }
 
+/// Shared leaves at 1 km that lie 2 mm apart are two, whose numbers are right; those that lie in one
+/// place are not.
+#[test]
+fn leaves_close_together_far_away() {
+    let leaves = |apart: f64| {
+        let copy = |name: &str, z: f64| {
+            format!(
+                r#", {{ "name": "{name}", "obj": "leaf.obj", "material": "{name}", "share": true, "captor": true,
+                    "instances": [{{ "translate": [1000, 0, {z}] }}] }}"#
+            )
+        };
+        let materials = r#", "low": { "type": "lambert", "reflectance": 0.5 },
+            "high": { "type": "lambert", "reflectance": 0 }"#;
+        let leaf = "v -.1 -.1 0\nv .1 -.1 0\nv .1 .1 0\nv -.1 .1 0\nf 1 2 3 4\n";
+        let scene = scene(
+            materials,
+            &(copy("low", 1.0) + &copy("high", 1.0 + apart)),
+            "",
+            &[("leaf.obj", leaf)],
+        );
+        check(&scene).warnings.iter().any(|warning| warning.contains("in the same place"))
+    };
+    assert!(!leaves(0.002) && leaves(0.0));
+}
+
 #[test]
 fn scenes_of_unlikely_size() {
     let of_size = |unit: &str, size: f64| {

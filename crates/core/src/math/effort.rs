@@ -2,25 +2,26 @@
 //! machine: what two ways to find light take is compared by it.
 //!
 //! Counting takes time itself. A thread counts only while it has been asked to, as in the trials
-//! before a run. One unit is about a nanosecond on a processor of 2020, from the spans of single
-//! steps; only their proportions matter.
+//! before a run. One unit is about a nanosecond on a processor of 2020; only their proportions matter.
+//! They are those with which the counts of 51 runs of eleven shipped scenes, by photons, guided or not,
+//! by paths and by complete paths, come closest to their CPU time.
 
 use std::cell::Cell;
 
 /// A ray that is cast, beside what it visits.
-pub const RAY: u64 = 25;
+pub const RAY: u64 = 40;
 /// A visit of a node of a tree of boxes, or of a leaf: eight boxes or triangles are tested.
-pub const VISIT: u64 = 6;
+pub const VISIT: u64 = 19;
 /// A straight piece of the way of a photon or path: how it is scattered, and counted.
-pub const SEGMENT: u64 = 50;
+pub const SEGMENT: u64 = 8;
 /// A path that starts on a face.
-pub const PATH: u64 = 100;
+pub const PATH: u64 = 50;
 /// A point of a path at which light is gathered.
-pub const VERTEX: u64 = 80;
+pub const VERTEX: u64 = 110;
 /// A light that is weighed against others at a point.
-pub const LIGHT: u64 = 10;
+pub const LIGHT: u64 = 7;
 /// A direction of the sky that is sampled.
-pub const SKY: u64 = 60;
+pub const SKY: u64 = 220;
 /// A captor that is weighed against others as the target of a flight.
 pub const TARGET: u64 = 3;
 

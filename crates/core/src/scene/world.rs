@@ -795,7 +795,8 @@ impl Scene {
     ) -> Option<bool> {
         let shape = self.triangles().at(triangle);
         let (middle, normal) = (shape.centroid(), shape.normal());
-        let reach = closeness(middle) + 4.0 * shape.offset_at(middle);
+        // no more than the rounding of the triangles themselves: rays tell those apart that lie farther
+        let reach = ROUNDING * middle.length() + shape.offset_at(middle);
         let crosses = |ray: &Ray, t_max: f32, visit: &mut dyn FnMut(Found) -> bool| {
             self.shapes.crosses(ray, t_max, visit);
         };

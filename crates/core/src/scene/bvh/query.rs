@@ -72,19 +72,37 @@ pub(super) fn ask_plain<Q: Query>(query: Q) -> Q::Answer {
     query.answer(|lanes| (0..8).map(|i| (lanes[i] & 1) << i).sum())
 }
 
-/// Runs a search with code for any processor, and counts the tests of boxes and triangles. Each ends
-/// by gathering bits.
+/// Runs a search, and counts the tests of boxes and triangles. Each ends by gathering bits.
 #[cold]
 #[inline(never)]
 fn ask_counted<Q: Query>(query: Q) -> Q::Answer {
     let visits = Cell::new(0);
-    let visited = &visits;
-    let answer = query.answer(|lanes: [u32; 8]| {
-        visited.set(visited.get() + 1);
-        (0..8).map(|i| (lanes[i] & 1) << i).sum()
-    });
+    let answer = answer_counted(query, &visits);
     effort::spend(effort::RAY + effort::VISIT * visits.get());
     answer
+}
+
+fn answer_counted<Q: Query>(query: Q, visits: &Cell<u64>) -> Q::Answer {
+    #[cfg(target_arch = "x86_64")]
+    if Kernel::used() == Kernel::Avx2 {
+        #[allow(unsafe_code)]
+        // SAFETY: the processor has the instructions that are needed, as was just checked.
+        return unsafe { ask_counted_avx2(query, visits) };
+    }
+    query.answer(|lanes: [u32; 8]| {
+        visits.set(visits.get() + 1);
+        (0..8).map(|i| (lanes[i] & 1) << i).sum()
+    })
+}
+
+/// Counts the visits of a search with code compiled for AVX2.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt")]
+fn ask_counted_avx2<Q: Query>(query: Q, visits: &Cell<u64>) -> Q::Answer {
+    query.answer(|lanes| {
+        visits.set(visits.get() + 1);
+        gather_avx2(lanes)
+    })
 }
 
 /// Runs a search with code compiled for AVX2. It gives the same bits, as Rust never

@@ -27,7 +27,7 @@ use crate::{
 /// Number of photons of each light, which decide whether it makes bright spots, and the approximate
 /// largest number for all lights together.
 const PHOTONS: u64 = 1024;
-const MOST_PHOTONS: u64 = 1 << 17;
+const MOST_PHOTONS: u64 = 1 << 15;
 /// A lamp sends photons if one of them is more than this many times as likely to land at a point as
 /// a path is to come there, in the mean over the lamp's photons. This ratio is about what the lamp
 /// would otherwise add to the relative variance of a path.

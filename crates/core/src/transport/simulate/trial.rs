@@ -33,6 +33,12 @@ const SHORTEST: f64 = (1u64 << 15) as f64;
 const SHORT: f64 = (1u64 << 19) as f64;
 /// This share of its photons tells that.
 const GLANCE: f64 = 0.05;
+/// Complete paths are chosen where they take less than this fraction of the work of photons: a trial is
+/// rough, does not know what photons of a run gain by being spread evenly, and photons alone are
+/// simpler to read.
+const CLEAR: f64 = 0.7;
+/// They may take this many times the work that was asked for, where the least number of them is more.
+const BEYOND: f64 = 1.25;
 /// A trial has up to four parts, of paths and of photons, each of which may trace one in this many of
 /// the rays of the run, but at least so many rays: no fewer tell anything.
 const PART: f64 = 48.0;
@@ -110,9 +116,10 @@ impl Chosen {
         // so many paths, over all faces, take as much work as one photon of a run of photons
         let per_photon = paths.unit as f64 * photons.work / paths.work;
         let least = (paths.unit * MIN_PATHS) as f64;
-        let are_few = asked(settings).is_some_and(|photons| photons as f64 * per_photon < least);
-        if times >= 1.0 || are_few {
-            let why = match times >= 1.0 {
+        let are_few =
+            asked(settings).is_some_and(|photons| BEYOND * photons as f64 * per_photon < least);
+        if times >= CLEAR || are_few {
+            let why = match times >= CLEAR {
                 true => format!(
                     "complete paths would take {} times the work for the same errors",
                     digits(times)
@@ -230,7 +237,7 @@ fn first_size(
         // the run itself says that these are too few
         return Ok(None);
     }
-    let (few, each) = rays_of_a_photon(scene, settings, control)?;
+    let (few, each) = rays_of_a_photon(scene, settings, guidance.cloned(), control)?;
     let rays = photons as f64 * each;
     if rays < SHORTEST || photons < few {
         return Ok(None);

@@ -8,6 +8,7 @@ use crate::{
     math::{pattern::fits, rng::Purpose, stats::Estimate},
     scene::world::Scene,
     transport::{
+        guiding::Guidance,
         paths::{Face, Pilot},
         settings::{Estimator, NearestCount, Settings, Target},
         tally::Totals,
@@ -101,20 +102,21 @@ pub(super) fn affordable(
     control: &Control,
     (photons, rays): (u64, u64),
 ) -> Result<u64> {
-    let (few, each) = rays_of_a_photon(scene, settings, control)?;
+    let (few, each) = rays_of_a_photon(scene, settings, None, control)?;
     Ok(photons.min(((rays as f64 / each) as u64).max(few)))
 }
 
 /// Traces one photon for each batch and source. Returns their number and how many rays one takes, at
-/// least 1. Errors: those of a run.
-pub(super) fn rays_of_a_photon(
-    scene: &Scene,
+/// least 1, with the flights beside it where `guidance` has such. Errors: those of a run.
+pub(super) fn rays_of_a_photon<'a>(
+    scene: &'a Scene,
     settings: &Settings,
+    guidance: Option<Guidance<'a>>,
     control: &Control,
 ) -> Result<(u64, f64)> {
     let settings = of_a_trial(settings);
     let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
-    let run = Run { purpose: Purpose::Guiding, ..run };
+    let run = Run { purpose: Purpose::Guiding, ..run }.guided_by(guidance);
     let few = BATCHES.max(scene.sources() as u64);
     let totals = run.round(0, &run.schedule(few)?)?;
     Ok((few, (totals.segments as f64 / few as f64).max(1.0)))

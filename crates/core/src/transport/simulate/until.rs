@@ -30,11 +30,14 @@ impl Run<'_> {
             Work::Paths(..) => 2,
         };
         let batch = task * enough.max(2);
-        let whole = self.schedule(limit.unwrap_or(u64::MAX).min(BATCHES * batch * unit))?;
+        // rounds are alike, and with a limit nearly all of it can be used
+        let most = BATCHES * batch * unit;
+        let limited = limit.map(|limit| limit.div_ceil(most).max(1));
+        let whole = self.schedule(limit.zip(limited).map_or(most, |(all, rounds)| all / rounds))?;
         let short = self.less_than(&whole, whole.batch(0))?;
         let rounds = match short {
             Some(_) => 1,
-            None => (limit.unwrap_or(MAX_PHOTONS) / (whole.histories * unit)).max(1),
+            None => limited.unwrap_or_else(|| (MAX_PHOTONS / (whole.histories * unit)).max(1)),
         };
         let schedule = short.unwrap_or(whole);
         let (mut totals, map) = (self.totals(), self.map_builder());
