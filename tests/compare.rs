@@ -93,7 +93,7 @@ fn photons_and_paths_agree_on_the_shipped_scenes() {
     let counts = [
         ("box", "1e6", "1e6", 19),
         ("growth-chamber", "1e6", "5e5", 400),
-        ("greenhouse", "2e6", "2e6", 800),
+        ("greenhouse", "1e6", "2e6", 800),
     ];
     for (scene, photons, paths, values) in counts {
         let from = scenes.join(scene).with_extension("json");

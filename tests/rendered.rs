@@ -25,7 +25,7 @@ pub fn scene() -> TestScene {
         ],
         "lights": [{"name": "lamp", "type": "point", "position": [10.5, 0.5, 0.5], "power": [3, 5]}],
         "captors": [{"name": "sensor", "disc": {"center": [10.5, 0.5, 0.2], "normal": [0, 0, 1], "radius": 0.1}}],
-        "settings": {"photons": 80000, "map_photons": 80000}
+        "settings": {"photons": 80000, "map_photons": 80000, "k": 20}
     }"#;
     let corners =
         "v 10 0 0\nv 11 0 0\nv 11 1 0\nv 10 1 0\nv 10 0 1\nv 11 0 1\nv 11 1 1\nv 10 1 1\n";

@@ -303,7 +303,7 @@ fn differences_between_runs_in_a_room_of_everything() {
     let world = at(0, 1.0).with("sensitivity", json!(true));
     let paths = run(&world, (Estimator::Paths, Guiding::Off, 400_000), 1);
     for (which, parameter) in parameters.into_iter().enumerate() {
-        let method = (Estimator::Paths, Guiding::Off, 1_000_000);
+        let method = (Estimator::Paths, Guiding::Off, 400_000);
         let [more, less] = [1.05, 0.95].map(|factor| run(&at(which, factor), method, 2));
         for place in places {
             let ((more, more_se), (less, less_se)) = (value(&more, place), value(&less, place));
@@ -433,9 +433,9 @@ fn a_stand_under_the_sun() {
     let places =
         [("sensor", "front"), ("sensor", "back"), ("plants", "absorbed"), ("ground", "absorbed")];
     let world = at(0, 1.0).with("sensitivity", json!(true));
-    let known = run(&world, (Estimator::Complete, Guiding::Off, 150_000), 1);
+    let known = run(&world, (Estimator::Complete, Guiding::Off, 75_000), 1);
     for (which, parameter) in parameters.into_iter().enumerate() {
-        let method = (Estimator::Complete, Guiding::Off, 150_000);
+        let method = (Estimator::Complete, Guiding::Off, 75_000);
         let [more, less] = [1.05, 0.95].map(|factor| run(&at(which, factor), method, 2));
         for place in places {
             let (exact, error) = difference(value(&more, place), value(&less, place));
@@ -447,7 +447,7 @@ fn a_stand_under_the_sun() {
             assert!(own < 0.1, "{parameter}, {place:?}: {own}");
         }
     }
-    let found = run(&world, (Estimator::Photons, Guiding::Off, 400_000), 3);
+    let found = run(&world, (Estimator::Photons, Guiding::Off, 200_000), 3);
     for parameter in parameters {
         for place in places {
             let (e, error) = elasticity(&found, place.0, place.1, parameter);

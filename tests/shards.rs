@@ -47,10 +47,10 @@ fn shuffled(mut names: Vec<String>) -> String {
 fn shards_join_to_the_same_bytes() {
     let folder = scene();
     for (case, shards) in [
-        ("--photons 300003", 3),
-        ("--photons 300003 --k 0", 16),
-        ("--photons 300003 --map-photons 3000 --threads 1", 5),
-        ("--photons 300003 --map-photons 200000 --k 20", 5),
+        ("--photons 100003", 3),
+        ("--photons 100003 --k 0", 16),
+        ("--photons 100003 --map-photons 3000 --threads 1", 5),
+        ("--photons 100003 --map-photons 70000 --k 20", 5),
         ("--photons 50003 --by-light --seed 4", 2),
         ("--photons 50003 --guiding aim", 3),
         ("--photons 20003 --guiding auto", 2),

@@ -220,7 +220,7 @@ fn bay() -> TestScene {
     let row: Vec<String> = (0..6).map(|i| disc(i, 0.1)).chain([disc(6, 0.1)]).collect();
     let near = r#"{"name": "near", "disc": {"center": [10.5, 0.5, 0.49], "normal": [0, 0, 1], "radius": 0.005}}"#;
     let text = text
-        .replacen(r#""map_photons": 80000"#, r#""map_photons": 20000, "k": 10"#, 1)
+        .replacen(r#""map_photons": 80000, "k": 20"#, r#""map_photons": 20000, "k": 10"#, 1)
         .replacen(r#""power": [3, 5]}]"#, second, 1)
         .replacen(r#"{"name": "walls""#, plant, 1)
         .replacen(r#""captors": ["#, &format!(r#""captors": [{near}, {}, "#, row.join(", ")), 1);

@@ -82,7 +82,7 @@ fn run(width: f64, light: LightSource, captors: Vec<CaptorPart>, seed: u64) -> R
     })
     .unwrap_or_else(|e| panic!("{e}"));
     let settings = Settings {
-        photons: PhotonCount::new(30_000).ok(),
+        photons: PhotonCount::new(15_000).ok(),
         seed,
         k: Some(NearestCount::NONE),
         estimator,
@@ -120,7 +120,7 @@ fn intercepted(canopy: impl Fn(u64) -> f64) -> (f64, f64) {
 ///   that leaves it sideways has passed 8 m of canopy, which lets exp(-8) through;
 /// - a uniform sky, by backward paths from a square below the canopy.
 ///
-/// Seeds 0 to 63, 1000 to 1063 and 2000 to 2063, each a canopy with 3e4 photons or paths. The
+/// Seeds 0 to 63, 1000 to 1063 and 2000 to 2063, each a canopy with 15,000 photons or paths. The
 /// standard errors come from the spread of the canopies and are at most 0.2 % of the exact value. 3
 /// comparisons, odds of a false alarm 5e-4 (Student's t, 63 degrees of freedom).
 #[test]
