@@ -50,12 +50,17 @@ impl Kernel {
     }
 }
 
-/// Runs a search with the fastest code for this processor.
+/// Runs a search with the fastest code for this processor, and counts its work where work is counted.
 #[inline]
 pub(super) fn ask<Q: Query>(query: Q) -> Q::Answer {
-    if effort::is_counted() {
-        return ask_counted(query);
+    match effort::is_counted() {
+        true => ask_counted(query),
+        false => ask_fastest(query),
     }
+}
+
+#[inline]
+fn ask_fastest<Q: Query>(query: Q) -> Q::Answer {
     #[cfg(target_arch = "x86_64")]
     if Kernel::used() == Kernel::Avx2 {
         #[allow(unsafe_code)]
@@ -72,37 +77,32 @@ pub(super) fn ask_plain<Q: Query>(query: Q) -> Q::Answer {
     query.answer(|lanes| (0..8).map(|i| (lanes[i] & 1) << i).sum())
 }
 
-/// Runs a search, and counts the tests of boxes and triangles. Each ends by gathering bits.
 #[cold]
 #[inline(never)]
 fn ask_counted<Q: Query>(query: Q) -> Q::Answer {
     let visits = Cell::new(0);
-    let answer = answer_counted(query, &visits);
+    let answer = ask_fastest(Counted { query, visits: &visits });
     effort::spend(effort::RAY + effort::VISIT * visits.get());
     answer
 }
 
-fn answer_counted<Q: Query>(query: Q, visits: &Cell<u64>) -> Q::Answer {
-    #[cfg(target_arch = "x86_64")]
-    if Kernel::used() == Kernel::Avx2 {
-        #[allow(unsafe_code)]
-        // SAFETY: the processor has the instructions that are needed, as was just checked.
-        return unsafe { ask_counted_avx2(query, visits) };
-    }
-    query.answer(|lanes: [u32; 8]| {
-        visits.set(visits.get() + 1);
-        (0..8).map(|i| (lanes[i] & 1) << i).sum()
-    })
+/// A search that counts its tests of boxes and triangles. Each ends by gathering bits.
+struct Counted<'a, Q> {
+    query: Q,
+    visits: &'a Cell<u64>,
 }
 
-/// Counts the visits of a search with code compiled for AVX2.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt")]
-fn ask_counted_avx2<Q: Query>(query: Q, visits: &Cell<u64>) -> Q::Answer {
-    query.answer(|lanes| {
-        visits.set(visits.get() + 1);
-        gather_avx2(lanes)
-    })
+impl<Q: Query> Query for Counted<'_, Q> {
+    type Answer = Q::Answer;
+
+    #[inline(always)]
+    fn answer(self, gather: impl Gather) -> Q::Answer {
+        let visits = self.visits;
+        self.query.answer(move |lanes: [u32; 8]| {
+            visits.set(visits.get() + 1);
+            gather(lanes)
+        })
+    }
 }
 
 /// Runs a search with code compiled for AVX2. It gives the same bits, as Rust never

@@ -32,7 +32,7 @@ impl Run<'_> {
         let batch = task * enough.max(2);
         // rounds are alike, and with a limit nearly all of it can be used
         let most = BATCHES * batch * unit;
-        let limited = limit.map(|limit| limit.div_ceil(most).max(1));
+        let limited = limit.map(|limit| limit.div_ceil(most));
         let whole = self.schedule(limit.zip(limited).map_or(most, |(all, rounds)| all / rounds))?;
         let short = self.less_than(&whole, whole.batch(0))?;
         let rounds = match short {
