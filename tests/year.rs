@@ -7,7 +7,7 @@ use phylux::{
     Control, Settings,
     formats::{ControlFile, SkyDivision, iso8601},
     math::Quantity,
-    scene::{Channel, daylight},
+    scene::{CHANNELS, Channel, daylight},
     studies::{Year, YearOptions},
     transport::{NearestCount, PhotonCount},
 };
@@ -240,6 +240,28 @@ fn sums_in_a_room_are_those_of_a_period() {
             }
         }
     }
+}
+
+/// A scene that also asks for what surfaces absorb on each face has the same year: light of captors
+/// and of groups, on all faces. The test does not depend on chance.
+#[test]
+fn groups_of_scenes_with_absorption_by_face_are_themselves() {
+    let world = world(first_days())
+        .lambert("leaf", 0.3)
+        .counted("high", "leaf", &Mesh::square([0.0, 0.0, 1.0], UP, 1.0))
+        .counted("low", "leaf", &Mesh::square([0.3, 0.0, 0.5], UP, 1.0));
+    let found = |by_face: bool| {
+        let scene = written(&world.clone().with("absorbed_by_face", json!(by_face)));
+        let year = year(&scene, None, 20_000, SkyDivision::Tregenza);
+        assert_eq!(year.places.ids, ["high/high", "low/low", "high", "low"]);
+        let values = year.whole().unwrap_or_else(|e| panic!("{e}"));
+        let places = (0..4).flat_map(|id| CHANNELS.map(|channel| (id, channel)));
+        let light = |(id, channel)| values.light(id, channel, 0).map(|of| (of.mean, of.variance));
+        places.map(light).collect::<Vec<_>>()
+    };
+    let plain = found(false);
+    assert_eq!(plain, found(true));
+    assert!(plain[0].expect("light").0 > 1.5 * plain[3].expect("light").0, "{plain:?}");
 }
 
 /// Returns the weather of clear days of June 2025 without diffuse light, 600 W/m2 from the sun at

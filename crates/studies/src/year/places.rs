@@ -203,7 +203,7 @@ impl Places {
         channel as usize
             + match self.of[id] {
                 Of::Captor(captor) => scene.captors()[captor].first_channel,
-                Of::Group(group) => scene.channels() + group * CHANNELS.len(),
+                Of::Group(group) => scene.channels() + group * scene.group_channels(),
             }
     }
 }
