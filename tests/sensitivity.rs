@@ -310,6 +310,7 @@ fn differences_between_runs_in_a_room_of_everything() {
             let (difference, error) = difference((more, more_se), (less, less_se));
             let (e, own) = elasticity(&paths, place.0, place.1, parameter);
             let off = (e - difference).abs();
+            assert!(error < 0.1, "{parameter}, {place:?}: {difference} ± {error}");
             assert!(
                 off < 4.0 * error.hypot(own) + 2e-3,
                 "{parameter}, {place:?}: {e} ± {own}, not {difference} ± {error}"
@@ -439,6 +440,7 @@ fn a_stand_under_the_sun() {
         let [more, less] = [1.05, 0.95].map(|factor| run(&at(which, factor), method, 2));
         for place in places {
             let (exact, error) = difference(value(&more, place), value(&less, place));
+            assert!(error < 0.1, "{parameter}, {place:?}: {exact} ± {error}");
             let (e, own) = elasticity(&known, place.0, place.1, parameter);
             assert!(
                 (e - exact).abs() < 4.0 * error.hypot(own) + 2e-3,

@@ -394,6 +394,11 @@ impl Scene {
         CHANNELS.len() + if self.absorbed_by_face { 2 } else { 0 }
     }
 
+    /// Returns the first channel of a group of captors; those of groups come after those of captors.
+    pub fn first_channel_of_group(&self, group: usize) -> usize {
+        self.channels() + group * self.group_channels()
+    }
+
     /// Returns how the scene repeats, in the coordinates in which rays are traced; `None` if it
     /// does not.
     pub fn lattice(&self) -> Option<&Lattice> {

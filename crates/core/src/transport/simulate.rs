@@ -650,8 +650,7 @@ fn channels_with_groups(scene: &Scene) -> usize {
 /// Returns the channels of a face and of the groups that it belongs to.
 fn with_groups(scene: &Scene, face: &Face) -> impl Iterator<Item = usize> {
     let groups = scene.captors()[face.captor].groups.iter();
-    let of_group =
-        |group: &usize| scene.channels() + group * scene.group_channels() + face.channel as usize;
+    let of_group = |group: &usize| scene.first_channel_of_group(*group) + face.channel as usize;
     groups.map(of_group).chain([channel(scene, face)])
 }
 

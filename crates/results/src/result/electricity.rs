@@ -376,7 +376,7 @@ impl Metered<'_> {
                 true => ("absorbed", Channel::Absorbed),
                 false => ("front", Channel::Front),
             };
-            let channel = scene.channels() + group * scene.group_channels() + channel as usize;
+            let channel = scene.first_channel_of_group(group) + channel as usize;
             let sums = self.sums(&|totals| totals.running(channel).to_vec());
             let per_kwh = sums.iter().enumerate().map(|(column, running)| {
                 let found = running.estimate(self.totals.batches);

@@ -355,7 +355,7 @@ fn group_result(
     members: &Members,
 ) -> GroupResult {
     let scene = simulation.scene();
-    let channel = |c: Channel| scene.channels() + group * scene.group_channels() + c as usize;
+    let channel = |c: Channel| scene.first_channel_of_group(group) + c as usize;
     let counts = members.surfaces > 0;
     let whole = counts.then(|| whole(scene, simulation.totals(), channel(Channel::Absorbed)));
     let face = |c: Channel, area, spread: &Spread| spread.on(face(simulation, channel(c), area));

@@ -324,7 +324,7 @@ pub(super) fn places(scene: &Scene) -> Vec<Place<'_>> {
         places.push(Place { captor: Some(&captor.id), group: None, faces });
     }
     for (g, (name, areas)) in scene.groups().iter().zip(areas).enumerate() {
-        let faces = faces(scene.channels() + g * scene.group_channels(), areas);
+        let faces = faces(scene.first_channel_of_group(g), areas);
         places.push(Place { captor: None, group: Some(name), faces });
     }
     places

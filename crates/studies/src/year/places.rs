@@ -203,7 +203,7 @@ impl Places {
         channel as usize
             + match self.of[id] {
                 Of::Captor(captor) => scene.captors()[captor].first_channel,
-                Of::Group(group) => scene.channels() + group * scene.group_channels(),
+                Of::Group(group) => scene.first_channel_of_group(group),
             }
     }
 }

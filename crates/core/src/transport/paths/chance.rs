@@ -297,7 +297,7 @@ impl ByChance {
                     };
                     hidden[channel * bands + b] = own;
                     for &group in &captor.groups {
-                        let channel = captors + group * scene.group_channels() + face;
+                        let channel = scene.first_channel_of_group(group) + face;
                         hidden[channel * bands + b].add(own);
                     }
                 }

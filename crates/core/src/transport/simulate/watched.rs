@@ -86,7 +86,7 @@ fn of_target(scene: &Scene, target: &Target) -> Result<Vec<Watched>> {
         for &group in &captor.groups {
             let whole = groups[group].get_or_insert(Watched {
                 captor: scene.captors().len() + group,
-                channel: scene.channels() + group * scene.group_channels() + *quantity as usize,
+                channel: scene.first_channel_of_group(group) + *quantity as usize,
                 area: 0.0,
                 on_surface: true,
                 ..one
