@@ -145,8 +145,10 @@ class Phylux(Method):
         self.start = {"": np.median([self.run(least, 1)[1] for _ in range(5)], axis=0)}
         self.histories = 20 * least
         for share in (0.2, 1.0):  # the first guess is rough
-            taken = self.run(self.histories, 1)[1] - self.start[""]
-            self.histories = int(self.histories / max(taken[1], 1e-3) * seconds * self.options.threads * share)
+            whole = self.run(self.histories, 1)[1][1]
+            # what a guided run takes before its first photon depends on how many photons there are
+            taken = max(whole - self.start[""][1], whole / 5)
+            self.histories = int(self.histories / taken * seconds * self.options.threads * share)
 
     def measure(self, seed):
         found, whole = self.run(self.histories, seed)

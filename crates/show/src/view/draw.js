@@ -606,8 +606,9 @@ function sensorValues() {
   return sensors.length >= 4 ? sensors : of(shown);
 }
 
-/** Chooses a range for what is shown, so that each surface has a colour of its own: from 0 to what 98 % of the lit area
- *  lies below; with a logarithmic scale from what 2 % of it lies below, at most four decades. */
+/** Chooses a range for what is shown, so that each surface has a colour of its own: from 0 to what 98 % of the lit area lies
+ *  below, and 90 % of the light if that is at most twice as high, as where glass gathers light on a small place (higher are
+ *  reflectors close to a lamp); with a logarithmic scale from what 2 % of the area lies below, at most four decades. */
 function chooseRange() {
   const data = valueTexture.image.data;
   const lit = [];
@@ -616,18 +617,19 @@ function chooseRange() {
     const values = data.slice(4 * tile, 4 * tile + 2);
     if (data[4 * tile + 3] & 1 || !values.some((value) => value > 0)) continue;
     const area = areaOf(tile);
-    for (const value of values) if (value > 0) lit.push({ value, area });
+    for (const value of values) if (value > 0) lit.push({ value, area, light: value * area });
   }
   lit.sort((a, b) => a.value - b.value);
-  const all = lit.reduce((sum, { area }) => sum + area, 0);
-  const at = (share) => {
-    let rest = share * all;
-    return lit.find(({ area }) => (rest -= area) <= 0)?.value ?? lit.at(-1)?.value ?? 1;
+  const at = (share, of) => {
+    let rest = share * lit.reduce((sum, tile) => sum + tile[of], 0);
+    return lit.find((tile) => (rest -= tile[of]) <= 0)?.value ?? lit.at(-1)?.value ?? 1;
   };
   // the end of a linear scale is a tick
-  const [most, tick] = [at(0.98), tickStep(at(0.98))];
+  const [usual, gathered] = [at(0.98, "area"), at(0.9, "light")];
+  const most = gathered > usual && gathered <= 2 * usual ? gathered : usual;
+  const tick = tickStep(most);
   const high = state.log ? roundUp(most, most) : Number((Math.ceil(most / tick - 1e-9) * tick).toPrecision(8));
-  const low = Math.max(at(0.02), high / 1e4);
+  const low = Math.max(at(0.02, "area"), high / 1e4);
   [state.low, state.high] = [state.log ? -roundUp(-low, low) : 0, high];
 }
 
