@@ -55,9 +55,9 @@ pub mod math {
 /// Surfaces, materials, lights and captors, and the validated scene of them.
 pub mod scene {
     pub use phylux_core::scene::{
-        Area, Arrived, Band, BandRatio, BandSum, Basis, Bsdf, BsdfFaces, BsdfSample, CHANNELS,
-        Camera, Captor, CaptorKind, CaptorPart, Channel, Cone, CopyPart, Cover, CoverRow, Crossing,
-        Dielectric, Emission, EmittedRadiance, EmitterHit, FaceValues, Factor, Intensity,
+        Area, Arrived, Asked, Band, BandRatio, BandSum, Basis, Bsdf, BsdfFaces, BsdfSample,
+        CHANNELS, Camera, Captor, CaptorKind, CaptorPart, Channel, Cone, CopyPart, Cover, CoverRow,
+        Crossing, Dielectric, Emission, EmittedRadiance, EmitterHit, FaceValues, Factor, Intensity,
         IntensityTable, Interaction, IsotropicLine, Kernel, Lambert, Lamp, Lattice, Leaf, LeafFace,
         LeafSpectra, Light, LightHit, LightPart, LightSample, LightSource, LobeKind, Luminaire,
         LuminaireArea, Material, Mirror, NamedMaterial, PairValues, Pane, Parameter,

@@ -40,7 +40,7 @@ pub use material::{
 pub use parameter::{Factor, Parameter, ParameterIndex, Parameters, Sent};
 pub use patches::Patches;
 pub use world::{
-    Arrived, Band, BandRatio, BandSum, CaptorPart, CopyPart, Crossing, LightPart, NamedMaterial,
-    Scene, SceneParts, SharedCopy, SharedPart, Standing, Surface, SurfaceHit, SurfacePart,
-    Triangles,
+    Arrived, Asked, Band, BandRatio, BandSum, CaptorPart, CopyPart, Crossing, LightPart,
+    NamedMaterial, Scene, SceneParts, SharedCopy, SharedPart, Standing, Surface, SurfaceHit,
+    SurfacePart, Triangles,
 };

@@ -62,7 +62,7 @@ pub use mirrors::{ChosenImage, FlatMirrors, MirrorPlane};
 pub use outline::{Outline, Shape};
 pub use outside::Outside;
 pub use parts::{
-    Band, BandRatio, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts,
+    Asked, Band, BandRatio, BandSum, CaptorPart, CopyPart, LightPart, NamedMaterial, SceneParts,
     SharedPart, SurfacePart,
 };
 pub use shapes::{KeptShapes, LOOKED_AT};
@@ -185,8 +185,7 @@ pub struct Scene {
     sums: Vec<BandSum>,
     ratios: Vec<BandRatio>,
     parameters: Parameters,
-    absorbed_by_face: bool,
-    sunlit: bool,
+    asked: Asked,
     watts: BTreeMap<String, f64>,
     materials: Vec<NamedMaterial>,
     objects: Vec<String>,
@@ -311,15 +310,10 @@ impl Scene {
         Ok(self)
     }
 
-    /// Returns whether surfaces count what they absorb by face, too.
+    /// Returns what captors say beside the light that they receive.
     #[inline]
-    pub fn absorbed_by_face(&self) -> bool {
-        self.absorbed_by_face
-    }
-
-    /// Returns whether captors say which share of their area the sun shines on.
-    pub fn sunlit(&self) -> bool {
-        self.sunlit
+    pub fn asked(&self) -> Asked {
+        self.asked
     }
 
     /// Returns the electric power of lights, W, by their names.
@@ -391,7 +385,7 @@ impl Scene {
 
     /// Returns the number of channels of each group of captors.
     pub fn group_channels(&self) -> usize {
-        CHANNELS.len() + if self.absorbed_by_face { 2 } else { 0 }
+        CHANNELS.len() + if self.asked.absorbed_by_face { 2 } else { 0 }
     }
 
     /// Returns the first channel of a group of captors; those of groups come after those of captors.

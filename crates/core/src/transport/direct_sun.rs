@@ -146,7 +146,7 @@ fn of_captor<L: Lanes>(
                 let sums = sums[channel as usize * columns..][..bands].iter_mut();
                 sums.zip(light.values()).for_each(|(sum, value)| *sum += f64::from(*value));
             };
-            let mut sunlit = 0.0;
+            let mut straight = 0.0;
             for point in 0..rays.points {
                 let faint = if point < rays.looks() { rays.looks_count_for() } else { 0.0 };
                 let rng = streams.history(set * rays.points + point);
@@ -155,7 +155,7 @@ fn of_captor<L: Lanes>(
                 for face in &faces {
                     let Some(sunlight) = face.direct(&beam, faint, &mut rng) else { continue };
                     add(face.channel, &sunlight.irradiance);
-                    sunlit += f64::from(u8::from(sunlight.is_straight));
+                    straight += f64::from(u8::from(sunlight.is_straight));
                     if kind == CaptorKind::Surface {
                         add(Channel::Absorbed, &sunlight.absorbed);
                     }
@@ -167,7 +167,7 @@ fn of_captor<L: Lanes>(
                     *value = sum.of(of_bands);
                 }
             }
-            sums[row - 1] = sunlit;
+            sums[row - 1] = straight;
             for ([sum, squares], value) in found.iter_mut().zip(&sums) {
                 let value = value / rays.points as f64;
                 *sum += value;

@@ -96,7 +96,7 @@ fn in_cells<L: Lanes>(
         let Some(beam) = faces[0].sunbeam::<L>(sun, &mut rng) else {
             return Point { is_sunlit: false, layer: None };
         };
-        let is_sunlit = faces.iter().any(|face| face.is_sunlit(&beam));
+        let is_sunlit = faces.iter().any(|face| face.is_lit(&beam));
         Point { is_sunlit, layer: faces[0].layer_of(&beam) }
     };
     let cells = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));

@@ -29,7 +29,7 @@ use crate::{
 use phylux_core::{
     error::{Checked, Error, Result, nearest},
     math::machine::{gib, memory_left},
-    scene::world::{MAX_CAPTORS, MAX_TRIANGLES, SceneParts},
+    scene::world::{Asked, MAX_CAPTORS, MAX_TRIANGLES, SceneParts},
 };
 
 /// The most names that a sentence lists of those that are known: all spectra at hand.
@@ -113,9 +113,11 @@ impl<'a> Loader<'a> {
         let stem = stem(path);
         loader.parts.name = file.name.clone().unwrap_or(stem);
         loader.parts.quantity = file.quantity;
-        loader.parts.absorbed_by_face = file.absorbed_by_face;
-        // a year says it by the hour
-        loader.parts.sunlit = file.sunlit && sources.by_hour.is_none();
+        loader.parts.asked = Asked {
+            absorbed_by_face: file.absorbed_by_face,
+            // a year says it by the hour
+            sunlit: file.sunlit && sources.by_hour.is_none(),
+        };
         loader.load_bands(file)?;
         Ok(loader)
     }

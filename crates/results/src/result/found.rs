@@ -439,7 +439,7 @@ fn whole(scene: &Scene, totals: &Totals, channel: usize) -> Whole {
     let of = |totals: &Totals| {
         let Sums { mean, standard_error } = Sums::of(totals, channel);
         let absorbed_ratios = Ratios::of(totals, channel, split);
-        let absorbed_by_face = scene.absorbed_by_face().then(|| {
+        let absorbed_by_face = scene.asked().absorbed_by_face.then(|| {
             let first = channel - Channel::Absorbed as usize + ABSORBED_FRONT;
             let [front, back] = [first, first + 1].map(|channel| Sums::of(totals, channel));
             Box::new(AbsorbedByFace {

@@ -66,14 +66,14 @@ impl Own {
 /// Returns what a captor, by its index, has where the scene asks for it.
 pub(super) fn of_captors(simulation: &Simulation) -> impl Fn(usize) -> Own {
     let (scene, seed) = (simulation.scene(), simulation.settings().seed);
-    let sunlit = scene.sunlit().then(|| sunlit_shares(scene, seed)).flatten();
+    let sunlit = scene.asked().sunlit.then(|| sunlit_shares(scene, seed)).flatten();
     move |captor| Own::default().with("sunlit", sunlit.as_ref().map(|shares| shares[captor]))
 }
 
 /// Returns what a layer, by its index, has where the scene asks for it.
 pub(super) fn of_layers(simulation: &Simulation) -> impl Fn(usize) -> Own {
     let (scene, seed) = (simulation.scene(), simulation.settings().seed);
-    let sunlit = scene.sunlit().then(|| sunlit_layers(scene, seed)).flatten();
+    let sunlit = scene.asked().sunlit.then(|| sunlit_layers(scene, seed)).flatten();
     move |layer| Own::default().with("sunlit", sunlit.as_ref().and_then(|shares| shares[layer]))
 }
 

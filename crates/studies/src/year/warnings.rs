@@ -101,7 +101,7 @@ fn other_areas(parts: &[Part]) -> Option<String> {
 
 /// Returns a warning if the scene asks for what surfaces absorb on each face: a year has their sum.
 fn no_faces(parts: &[Part]) -> Option<String> {
-    parts[0].scene.absorbed_by_face().then(|| {
+    parts[0].scene.asked().absorbed_by_face.then(|| {
         "`absorbed_by_face`: a year tells what surfaces absorb on both faces together; run an hour for each face \
          (docs/year.md#warnings-of-a-year)"
             .into()

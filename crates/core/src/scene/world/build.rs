@@ -107,8 +107,7 @@ impl Scene {
             sums: parts.sums,
             ratios: parts.ratios,
             parameters: Parameters::new(parts.parameters, materials.len(), lights.len()),
-            absorbed_by_face: parts.absorbed_by_face,
-            sunlit: parts.sunlit,
+            asked: parts.asked,
             watts: parts.watts,
             materials,
             objects: parts.objects,
@@ -183,7 +182,7 @@ impl Geometry {
         let mut placed = Placed::new(center);
         let shared = mem::take(&mut parts.shared);
         let common = common(shared, &mut placed, triangles.len(), &mut found);
-        let (sensors, by_face) = (mem::take(&mut parts.captors), parts.absorbed_by_face);
+        let (sensors, by_face) = (mem::take(&mut parts.captors), parts.asked.absorbed_by_face);
         let captors = Captors::of(sensors, &mut found, by_face, center, place)?;
         let Captors { captors, triangles: captor_triangles, of_triangle: captor_of_triangle } =
             captors;

@@ -35,9 +35,7 @@ impl Scene {
         if !self.parameters.all().is_empty() {
             let _ = write!(hash, "{:?}", self.parameters.all());
         }
-        if self.sunlit {
-            let _ = write!(hash, "sunlit");
-        }
+        let _ = write!(hash, "{}", self.asked.in_digest());
         if !self.watts.is_empty() {
             let _ = write!(hash, "{:?}", self.watts);
         }

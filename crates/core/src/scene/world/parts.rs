@@ -248,6 +248,22 @@ pub struct CaptorPart {
     pub sensor: Sensor,
 }
 
+/// What a scene asks its captors to say beside the light that they receive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Asked {
+    /// Whether surface captors count what they absorb by face, too.
+    pub absorbed_by_face: bool,
+    /// Whether captors say which share of their area the sun shines on; there is then one sun.
+    pub sunlit: bool,
+}
+
+impl Asked {
+    /// Returns what the digest of a scene has of it.
+    pub(super) fn in_digest(self) -> &'static str {
+        if self.sunlit { "sunlit" } else { "" }
+    }
+}
+
 /// The parts of a scene, as files or a program give them.
 #[derive(Clone, Debug, Default)]
 pub struct SceneParts {
@@ -268,10 +284,8 @@ pub struct SceneParts {
     /// [`Parameters::MOST`](crate::scene::parameter::Parameters::MOST), and at most one for each light
     /// and each way of a face of a material.
     pub parameters: Vec<Parameter>,
-    /// Whether surface captors count what they absorb by face, too.
-    pub absorbed_by_face: bool,
-    /// Whether captors say which share of their area the sun shines on; there is then one sun.
-    pub sunlit: bool,
+    /// What captors are to say beside the light that they receive.
+    pub asked: Asked,
     /// Electric power of lights, W, above 0, by their names; those that are not named have none
     /// that is known.
     pub watts: BTreeMap<String, f64>,

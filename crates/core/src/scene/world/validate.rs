@@ -87,7 +87,7 @@ impl SceneParts {
             let problem = Problem::new(format!("a height of {} m", number(dz)), "give one above 0");
             return Err(problem.of("layers").at(place));
         }
-        if self.sunlit {
+        if self.asked.sunlit {
             let infinite = self.lights.iter().filter_map(LightPart::infinite);
             let suns: usize = infinite.map(InfiniteLight::suns).sum();
             if suns != 1 {

@@ -434,7 +434,7 @@ impl<'a> Face<'a> {
 
     /// Returns whether the sun of a beam shines on its point, on this face, straight or through thin
     /// panes.
-    pub fn is_sunlit<L: Lanes>(&self, beam: &Sunbeam<L>) -> bool {
+    pub fn is_lit<L: Lanes>(&self, beam: &Sunbeam<L>) -> bool {
         self.straight::<L>(&self.start_at(beam.triangle, beam.weights), beam.sun).is_some()
     }
 

@@ -129,7 +129,7 @@ fn result_bytes(scene: &Scene, parts: usize, nearest: bool) -> usize {
     // a ratio has a value, an error and three covariances
     let ratios = 5 * ERROR * scene.ratios().len();
     let face = 2 * (VALUE + ERROR) * columns + ratios + HEAD;
-    let by_face = if scene.absorbed_by_face() { 2 } else { 0 };
+    let by_face = if scene.asked().absorbed_by_face { 2 } else { 0 };
     let absorbed = (1 + by_face) * (VALUE + ERROR) * columns + ratios + HEAD;
     let split = (parts + 1) * (faces * face + absorbing * absorbed);
     // the smallest and the largest value among the captors of a group
