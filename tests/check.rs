@@ -466,6 +466,28 @@ fn the_command_describes_the_scene_and_warns() {
     assert_eq!(check(&TestScene::new("{}", &[])).status.code(), Some(2));
 }
 
+/// Neighbouring lamps that are alike are one row, and the total counts each; `--full` has a row for
+/// each.
+#[test]
+fn lamps_that_are_alike_are_one_row() {
+    let room = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/growth-room.json");
+    let said = |more: &[&str]| {
+        let room = room.to_str().expect("text");
+        let output = phylux(Path::new("."), &[&["check", room], more].concat());
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let (short, full) = (said(&[]), said(&["--full"]));
+    let lamps = |text: &str| text.matches("\n  lamp ").count();
+    assert_eq!((lamps(&short), lamps(&full)), (2, 12), "{short}\n{full}");
+    for row in
+        ["  lamp 1 to lamp 6 (6), each     250.0\n", "  total                           1500\n"]
+    {
+        assert!(short.contains(row), "no {row:?} in\n{short}");
+    }
+    assert!(short.contains("  lamp 1 to lamp 6 (6), each (0, 0, -1), down\n"), "{short}");
+    assert!(full.contains("  lamp 4                 (0, 0, -1), down\n"), "{full}");
+}
+
 /// Thousands of copies of a block of glass, in one place and slightly apart. For each face only
 /// some of the others are compared, and a warning says so. The test takes a second or two; it would
 /// take a minute if the time grew with the square of the number.

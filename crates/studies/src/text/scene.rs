@@ -254,8 +254,9 @@ fn lights(page: &Page, text: &mut String, scene: &Scene) {
     let title = format!("lights, {unit}");
     with_total(page, text, title, names.collect(), rows.collect(), |_, value| short(value));
 
-    let facing = scene.lights().iter().filter_map(|light| Some((&light.name, light.facing()?)));
-    let facing: Vec<_> = facing.collect();
+    let facing = scene.lights().iter();
+    let facing = facing.filter_map(|light| Some((light.name.as_str(), light.facing()?)));
+    let facing = folded(page, &facing.collect::<Vec<_>>());
     if !facing.is_empty() {
         text.push_str("\nlights face\n");
     }
@@ -274,11 +275,13 @@ fn lights(page: &Page, text: &mut String, scene: &Scene) {
 
 /// Writes which spectrum each lamp has.
 fn lamp_spectra(page: &Page, text: &mut String, loaded: &LoadedScene) {
-    let all = &loaded.lamp_spectra;
+    let all = loaded.lamp_spectra.iter();
+    let all: Vec<_> = all.map(|[lamp, spectrum]| (lamp.as_str(), spectrum)).collect();
+    let all = folded(page, &all);
     if !all.is_empty() {
         text.push_str("\nspectra of lamps\n");
     }
-    for [lamp, spectrum] in all.iter().take(page.shown(LISTED)) {
+    for (lamp, spectrum) in all.iter().take(page.shown(LISTED)) {
         let _ = writeln!(text, "  {lamp:<22} {spectrum}");
     }
     text.push_str(&page.more(all.len(), LISTED));
@@ -333,6 +336,19 @@ fn captors(text: &mut String, scene: &Scene) {
     };
 }
 
+/// Returns the names of rows with what they say; of at least three neighbours that say the same the
+/// first name, the last and their number, unless all is asked for.
+fn folded<T: Clone + PartialEq>(page: &Page, rows: &[(&str, T)]) -> Vec<(String, T)> {
+    let runs = rows.chunk_by(|a, b| a.1 == b.1);
+    let rows = runs.flat_map(|run| match run {
+        [(first, said), _, .., (last, _)] if !page.full => {
+            vec![(format!("{first} to {last} ({}), each", run.len()), said.clone())]
+        }
+        _ => run.iter().map(|(name, said)| ((*name).to_string(), said.clone())).collect(),
+    });
+    rows.collect()
+}
+
 /// Writes a table of named rows of numbers, with a total if there are several rows.
 fn with_total(
     page: &Page,
@@ -347,10 +363,11 @@ fn with_total(
     };
     let count = columns.len();
     let mut table = Table::new(title, columns, "");
-    for (name, values) in rows.iter().take(page.shown(LISTED)) {
+    let shown = folded(page, &rows);
+    for (name, values) in shown.iter().take(page.shown(LISTED)) {
         table.row(format!("  {name}"), cells(values), "");
     }
-    let more = page.more(rows.len(), LISTED);
+    let more = page.more(shown.len(), LISTED);
     if !more.is_empty() {
         table.row(more.trim_end(), [], "");
     }
