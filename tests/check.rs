@@ -466,8 +466,8 @@ fn the_command_describes_the_scene_and_warns() {
     assert_eq!(check(&TestScene::new("{}", &[])).status.code(), Some(2));
 }
 
-/// Neighbouring lamps that are alike are one row, and the total counts each; `--full` has a row for
-/// each.
+/// Neighbouring lamps that are alike are one row, and the total counts each, as does the line below
+/// a list that is cut short; `--full` has a row for each.
 #[test]
 fn lamps_that_are_alike_are_one_row() {
     let room = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/growth-room.json");
@@ -486,6 +486,14 @@ fn lamps_that_are_alike_are_one_row() {
     }
     assert!(short.contains("  lamp 1 to lamp 6 (6), each (0, 0, -1), down\n"), "{short}");
     assert!(full.contains("  lamp 4                 (0, 0, -1), down\n"), "{full}");
+
+    let light =
+        |power: usize| format!(r#"{{ "type": "point", "position": [0, 0, 1], "power": {power} }}"#);
+    let lights: Vec<String> = (1..=32).chain([99; 10]).map(light).collect();
+    let many = TestScene::new(&format!(r#"{{ "lights": [{}] }}"#, lights.join(", ")), &[]);
+    let said = phylux(&many.path(""), &["check", "scene.json"]);
+    let said = String::from_utf8(said.stdout).expect("text");
+    assert!(said.contains("  and 12 more (--full has all)\n"), "{said}");
 }
 
 /// Thousands of copies of a block of glass, in one place and slightly apart. For each face only

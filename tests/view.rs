@@ -325,7 +325,7 @@ fn needs_chromium_tables_are_sorted_and_copied() {
 
 /// The range that the page chooses begins at 0 and ends where 98 % of the lit area is below, so that
 /// walls and leaves have colours of their own however the sensors differ, or where 90 % of the light
-/// is. One button spreads the sensors over the colours.
+/// is, if that at most doubles it. One button spreads the sensors over the colours.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_surfaces_and_sensors_have_colours_of_their_own() {

@@ -3,8 +3,8 @@
 //! In the order in which light meets them: [`scene`] (surfaces, lights, captors, and the ray
 //! kernel that finds them), [`transport`] (photons, paths, tallies, photon maps, runs), both over
 //! [`math`] (vectors, random streams, statistics) and [`error`]. A module uses only those above it:
-//! `error`, `math`, `scene`, `transport`. Nothing here reads or writes files (`clippy.toml`
-//! sees to it), but for what Linux tells of the memory that is left.
+//! `error`, `math`, `scene`, `transport`. Nothing here reads or writes files (Clippy
+//! refuses it, by `clippy.toml`), but for what Linux tells of the memory that is left.
 //!
 //! The crate `phylux` names what programs are promised of it.
 

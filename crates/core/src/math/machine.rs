@@ -52,9 +52,9 @@ pub fn disk_left(folder: &Path) -> u64 {
 }
 
 #[cfg(target_os = "linux")]
+// what the system tells has the form of files
 #[allow(clippy::disallowed_methods)]
 mod linux {
-    // what the system tells in the form of files
     use std::fs::read_to_string;
 
     pub fn memory_left() -> u64 {

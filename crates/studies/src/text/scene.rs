@@ -256,11 +256,11 @@ fn lights(page: &Page, text: &mut String, scene: &Scene) {
 
     let facing = scene.lights().iter();
     let facing = facing.filter_map(|light| Some((light.name.as_str(), light.facing()?)));
-    let facing = folded(page, &facing.collect::<Vec<_>>());
+    let (facing, more) = listed(page, &facing.collect::<Vec<_>>());
     if !facing.is_empty() {
         text.push_str("\nlights face\n");
     }
-    for (name, (facing, both)) in facing.iter().take(page.shown(LISTED)) {
+    for (name, (facing, both)) in &facing {
         let [x, y, z] = facing.to_array().map(|x| (100.0 * x).round() / 100.0 + 0.0);
         let how = match facing.z {
             ..-0.99 => ", down",
@@ -270,21 +270,21 @@ fn lights(page: &Page, text: &mut String, scene: &Scene) {
         let both = if *both { ", and the opposite way" } else { "" };
         let _ = writeln!(text, "  {name:<22} ({x}, {y}, {z}){how}{both}");
     }
-    text.push_str(&page.more(facing.len(), LISTED));
+    text.push_str(&more);
 }
 
 /// Writes which spectrum each lamp has.
 fn lamp_spectra(page: &Page, text: &mut String, loaded: &LoadedScene) {
     let all = loaded.lamp_spectra.iter();
     let all: Vec<_> = all.map(|[lamp, spectrum]| (lamp.as_str(), spectrum)).collect();
-    let all = folded(page, &all);
+    let (all, more) = listed(page, &all);
     if !all.is_empty() {
         text.push_str("\nspectra of lamps\n");
     }
-    for (lamp, spectrum) in all.iter().take(page.shown(LISTED)) {
+    for (lamp, spectrum) in &all {
         let _ = writeln!(text, "  {lamp:<22} {spectrum}");
     }
-    text.push_str(&page.more(all.len(), LISTED));
+    text.push_str(&more);
 }
 
 /// Writes the mean of each spectrum over each band.
@@ -336,17 +336,25 @@ fn captors(text: &mut String, scene: &Scene) {
     };
 }
 
-/// Returns the names of rows with what they say; of at least three neighbours that say the same the
-/// first name, the last and their number, unless all is asked for.
-fn folded<T: Clone + PartialEq>(page: &Page, rows: &[(&str, T)]) -> Vec<(String, T)> {
+/// Returns the rows that are shown, by their names, and the line below them that says how many are
+/// not. Of at least three neighbours that say the same there is one row with the first name, the last
+/// and their number, unless all is asked for.
+fn listed<T: Clone + PartialEq>(page: &Page, rows: &[(&str, T)]) -> (Vec<(String, T)>, String) {
     let runs = rows.chunk_by(|a, b| a.1 == b.1);
-    let rows = runs.flat_map(|run| match run {
-        [(first, said), _, .., (last, _)] if !page.full => {
-            vec![(format!("{first} to {last} ({}), each", run.len()), said.clone())]
-        }
-        _ => run.iter().map(|(name, said)| ((*name).to_string(), said.clone())).collect(),
+    let together = |len: usize| if len < 3 || page.full { 1 } else { len };
+    let runs = runs.flat_map(|run| run.chunks(together(run.len())));
+    let mut left = rows.len();
+    let shown = runs.take(page.shown(LISTED)).map(|run| {
+        left -= run.len();
+        let ((first, said), (last, _)) = (&run[0], &run[run.len() - 1]);
+        let name = match run.len() {
+            1 => (*first).to_string(),
+            count => format!("{first} to {last} ({count}), each"),
+        };
+        (name, said.clone())
     });
-    rows.collect()
+    let shown = shown.collect();
+    (shown, page.more(left, 0))
 }
 
 /// Writes a table of named rows of numbers, with a total if there are several rows.
@@ -363,11 +371,10 @@ fn with_total(
     };
     let count = columns.len();
     let mut table = Table::new(title, columns, "");
-    let shown = folded(page, &rows);
-    for (name, values) in shown.iter().take(page.shown(LISTED)) {
+    let (shown, more) = listed(page, &rows);
+    for (name, values) in &shown {
         table.row(format!("  {name}"), cells(values), "");
     }
-    let more = page.more(shown.len(), LISTED);
     if !more.is_empty() {
         table.row(more.trim_end(), [], "");
     }

@@ -258,7 +258,7 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// Returns what the digest of a scene has of it.
+    /// Returns what the digest of a scene has of it, beside what captors have of it in theirs.
     pub(super) fn in_digest(self) -> &'static str {
         if self.sunlit { "sunlit" } else { "" }
     }
