@@ -67,9 +67,9 @@ impl Bvh {
         build::build_of_boxes(boxes)
     }
 
-    /// Builds a tree of discs and spheres.
-    pub fn build_of_rounds(rounds: &[Round]) -> Self {
-        if rounds.is_empty() { Self::default() } else { build::build_of_rounds(rounds) }
+    /// Builds a tree of the discs and spheres with these indices.
+    pub fn build_of_rounds(rounds: &[Round], indices: Vec<u32>) -> Self {
+        if indices.is_empty() { Self::default() } else { build::build_of_rounds(rounds, indices) }
     }
 
     /// Visits every crossing of a ray with 0 < t < `t_max` with the discs and spheres that the tree was

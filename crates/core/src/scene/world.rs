@@ -18,6 +18,7 @@ mod outline;
 mod outside;
 mod parts;
 mod repeats;
+mod rounds;
 mod shapes;
 mod shared;
 mod triangles;

@@ -40,10 +40,9 @@ pub(super) fn build_of_boxes(boxes: &[Extent]) -> Bvh {
     arrange(boxes, all, 1)
 }
 
-/// Builds the tree of discs and spheres, of which there must be at least one.
-pub(super) fn build_of_rounds(rounds: &[Round]) -> Bvh {
-    let all: Vec<u32> = (0..rounds.len() as u32).collect();
-    arrange(rounds, all, 1)
+/// Builds the tree of the discs and spheres with these indices, of which there must be at least one.
+pub(super) fn build_of_rounds(rounds: &[Round], indices: Vec<u32>) -> Bvh {
+    arrange(rounds, indices, 1)
 }
 
 fn arrange<T: Things + ?Sized>(things: &T, indices: Vec<u32>, root_nodes: usize) -> Bvh {

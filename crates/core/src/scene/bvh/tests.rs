@@ -506,7 +506,7 @@ fn rounds_are_crossed_as_one_by_one() {
                 _ => Round::disc(center, normal, radius),
             });
         }
-        let bvh = Bvh::build_of_rounds(&rounds);
+        let bvh = Bvh::build_of_rounds(&rounds, (0..n).collect());
         let mut crossings = 0;
         for _ in 0..2_000 {
             let origin = 2.0 * random.cube();

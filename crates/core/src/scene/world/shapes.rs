@@ -12,11 +12,12 @@ use std::{
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::rounds::Rounds;
 use crate::{
     error::lock,
     math::{
         geometry::{ROUNDING, Ray, Triangle, across, closeness},
-        round::{Round, RoundHit},
+        round::Round,
     },
     scene::{
         bvh::Bvh,
@@ -112,38 +113,6 @@ impl Outlines {
         let Some(repeats) = &self.repeats else { return (index, [0, 0]) };
         let (of, cell) = repeats.rounds.origin(index as u32, self.rounds.len());
         (of as usize, cell)
-    }
-}
-
-/// Discs and spheres as rays meet them, lifted and with their images, and what finds them.
-#[derive(Debug, Default)]
-pub struct Rounds {
-    shapes: Vec<Round>,
-    bvh: Bvh,
-}
-
-impl Rounds {
-    fn new(shapes: Vec<Round>) -> Self {
-        Self { bvh: Bvh::build_of_rounds(&shapes), shapes }
-    }
-
-    /// Returns whether there is none.
-    #[inline]
-    pub fn is_empty(&self) -> bool {
-        self.shapes.is_empty()
-    }
-
-    /// Visits every crossing of a ray with 0 < t < `t_max`, each with the index of the disc or sphere.
-    #[inline]
-    pub fn crossings(&self, ray: &Ray, t_max: f32, visit: impl FnMut(usize, RoundHit)) {
-        if !self.is_empty() {
-            self.bvh.cross_rounds(&self.shapes, ray, t_max, visit);
-        }
-    }
-
-    /// Visits the index of each that may reach into the ball of `radius`, m, around `center`.
-    pub fn near(&self, center: Vec3, radius: f32, visit: impl FnMut(usize)) {
-        self.bvh.near_rounds(center, radius, visit);
     }
 }
 

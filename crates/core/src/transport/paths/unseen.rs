@@ -81,6 +81,16 @@ impl<'a> Finding<'a> {
         self.diffused |= lobe.is_some_and(LobeKind::is_diffuse);
     }
 
+    /// Takes in what the photon itself meets, as long as it is direct, and returns whether it was.
+    #[inline]
+    pub fn takes<L: Lanes>(&mut self, event: &Event<'_, L>) -> bool {
+        let takes = !event.is_beside() && self.is_direct();
+        if takes && let Event::Arrival { at, lobe, .. } = event {
+            self.arrived(at.hit.triangle, *lobe);
+        }
+        takes
+    }
+
     /// Returns whether the photon has come straight, through thin panes, or by way of one flat
     /// mirror in which paths search for its light.
     pub fn is_direct(&self) -> bool {

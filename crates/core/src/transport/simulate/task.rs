@@ -225,11 +225,7 @@ impl Run<'_> {
             let of_sun = self.without_direct_sun && strata.is_sun(scene.lights(), source);
             let mut found = of_sun.then(|| Finding::new(scene, light, true));
             let on = |event: Event<'_, L>| {
-                let is_own = !event.is_beside();
-                if let Some(finding) = found.as_mut().filter(|found| is_own && found.is_direct()) {
-                    if let Event::Arrival { at, lobe, .. } = event {
-                        finding.arrived(at.hit.triangle, lobe);
-                    }
+                if found.as_mut().is_some_and(|found| found.takes(&event)) {
                     return;
                 }
                 tally.score(scene, part, weights, &event);

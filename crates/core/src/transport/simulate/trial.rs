@@ -120,10 +120,14 @@ impl Chosen {
             asked(settings).is_some_and(|photons| BEYOND * photons as f64 * per_photon < least);
         if times >= CLEAR || are_few {
             let why = match times >= CLEAR {
-                true => format!(
-                    "complete paths would take {} times the work for the same errors",
-                    digits(times)
-                ),
+                true => {
+                    let so_far = format!(
+                        "complete paths would take {} times the work for the same errors",
+                        digits(times)
+                    );
+                    let rule = format!(", and are taken below {CLEAR}");
+                    if times < 1.0 { so_far + &rule } else { so_far }
+                }
                 false => format!(
                     "complete paths would take {} times less work for the same errors, but more in all \
                      than was asked for",
