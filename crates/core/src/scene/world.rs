@@ -9,6 +9,7 @@
 
 mod arrived;
 mod build;
+mod contents;
 mod digest;
 mod flush;
 mod images;
@@ -25,21 +26,15 @@ mod triangles;
 mod tubes;
 mod validate;
 
-use std::{
-    borrow::Cow,
-    collections::BTreeMap,
-    ops::Range,
-    sync::{Arc, OnceLock},
-};
+use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::{
     error::Problem,
     math::{
-        geometry::{Extent, POINT, ROUNDING, Ray, Transform, Triangle, across, closeness},
+        geometry::{Extent, POINT, ROUNDING, Ray, Triangle, across, closeness},
         round::{Round, RoundHit},
-        sampling::Discrete,
         spectrum::lanes,
         units::{Quantity, UnitNames},
     },
@@ -53,11 +48,11 @@ use crate::{
         stand::{InLayers, LayerBins, Stand},
     },
 };
-use images::LightShapes;
+use contents::{Common, Head, Lighting, Objects, Place};
 use shapes::{Found, Shapes, has_parallel};
-use tubes::Tubes;
 
 pub use arrived::Arrived;
+pub use contents::ObjectCopy;
 pub use flush::FlushLight;
 pub use mirrors::{ChosenImage, FlatMirrors, MirrorPlane};
 pub use outline::{Outline, Shape};
@@ -149,74 +144,19 @@ impl Surface {
     }
 }
 
-/// One of several copies of an object.
-#[derive(Clone, Debug)]
-pub struct ObjectCopy {
-    /// Index of the object.
-    pub object: Option<usize>,
-    /// Its range among the triangles of all surfaces; each copy has the same triangles in the same
-    /// order.
-    pub triangles: Range<usize>,
-    /// The transform that placed it, m from the user's origin.
-    pub transform: Transform,
-}
-
-/// What the copies of an object have in common besides their triangles.
-#[derive(Debug)]
-struct Common {
-    /// Its surfaces; a captor is numbered among those of a copy.
-    surfaces: Vec<Surface>,
-    /// Index of the object, if it has a name.
-    object: Option<usize>,
-    /// Index of the first captor of the first copy.
-    first_captor: usize,
-    /// Number of captors of each copy.
-    captors: usize,
-    /// The areas of the triangles of each captor, once they are asked for.
-    areas: Vec<OnceLock<Arc<Discrete>>>,
-}
-
 /// A validated scene. What it promises cannot be changed: it is read by methods.
 #[derive(Debug)]
 pub struct Scene {
-    name: String,
-    quantity: Quantity,
-    period_h: Option<f64>,
-    bands: Vec<Band>,
-    sums: Vec<BandSum>,
-    ratios: Vec<BandRatio>,
-    parameters: Parameters,
+    head: Head,
     asked: Asked,
-    watts: BTreeMap<String, f64>,
+    parameters: Parameters,
     materials: Vec<NamedMaterial>,
-    objects: Vec<String>,
-    lights: Vec<Light>,
+    objects: Objects,
+    lighting: Lighting,
     captors: Vec<Captor>,
     groups: Vec<String>,
-    center: DVec3,
-    radius: f32,
-    /// The surfaces that are copies of an object, and share no triangles.
-    copies: Vec<ObjectCopy>,
-    /// The prism by whose faces light from infinitely far away comes in.
-    inside: Prism,
+    place: Place,
     shapes: Arc<Shapes>,
-    /// Of the triangles that are no shared copies.
-    surfaces: Vec<Surface>,
-    /// What copies that share triangles have in common, object by object.
-    common: Vec<Common>,
-    /// The first triangle of each surface part, and the index of its object.
-    object_parts: Vec<(usize, Option<usize>)>,
-    flush_lights: Vec<FlushLight>,
-    stand: Stand,
-    /// The tree by which one of many lights is chosen.
-    light_tree: Option<LightTree>,
-    tubes: Tubes,
-    light_shapes: LightShapes,
-    /// Indices of the lights at infinity.
-    infinite: Vec<usize>,
-    /// Whether the light of one of these enters through openings alone.
-    has_openings: bool,
-    flat_mirrors: Option<FlatMirrors>,
 }
 
 /// The place where a ray meets a surface.
@@ -261,36 +201,36 @@ pub struct Crossing {
 impl Scene {
     /// Returns the title.
     pub fn name(&self) -> &str {
-        &self.name
+        &self.head.name
     }
 
     /// Returns the quantity that photons carry: power in W or photon flux in umol/s.
     pub fn quantity(&self) -> Quantity {
-        self.quantity
+        self.head.quantity
     }
 
     /// Returns the length of the period, h, whose mean the daylight of the scene is, nights
     /// included; `None` for an instant.
     pub fn period_h(&self) -> Option<f64> {
-        self.period_h
+        self.head.period_h
     }
 
     /// Returns the wavelength bands.
     #[inline]
     pub fn bands(&self) -> &[Band] {
-        &self.bands
+        &self.head.bands
     }
 
     /// Returns the sums over bands.
     #[inline]
     pub fn sums(&self) -> &[BandSum] {
-        &self.sums
+        &self.head.sums
     }
 
     /// Returns the ratios of sums over bands.
     #[inline]
     pub fn ratios(&self) -> &[BandRatio] {
-        &self.ratios
+        &self.head.ratios
     }
 
     /// Returns the parameters on which a run says how its results depend; there may be none.
@@ -305,7 +245,7 @@ impl Scene {
     /// here and not there.
     #[doc(hidden)]
     pub fn with_variant(mut self, other: &Self) -> Result<Self, Problem> {
-        let (lights, lanes) = ([&self.lights[..], &other.lights], self.lanes());
+        let (lights, lanes) = ([&self.lighting.lights[..], &other.lighting.lights], self.lanes());
         let materials = other.materials.iter().map(|named| named.material.clone()).collect();
         self.parameters.add_variant(lights, materials, &other.parameters, lanes)?;
         Ok(self)
@@ -319,7 +259,7 @@ impl Scene {
 
     /// Returns the electric power of lights, W, by their names.
     pub fn watts(&self) -> &BTreeMap<String, f64> {
-        &self.watts
+        &self.lighting.watts
     }
 
     /// Returns the materials.
@@ -330,13 +270,13 @@ impl Scene {
 
     /// Returns the names of the objects.
     pub fn objects(&self) -> &[String] {
-        &self.objects
+        &self.objects.names
     }
 
     /// Returns the lights.
     #[inline]
     pub fn lights(&self) -> &[Light] {
-        &self.lights
+        &self.lighting.lights
     }
 
     /// Returns the captors.
@@ -355,28 +295,28 @@ impl Scene {
     /// origin.
     #[inline]
     pub fn center(&self) -> DVec3 {
-        self.center
+        self.place.center
     }
 
     /// Returns half the diagonal of the box around surfaces, captors and lights, m.
     #[inline]
     pub fn radius(&self) -> f32 {
-        self.radius
+        self.place.radius
     }
 
     /// Returns the number of lanes in which the bands are carried.
     pub fn lanes(&self) -> usize {
-        lanes(self.bands.len())
+        lanes(self.head.bands.len())
     }
 
     /// Returns the number of strata of the lights, which is the least number of photons in a run.
     pub fn sources(&self) -> usize {
-        sources(&self.lights)
+        sources(&self.lighting.lights)
     }
 
     /// Returns whether there is a light at infinity: a sun or a sky.
     pub fn has_daylight(&self) -> bool {
-        !self.infinite.is_empty()
+        !self.lighting.infinite.is_empty()
     }
 
     /// Returns the number of channels of all captors.
@@ -402,32 +342,36 @@ impl Scene {
 
     /// Returns the prism by whose faces light from infinitely far away comes in.
     pub fn inside(&self) -> &Prism {
-        &self.inside
+        &self.place.inside
     }
 
     /// Returns the tree of the lights, if there are so many that scanning them takes longer. A scene
     /// that repeats has none.
     #[inline]
     pub fn light_tree(&self) -> Option<&LightTree> {
-        self.light_tree.as_ref()
+        self.lighting.tree.as_ref()
     }
 
     /// Returns what is summed of the plants as a whole.
     #[inline]
     pub fn stand(&self) -> &Stand {
-        &self.stand
+        &self.place.stand
     }
 
     /// Returns whether a triangle of a surface belongs to the ground.
     pub fn is_ground(&self, triangle: usize) -> bool {
-        self.object(triangle).is_some_and(|o| self.stand.is_ground.get(o) == Some(&true))
+        self.object(triangle).is_some_and(|o| self.place.stand.is_ground.get(o) == Some(&true))
     }
 
     /// Returns the layer in which a point of a triangle of a surface captor counts; `None` if there
     /// are no layers, or if the triangle is ground.
     #[inline]
     pub fn layer_of(&self, triangle: usize, point: Vec3) -> Option<usize> {
-        self.stand.layers.as_ref().and_then(|layers| self.layer_among(layers, triangle, point))
+        self.place
+            .stand
+            .layers
+            .as_ref()
+            .and_then(|layers| self.layer_among(layers, triangle, point))
     }
 
     #[inline(never)]
@@ -492,7 +436,7 @@ impl Scene {
     /// Returns the properties of a triangle of a surface.
     #[inline]
     pub fn surface(&self, triangle: usize) -> Surface {
-        match self.surfaces.get(triangle) {
+        match self.objects.surfaces.get(triangle) {
             Some(surface) => *surface,
             None => self.shared_surface(triangle, None),
         }
@@ -502,7 +446,7 @@ impl Scene {
     /// triangles, the errors are those at this point; they are less than anywhere.
     #[inline]
     pub fn surface_at(&self, hit: &SurfaceHit) -> Surface {
-        match self.surfaces.get(hit.triangle) {
+        match self.objects.surfaces.get(hit.triangle) {
             Some(surface) => *surface,
             None => self.shared_surface(hit.triangle, Some(hit.point)),
         }
@@ -511,11 +455,11 @@ impl Scene {
     /// Returns the index of the object that a triangle of a surface belongs to, if the object has a
     /// name.
     pub fn object(&self, triangle: usize) -> Option<usize> {
-        if triangle >= self.surfaces.len() {
+        if triangle >= self.objects.surfaces.len() {
             return self.object_of_copy(triangle);
         }
-        let after = self.object_parts.partition_point(|(first, _)| *first <= triangle);
-        self.object_parts[..after].last()?.1
+        let after = self.objects.parts.partition_point(|(first, _)| *first <= triangle);
+        self.objects.parts[..after].last()?.1
     }
 
     /// Returns the material of a surface's triangle.
@@ -526,14 +470,14 @@ impl Scene {
 
     /// Returns the names of the bands, followed by those of the sums over bands.
     pub fn band_names(&self) -> impl Iterator<Item = &str> + Clone {
-        let bands = self.bands.iter().map(|band| band.name.as_str());
-        bands.chain(self.sums.iter().map(|sum| sum.name.as_str()))
+        let bands = self.head.bands.iter().map(|band| band.name.as_str());
+        bands.chain(self.head.sums.iter().map(|sum| sum.name.as_str()))
     }
 
     /// Returns the units of flux and irradiance of a band or, by its index after them, of a sum.
     pub fn units(&self, column: usize) -> [Cow<'static, str>; 2] {
-        let UnitNames { flux, irradiance, .. } = self.quantity.unit_names();
-        let sum = column.checked_sub(self.bands.len()).and_then(|sum| self.sums.get(sum));
+        let UnitNames { flux, irradiance, .. } = self.head.quantity.unit_names();
+        let sum = column.checked_sub(self.head.bands.len()).and_then(|sum| self.head.sums.get(sum));
         match sum.and_then(|sum| sum.unit) {
             Some(unit) => unit.names().map(Cow::Borrowed),
             None => [flux, irradiance],
@@ -542,7 +486,7 @@ impl Scene {
 
     /// Returns `values` per band, followed by their sums over bands.
     pub fn with_sums(&self, values: &[f64]) -> Vec<f64> {
-        let sums = self.sums.iter().map(|sum| sum.of(values));
+        let sums = self.head.sums.iter().map(|sum| sum.of(values));
         values.iter().copied().chain(sums).collect()
     }
 
@@ -572,7 +516,7 @@ impl Scene {
 
     /// Returns the lights that lie in a surface, and the tubes that a surface cuts.
     pub fn flush_lights(&self) -> &[FlushLight] {
-        &self.flush_lights
+        &self.lighting.flush
     }
 
     /// Returns the nearest surface that a ray meets.
@@ -683,7 +627,7 @@ impl Scene {
     #[inline]
     fn surface_hit(&self, ray: &Ray, hit: &Hit) -> SurfaceHit {
         let triangle = hit.triangle as usize;
-        if self.surfaces[triangle].may_be_near_edge(hit) {
+        if self.objects.surfaces[triangle].may_be_near_edge(hit) {
             return SurfaceHit::from(self.hit_near_edge(ray, hit));
         }
         SurfaceHit { t: hit.t, triangle, point: hit.point }
@@ -698,11 +642,11 @@ impl Scene {
             return PackedHit { point_and_t: hit.point.extend(hit.t), triangle };
         }
         let shape = |t| self.shapes.surface_shape(t);
-        let reach = self.surfaces[triangle].reach;
+        let reach = self.objects.surfaces[triangle].reach;
         let front = front_at_edge(&self.shapes.surface_bvh, shape, ray, hit, reach);
         let triangle = front.triangle as usize;
         let own = &self.shapes.triangles[triangle];
-        let point = self.surfaces[triangle].off_edges(own, front.point.as_dvec3());
+        let point = self.objects.surfaces[triangle].off_edges(own, front.point.as_dvec3());
         PackedHit { point_and_t: point.extend(front.t), triangle }
     }
 
@@ -711,7 +655,7 @@ impl Scene {
     fn is_near_edge(&self, triangle: usize, hit: &Hit) -> bool {
         let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
         let change = ROUNDING * self.shapes.triangles[triangle].slopes();
-        weights.cmplt(change * (MARGINS * (self.surfaces[triangle].reach + hit.t))).any()
+        weights.cmplt(change * (MARGINS * (self.objects.surfaces[triangle].reach + hit.t))).any()
     }
 
     /// Returns the barycentric weights below which a point of the triangle of a surface may be too
@@ -753,7 +697,7 @@ impl Scene {
             return forest.near_in(instance, center, radius, |member| visit(first + member));
         }
         // images are visited where they come from
-        let own = self.surfaces.len();
+        let own = self.objects.surfaces.len();
         surface_bvh.near(center, radius, |triangle| {
             if (triangle as usize) < own {
                 visit(triangle as usize);

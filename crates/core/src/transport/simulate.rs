@@ -6,11 +6,11 @@
 //! history). The result therefore depends neither on the number of threads nor on the moment at
 //! which a run ends early.
 //!
-//! Reading order: `schedule` cuts a run, `task` follows the histories of one task, and `beside` the
-//! photons beside paths; `batches` puts tasks on threads, `until` ends runs that are accurate enough
-//! or out of time. `plan`, `trial`,
-//! `tried`, `pilot` and `lamps` are the short runs that come before; `checkpoint` divides one run
-//! over time, and `shard` over machines.
+//! Reading order: `histories` says what the histories of a run are, `schedule` cuts the run, `task`
+//! follows the histories of one task, and `beside` the photons beside paths; `batches` puts tasks on
+//! threads, `until` ends runs that are accurate enough or out of time. `plan`, `trial`, `tried`,
+//! `pilot` and `lamps` are the short runs that come before; `checkpoint` divides one run over time, and
+//! `shard` over machines.
 
 mod accuracy;
 mod batches;
@@ -18,6 +18,7 @@ mod beside;
 mod checkpoint;
 mod division;
 mod found_and_unseen;
+mod histories;
 mod lamps;
 mod light_by_light;
 mod memory;
@@ -60,6 +61,7 @@ use crate::{
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
 pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
 pub use found_and_unseen::found_and_unseen;
+use histories::{Histories, Work};
 pub use light_by_light::{photons_by_light, simulate_light_by_light};
 pub use memory::map_bytes;
 pub use plan::Plan;
@@ -158,8 +160,8 @@ pub fn simulate_kept<'s>(
     }
     let outcome = catch_panic("run", || {
         let plan = &Plan::make(scene, settings, control)?;
-        let run = Run::planned(scene, plan, part_of(scene, settings), control)?;
-        let run = Run { keeper, ..run };
+        let mut run = Run::planned(scene, plan, part_of(scene, settings), control)?;
+        run.kept.keeper = keeper;
         Ok(Outcome { choice: plan.choice.clone(), ..run.go()? })
     })?;
     Ok(Simulation::new(scene, settings, outcome))
@@ -192,48 +194,70 @@ pub fn simulate_split<'s>(
     Ok(Simulation::new(scene, settings, outcome))
 }
 
-/// A run: its scene and settings, and the state that its threads share.
+/// A run: its scene and settings, what its histories are, what it keeps, and the state that its threads
+/// share.
 struct Run<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
-    keep: Keep<'a>,
     /// The purpose of its random numbers.
     purpose: Purpose,
     control: &'a Control<'a>,
     pool: rayon::ThreadPool,
     started: Instant,
-    work: Work<'a>,
-    /// For complete paths: the photons beside them.
-    beside: Option<Beside>,
-    /// For complete paths, per channel of captors: whether all photons count there, and no paths
-    /// start. Empty if that is so nowhere.
-    by_photons: Arc<[bool]>,
-    /// What guides its photons; `None` if they are not guided.
-    guidance: Option<Guidance<'a>>,
+    histories: Histories<'a>,
     /// The part in which each light is counted; empty if nothing is split.
     part_of: Vec<usize>,
-    /// Whether photons of suns count only once they have been scattered.
-    without_direct_sun: bool,
-    done: AtomicU64,
+    kept: Kept<'a>,
+    shared: Shared,
+}
+
+/// What a run keeps beside its sums.
+struct Kept<'a> {
+    arrivals: Arrivals<'a>,
+    /// The most bytes that the arrivals may take, and whether they took more.
+    room: u64,
+    too_large: AtomicBool,
     /// Saves what the run has done, if it may have to be resumed.
     keeper: Option<&'a Keeper<'a>>,
+}
+
+impl<'a> Kept<'a> {
+    fn new(arrivals: Arrivals<'a>) -> Self {
+        let too_large = AtomicBool::new(false);
+        Self { arrivals, room: memory::map_room(), too_large, keeper: None }
+    }
+}
+
+/// What the threads of a run share.
+struct Shared {
+    /// Number of photons, or of paths, done.
+    done: AtomicU64,
     /// Whether a thread has panicked, so that the others need not go on.
     broken: AtomicBool,
-    /// The most bytes that the arrivals of the photon map may take, and whether they took more.
-    map_room: u64,
-    map_too_large: AtomicBool,
     /// Per band, the bits of the largest irradiance that one path has found, W/m2 or umol/m2/s, or,
     /// for guided photons of a run with a tolerance, of the largest power times the histories of a
-    /// task with which one has come to a captor, W or umol/s. The bits of floats that are not negative have the same order as the floats.
+    /// task with which one has come to a captor, W or umol/s. The bits of floats that are not negative
+    /// have the same order as the floats.
     brightest: Vec<AtomicU64>,
     /// Number of arrivals of photons beside paths at surfaces, and how many of them are light that paths
     /// leave to photons; counted in trials.
     arrivals: [AtomicU64; 2],
 }
 
+impl Shared {
+    fn new(bands: usize) -> Self {
+        Self {
+            done: AtomicU64::new(0),
+            broken: AtomicBool::new(false),
+            brightest: (0..bands).map(|_| AtomicU64::new(0)).collect(),
+            arrivals: [AtomicU64::new(0), AtomicU64::new(0)],
+        }
+    }
+}
+
 /// The arrivals that the photon map keeps.
 #[derive(Clone, Copy)]
-enum Keep<'a> {
+enum Arrivals<'a> {
     /// Arrivals on captors, filed by channel.
     OnCaptors,
     /// All arrivals on surfaces, filed by smooth piece of surface and face.
@@ -241,16 +265,6 @@ enum Keep<'a> {
     /// Those of the photons that came by mirrors, refraction or gloss alone; photons are not
     /// followed any further.
     Focused(&'a Patches),
-}
-
-/// What one history is.
-enum Work<'a> {
-    /// A photon. The strata hold the lights' shares in a task of the usual length.
-    Photons(Strata),
-    /// A photon of the light whose index is that of the round.
-    Lights,
-    /// A path from each of these faces, and what the pilot photons have found for the paths.
-    Paths(Vec<Face<'a>>, Arc<Pilot>),
 }
 
 impl<'a> Run<'a> {
@@ -273,26 +287,27 @@ impl<'a> Run<'a> {
         part_of: Vec<usize>,
         control: &'a Control<'a>,
     ) -> Result<Self> {
-        let (keep, known) = (Keep::OnCaptors, plan.of_paths.clone());
-        let run = Self::knowing(scene, settings, part_of, keep, control, known)?;
+        let (arrivals, known) = (Arrivals::OnCaptors, plan.of_paths.clone());
+        let run = Self::knowing(scene, settings, part_of, arrivals, control, known)?;
         let run = run.guided_by(plan.guidance.clone());
-        let (Some(division), Work::Paths(_, pilot)) = (&plan.division, &run.work) else {
+        let (Some(division), Work::Paths(_, pilot)) = (&plan.division, &run.histories.work) else {
             return Ok(run);
         };
         let by_photons = division.by_photons.clone();
         let work = Work::Paths(faces_of_paths(scene, &by_photons), pilot.clone());
         let beside = Some(Beside { ratio: division.photons, least: scene.sources() as u64 });
-        Ok(Self { work, beside, by_photons, ..run })
+        let histories = Histories { work, beside, by_photons, ..run.histories };
+        Ok(Self { histories, ..run })
     }
 
     fn new(
         scene: &'a Scene,
         settings: &'a Settings,
         part_of: Vec<usize>,
-        keep: Keep<'a>,
+        arrivals: Arrivals<'a>,
         control: &'a Control<'a>,
     ) -> Result<Self> {
-        Self::knowing(scene, settings, part_of, keep, control, None)
+        Self::knowing(scene, settings, part_of, arrivals, control, None)
     }
 
     /// A run whose paths take what pilot photons have found from `known`, if it is given.
@@ -300,13 +315,13 @@ impl<'a> Run<'a> {
         scene: &'a Scene,
         settings: &'a Settings,
         part_of: Vec<usize>,
-        keep: Keep<'a>,
+        arrivals: Arrivals<'a>,
         control: &'a Control<'a>,
         known: Option<Arc<Pilot>>,
     ) -> Result<Self> {
         let started = Instant::now();
         let pool = machine::pool(settings.threads.get())?;
-        let nearest = matches!(keep, Keep::OnCaptors) && settings.keeps_map();
+        let nearest = matches!(arrivals, Arrivals::OnCaptors) && settings.keeps_map();
         let counted = parts(&part_of).max(scene.parameters().variants().len());
         memory::check(scene, counted, pool.current_num_threads(), nearest)?;
         let work = match settings.estimator {
@@ -329,39 +344,23 @@ impl<'a> Run<'a> {
                 Work::Paths(faces(scene), pilot)
             }
         };
-        let (done, broken) = (AtomicU64::new(0), AtomicBool::new(false));
-        let brightest = scene.bands().iter().map(|_| AtomicU64::new(0)).collect();
         Ok(Self {
             scene,
             settings,
-            keep,
             purpose: Purpose::Run,
             control,
             pool,
             started,
-            work,
-            beside: None,
-            by_photons: Arc::default(),
-            guidance: None,
+            histories: Histories::new(work),
             part_of,
-            keeper: None,
-            without_direct_sun: false,
-            done,
-            broken,
-            map_room: memory::map_room(),
-            map_too_large: AtomicBool::new(false),
-            brightest,
-            arrivals: [AtomicU64::new(0), AtomicU64::new(0)],
+            kept: Kept::new(arrivals),
+            shared: Shared::new(scene.bands().len()),
         })
     }
 
     /// Returns the same run with photons that are guided by `guidance`.
-    fn guided_by(mut self, guidance: Option<Guidance<'a>>) -> Self {
-        self.guidance = guidance;
-        if let Work::Photons(strata) = &self.work {
-            self.work = Work::Photons(self.strata(strata.histories()));
-        }
-        self
+    fn guided_by(self, guidance: Option<Guidance<'a>>) -> Self {
+        Self { histories: self.histories.guided_by(self.scene, guidance), ..self }
     }
 
     /// Returns the number of parts of the light, or of variants of the scene, that are counted apart.
@@ -372,7 +371,7 @@ impl<'a> Run<'a> {
 
     fn tally(&self) -> Tally {
         let tally = Tally::new(self.scene, self.parts());
-        let tally = if self.guidance.is_some() { tally.weighing() } else { tally };
+        let tally = if self.histories.guidance.is_some() { tally.weighing() } else { tally };
         if self.purpose == Purpose::Run { tally.with_moments(self.scene) } else { tally }
     }
 
@@ -382,51 +381,11 @@ impl<'a> Run<'a> {
             true => totals.with_moments(self.scene),
             false => totals,
         };
-        if self.beside.is_some() {
-            totals.beside_paths(self.scene, &self.by_photons)
+        if self.histories.beside.is_some() {
+            totals.beside_paths(self.scene, &self.histories.by_photons)
         } else {
             totals
         }
-    }
-
-    /// Shares a number of histories of photons among the lights.
-    fn strata(&self, histories: u64) -> Strata {
-        let lamps = self.guidance.as_ref().and_then(|guidance| guidance.lamps.as_deref());
-        let shares = lamps.and_then(|lamps| lamps.shares.as_deref());
-        Strata::shared(self.scene.lights(), histories, self.scene.lanes(), shares)
-    }
-
-    /// Returns the number of histories of a task of the usual length.
-    fn full_task(&self) -> u64 {
-        match &self.work {
-            Work::Photons(strata) => strata.histories(),
-            Work::Lights => TASK,
-            // about as many paths in all, and enough photons beside them
-            Work::Paths(faces, _) => {
-                let paths = (TASK / faces.len() as u64).max(1);
-                self.beside.map_or(paths, |beside| paths.max(beside.full_task()))
-            }
-        }
-    }
-
-    /// Returns the number of photons, or of paths, that one history is.
-    fn unit(&self) -> u64 {
-        match &self.work {
-            Work::Photons(_) | Work::Lights => 1,
-            Work::Paths(faces, _) => faces.len() as u64,
-        }
-    }
-
-    fn schedule(&self, histories: u64) -> Result<Schedule> {
-        if let Work::Paths(..) = self.work {
-            let each = (histories / self.unit()).max(MIN_PATHS);
-            let cuts = self.unit().div_ceil(TASK) + u64::from(self.beside.is_some());
-            let beside = self.beside;
-            return Ok(Schedule { cuts, beside, ..Schedule::new(each, 1, self.full_task()) });
-        }
-        check_photons(self.scene, histories)?;
-        let lights = self.scene.sources() as u64;
-        Ok(Schedule::new(histories, lights, self.full_task()))
     }
 
     fn go(&self) -> Result<Outcome> {
@@ -437,34 +396,35 @@ impl<'a> Run<'a> {
                 self.until_accurate(tolerance.get(), limit)
             }
             (None, None) => {
-                let schedule = self.schedule(photons)?;
+                let schedule = self.histories.schedule(self.scene, photons)?;
                 let (mut totals, map) = (self.totals(), self.map_builder());
-                let of = Some(schedule.histories * self.unit());
+                let of = Some(schedule.histories * self.histories.unit());
                 let begin = self.begin(&schedule, &mut totals, map.as_ref())?;
                 self.rounds(&schedule, begin, 0..1, of, &mut totals, map.as_ref())?;
                 self.finish(totals, map, &schedule, End::Photons)
             }
             (None, Some(limit)) => {
-                let schedule = self.schedule(photons)?;
+                let schedule = self.histories.schedule(self.scene, photons)?;
                 self.until_time(&schedule, limit.get())
             }
         }
     }
 
     fn map_builder(&self) -> Option<Mutex<MapBuilder>> {
-        let photons = matches!(self.work, Work::Photons(_)) || self.beside.is_some();
-        let asked = match self.keep {
-            Keep::OnCaptors => self.settings.keeps_map() && !self.scene.captors().is_empty(),
-            Keep::OnSurfaces(_) | Keep::Focused(_) => true,
+        let photons =
+            matches!(self.histories.work, Work::Photons(_)) || self.histories.beside.is_some();
+        let asked = match self.kept.arrivals {
+            Arrivals::OnCaptors => self.settings.keeps_map() && !self.scene.captors().is_empty(),
+            Arrivals::OnSurfaces(_) | Arrivals::Focused(_) => true,
         };
         let limit = memory::map_limit(self.scene, self.settings);
         let bands = self.scene.bands().len();
-        let builder = || match self.keep {
-            Keep::OnCaptors => {
+        let builder = || match self.kept.arrivals {
+            Arrivals::OnCaptors => {
                 let k = self.settings.k.map(|k| k.get());
                 MapBuilder::for_estimates(limit, bands, nearest::thinning(self.scene, k))
             }
-            Keep::OnSurfaces(_) | Keep::Focused(_) => MapBuilder::new(limit, bands),
+            Arrivals::OnSurfaces(_) | Arrivals::Focused(_) => MapBuilder::new(limit, bands),
         };
         (photons && asked).then(|| Mutex::new(builder()))
     }
@@ -477,7 +437,7 @@ impl<'a> Run<'a> {
         end: End,
     ) -> Result<Outcome> {
         let rounds = totals.histories / schedule.histories;
-        let beside = self.beside.map(|_| rounds * schedule.all_beside());
+        let beside = self.histories.beside.map(|_| rounds * schedule.all_beside());
         let photons = beside.unwrap_or(totals.histories);
         let build = |map: Mutex<MapBuilder>| {
             let builder = unlocked(map);
@@ -486,10 +446,11 @@ impl<'a> Run<'a> {
         };
         let map = map.map(build).transpose()?;
         let paths = totals.histories;
-        totals.histories *= self.unit();
-        let (unseen, too_small) = match &self.work {
+        totals.histories *= self.histories.unit();
+        let (unseen, too_small) = match &self.histories.work {
             Work::Photons(_) | Work::Lights => {
-                let targets = self.guidance.as_ref().and_then(|guidance| guidance.targets.as_ref());
+                let targets =
+                    self.histories.guidance.as_ref().and_then(|guidance| guidance.targets.as_ref());
                 let unaimed = targets.and_then(|targets| {
                     let shows = |point, normal| targets.shows(point, normal);
                     unaimed(self.scene, shows, totals.histories, self.settings.seed)
@@ -505,7 +466,7 @@ impl<'a> Run<'a> {
                     let rays = totals.segments;
                     Told::find(self.scene, pilot, self.settings.seed, rays)
                 };
-                let by_photons = &self.by_photons;
+                let by_photons = &self.histories.by_photons;
                 let too_small = by_chance
                     .map(|found| found.too_small(self.scene, &totals, paths, beside, by_photons));
                 let missed = self.missed(&totals);
@@ -522,10 +483,10 @@ impl<'a> Run<'a> {
         Ok(Outcome {
             estimator: self.settings.estimator,
             beside,
-            by_photons: self.by_photons.clone(),
+            by_photons: self.histories.by_photons.clone(),
             choice: None,
-            guiding: self.guidance.as_ref().map_or(Guiding::Off, Guidance::guiding),
-            starved: self.guidance.as_ref().is_some_and(|guidance| guidance.starved),
+            guiding: self.histories.guidance.as_ref().map_or(Guiding::Off, Guidance::guiding),
+            starved: self.histories.guidance.as_ref().is_some_and(|guidance| guidance.starved),
             totals,
             map,
             unseen,
@@ -543,7 +504,7 @@ impl<'a> Run<'a> {
     fn missed(&self, totals: &Totals) -> Vec<bool> {
         const SHARE: u64 = 16;
         const RAYS: [u64; 2] = [1 << 18, 1 << 21];
-        let Work::Paths(faces, _) = &self.work else { return Vec::new() };
+        let Work::Paths(faces, _) = &self.histories.work else { return Vec::new() };
         let (scene, bands) = (self.scene, self.scene.bands().len());
         let found = |channel: usize| {
             let found = totals.running(channel)[..bands].iter();
@@ -587,7 +548,7 @@ impl<'a> Run<'a> {
     }
 
     fn report(&self, of: Option<u64>, worst: Option<Worst>) {
-        let photons = self.done.load(Ordering::Relaxed);
+        let photons = self.shared.done.load(Ordering::Relaxed);
         (self.control.progress)(Progress { photons, of, worst });
     }
 
@@ -600,11 +561,11 @@ impl<'a> Run<'a> {
     }
 
     fn broken(&self) -> bool {
-        self.broken.load(Ordering::Relaxed)
+        self.shared.broken.load(Ordering::Relaxed)
     }
 
     fn check_stopped(&self) -> Result<()> {
-        if self.map_too_large.load(Ordering::Relaxed) {
+        if self.kept.too_large.load(Ordering::Relaxed) {
             return Err(memory::map_too_large(self.scene));
         }
         if self.stopped() {

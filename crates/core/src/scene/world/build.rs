@@ -10,12 +10,13 @@ use std::{
 use glam::{DVec3, Vec3};
 
 use super::{
-    CaptorPart, Common, CopyPart, LightPart, NO_CAPTOR, NamedMaterial, ObjectCopy, Scene,
-    SceneParts, SharedPart, Surface, SurfacePart, flush,
+    CaptorPart, CopyPart, LightPart, NO_CAPTOR, NamedMaterial, ObjectCopy, Scene, SceneParts,
+    SharedPart, Surface, SurfacePart,
+    contents::{Common, Head, Lighting, Objects, Place},
+    flush,
     images::LightShapes,
     mirrors::FlatMirrors,
     shapes::{KeptShapes, Outlines},
-    tubes::{MANY, Tubes},
     validate::check_images,
 };
 use crate::{
@@ -29,7 +30,7 @@ use crate::{
         captor::{Captor, CaptorKind, Moments},
         instances::Placed,
         lattice::{Images, Lattice, Layers, Repeats},
-        light::{Entrance, Light, LightTree, MARGIN, Prism},
+        light::{Light, MARGIN, Prism},
         material::Scatterer,
         parameter::Parameters,
         stand::{Heights, LayerBins, Stand},
@@ -93,43 +94,42 @@ impl Scene {
         let flush_lights =
             flush::lift(&mut lights, &shapes, (bounds.center() - center).as_vec3(), radius);
         // images without end are not searched
-        let flat_mirrors = if is_periodic {
-            None
-        } else {
-            let margin = MARGIN * closeness(Vec3::splat(radius));
-            FlatMirrors::find(&lights, &shapes.triangles, &surfaces, &materials, margin)
-        };
-        Ok(Self {
+        let margin = MARGIN * closeness(Vec3::splat(radius));
+        let find = || FlatMirrors::find(&lights, &shapes.triangles, &surfaces, &materials, margin);
+        let flat_mirrors = (!is_periodic).then(find).flatten();
+        let lighting = Lighting::new(
+            lights,
+            parts.watts,
+            light_shapes,
+            flush_lights,
+            flat_mirrors,
+            is_periodic,
+        );
+        let head = Head {
             name: parts.name,
             quantity: parts.quantity,
             period_h: parts.period_h,
             bands: parts.bands,
             sums: parts.sums,
             ratios: parts.ratios,
-            parameters: Parameters::new(parts.parameters, materials.len(), lights.len()),
+        };
+        Ok(Self {
+            head,
             asked: parts.asked,
-            watts: parts.watts,
+            parameters: Parameters::new(parts.parameters, materials.len(), lighting.lights.len()),
             materials,
-            objects: parts.objects,
-            has_openings: lights.iter().filter_map(Light::entrance).any(Entrance::has_openings),
-            flat_mirrors,
-            infinite: (0..lights.len()).filter(|&l| lights[l].entrance().is_some()).collect(),
+            objects: Objects {
+                names: parts.objects,
+                parts: object_parts,
+                copies,
+                surfaces,
+                common,
+            },
+            lighting,
             captors,
             groups: parts.groups,
-            center,
-            radius,
-            copies,
+            place: Place { center, radius, inside, stand },
             shapes,
-            surfaces,
-            common,
-            object_parts,
-            flush_lights,
-            stand,
-            light_tree: (lights.len() > MANY && !is_periodic).then(|| LightTree::new(&lights)),
-            tubes: Tubes::new(&lights),
-            lights,
-            light_shapes,
-            inside,
         })
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 
 use sha2::{Digest, Sha256};
 
-use super::{Scene, Surface};
+use super::{Scene, Surface, contents::Head};
 use crate::math::geometry::Triangle;
 
 /// A writer that hashes everything written to it.
@@ -25,34 +25,35 @@ impl Scene {
     /// was written. Title and camera are not part of it.
     pub fn digest(&self) -> String {
         let mut hash = Hashing(Sha256::new());
-        let Self { quantity, bands, sums, materials, lights, captors, groups, .. } = self;
-        let (center, radius) = (self.center, self.radius);
+        let Self { head, materials, captors, groups, .. } = self;
+        let (Head { quantity, bands, sums, .. }, lights) = (head, &self.lighting.lights);
+        let (center, radius) = (self.place.center, self.place.radius);
         // the error can be ignored: this writer never fails
         let _ = write!(hash, "{:?}", (quantity, bands, sums, materials, lights, captors, groups));
-        if !self.ratios.is_empty() {
-            let _ = write!(hash, "{:?}", self.ratios);
+        if !self.head.ratios.is_empty() {
+            let _ = write!(hash, "{:?}", self.head.ratios);
         }
         if !self.parameters.all().is_empty() {
             let _ = write!(hash, "{:?}", self.parameters.all());
         }
         let _ = write!(hash, "{}", self.asked.in_digest());
-        if !self.watts.is_empty() {
-            let _ = write!(hash, "{:?}", self.watts);
+        if !self.lighting.watts.is_empty() {
+            let _ = write!(hash, "{:?}", self.lighting.watts);
         }
-        let _ = write!(hash, "{center:?} {radius:?} {:?}", self.period_h.is_some());
+        let _ = write!(hash, "{center:?} {radius:?} {:?}", self.head.period_h.is_some());
         // of periods the daily light integrals know all that is more than a day
-        if let Some(hours) = self.period_h.filter(|hours| *hours < 24.0) {
+        if let Some(hours) = self.head.period_h.filter(|hours| *hours < 24.0) {
             let _ = write!(hash, " {hours:?}");
         }
-        if self.stand.channels() > 0 {
-            let _ = write!(hash, " {:?}", self.stand);
+        if self.place.stand.channels() > 0 {
+            let _ = write!(hash, " {:?}", self.place.stand);
         }
         if let Some(lattice) = self.lattice() {
             let _ = write!(hash, " {lattice:?}");
         }
-        hash.surfaces(&self.shapes.triangles, &self.surfaces);
+        hash.surfaces(&self.shapes.triangles, &self.objects.surfaces);
         let placed = &self.shapes.placed;
-        for (prototype, common) in placed.prototypes.iter().zip(&self.common) {
+        for (prototype, common) in placed.prototypes.iter().zip(&self.objects.common) {
             hash.surfaces(&prototype.triangles, &common.surfaces);
             let _ = write!(hash, " {} {}", common.first_captor, common.captors);
         }

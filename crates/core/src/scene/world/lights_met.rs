@@ -28,14 +28,14 @@ impl Scene {
         index: u64,
         rng: &mut Stream,
     ) -> Emission<'s, L> {
-        self.admitted(strata.emit(&self.lights, index, rng))
+        self.admitted(strata.emit(&self.lighting.lights, index, rng))
     }
 
     #[inline(always)]
     fn admitted<'s, L: Lanes>(&self, mut emission: Emission<'s, L>) -> Emission<'s, L> {
         let Ray { origin, direction } = emission.ray;
         let back = Ray { origin, direction: -direction };
-        if self.has_openings && !self.is_last_opening(emission.light, &back) {
+        if self.lighting.has_openings && !self.is_last_opening(emission.light, &back) {
             emission.power = Spectrum::splat(self.lanes(), 0.0);
         }
         emission
@@ -45,7 +45,8 @@ impl Scene {
     /// ray to the sky.
     #[cold]
     fn is_last_opening(&self, light: usize, back: &Ray) -> bool {
-        let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
+        let entrance =
+            self.lighting.lights[light].entrance().filter(|entrance| entrance.has_openings());
         entrance.is_none_or(|_| {
             self.last_opening_in_cells(light, back, closeness(back.origin)).is_none()
                 && self.closest(back).is_none()
@@ -65,7 +66,8 @@ impl Scene {
         if self.ends_in_hill(ray.direction) {
             return false;
         }
-        let entrance = self.lights[light].entrance().filter(|entrance| entrance.has_openings());
+        let entrance =
+            self.lighting.lights[light].entrance().filter(|entrance| entrance.has_openings());
         entrance.is_none_or(|_| match self.last_opening_in_cells(light, ray, 0.0) {
             Some((t, true)) => {
                 let beyond = Ray { origin: ray.at(t), direction: ray.direction };
@@ -81,7 +83,7 @@ impl Scene {
     pub fn lights_met(&self, ray: &Ray, t_max: f32, mut visit: impl FnMut(LightHit)) {
         self.emitters_met(ray, t_max, |light, hit| visit(LightHit { light, on: Some(hit) }));
         if t_max == f32::INFINITY {
-            let seen = self.infinite.iter().filter(|&&light| self.is_let_in(light, ray));
+            let seen = self.lighting.infinite.iter().filter(|&&light| self.is_let_in(light, ray));
             seen.for_each(|&light| visit(LightHit { light, on: None }));
         }
     }
@@ -91,15 +93,15 @@ impl Scene {
         if let Some(repeats) = &self.shapes.repeats {
             return self.emitters_in_cells(repeats, ray, t_max, &mut visit);
         }
-        self.tubes.near(ray, |light| {
-            if let Some(hit) = self.lights[light].hit(ray).filter(|hit| hit.t < t_max) {
+        self.lighting.tubes.near(ray, |light| {
+            if let Some(hit) = self.lighting.lights[light].hit(ray).filter(|hit| hit.t < t_max) {
                 visit(light, hit);
             }
         });
-        if self.light_shapes.triangles.is_empty() {
+        if self.lighting.shapes.triangles.is_empty() {
             return;
         }
-        self.light_shapes.bvh.crossings(ray, t_max, |hit| {
+        self.lighting.shapes.bvh.crossings(ray, t_max, |hit| {
             if let Some((light, hit)) = self.emitter_hit(ray, hit.triangle, hit.t) {
                 visit(light, hit);
             }
@@ -114,9 +116,9 @@ impl Scene {
         triangle: u32,
         t: f32,
     ) -> Option<(usize, EmitterHit)> {
-        let light = self.light_shapes.of_triangle[triangle as usize] as usize;
-        let cos = -ray.direction.dot(self.light_shapes.triangles[triangle as usize].normal());
-        let emitted = self.lights[light].emitted_radiance(ray.direction, cos)?;
+        let light = self.lighting.shapes.of_triangle[triangle as usize] as usize;
+        let cos = -ray.direction.dot(self.lighting.shapes.triangles[triangle as usize].normal());
+        let emitted = self.lighting.lights[light].emitted_radiance(ray.direction, cos)?;
         Some((light, EmitterHit { t, cos: cos.abs(), emitted, image: [0, 0] }))
     }
 
@@ -130,7 +132,7 @@ impl Scene {
         point: Vec3,
         rng: &mut Stream,
     ) -> Option<LightSample<L>> {
-        let light = &self.lights[light];
+        let light = &self.lighting.lights[light];
         match self.lattice() {
             Some(lattice) if light.entrance().is_none() => sample_image(lattice, light, point, rng),
             _ => light.sample_toward(point, rng),
@@ -142,7 +144,7 @@ impl Scene {
     /// light.
     #[inline]
     pub fn pdf_toward(&self, point: Vec3, ray: &Ray, hit: &LightHit) -> f32 {
-        let light = &self.lights[hit.light];
+        let light = &self.lighting.lights[hit.light];
         let pdf = light.pdf_toward(point, ray, hit.on.as_ref());
         match (self.lattice(), &hit.on) {
             (Some(lattice), Some(on)) => {
@@ -158,7 +160,7 @@ impl Scene {
     /// repeats it is never 0, as an image may shine where the light itself does not.
     #[inline]
     pub fn importance(&self, light: usize, point: Vec3, normal: Option<Vec3>) -> f32 {
-        let light = &self.lights[light];
+        let light = &self.lighting.lights[light];
         match self.lattice().filter(|_| light.entrance().is_none()) {
             None => light.importance(point, normal),
             Some(lattice) => {
@@ -172,8 +174,8 @@ impl Scene {
 
     /// Returns the lights at infinity, with their indices.
     pub fn infinite_lights(&self) -> impl Iterator<Item = (usize, &InfiniteLight)> {
-        let infinite = self.infinite.iter();
-        infinite.filter_map(|&l| Some((l, &self.lights[l].entrance()?.light)))
+        let infinite = self.lighting.infinite.iter();
+        infinite.filter_map(|&l| Some((l, &self.lighting.lights[l].entrance()?.light)))
     }
 
     /// Returns the fraction of light that goes straight from one point to another, per band: 1, or
@@ -217,7 +219,7 @@ impl Scene {
             return self.passes_in_pieces(ray, distance, &mut pass);
         }
         let occluded = self.shapes.surface_bvh.occluded(ray, distance, |hit| {
-            let surface = &self.surfaces[hit.triangle as usize];
+            let surface = &self.objects.surfaces[hit.triangle as usize];
             let straight = self.material(surface).straight::<L>(ray.direction, surface.normal);
             let Some(straight) = straight else { return true };
             // at the edge between two triangles of a pane only one of them counts

@@ -217,16 +217,17 @@ impl Scene {
         // copies that share their triangles have no panes and no mirrors
         let triangles = &self.shapes.triangles;
         let is_flat = |t: &usize| {
-            let Surface { normal, material, .. } = self.surfaces[*t];
+            let Surface { normal, material, .. } = self.objects.surfaces[*t];
             normal != Vec3::ZERO && shows(material)
         };
         let mut flat: Vec<(usize, f32)> =
             (0..triangles.len()).filter(is_flat).map(|t| (t, triangles[t].area())).collect();
         flat.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        let near = MARGIN * closeness(Vec3::splat(self.radius));
+        let near = MARGIN * closeness(Vec3::splat(self.place.radius));
         let mut planes: Vec<MirrorPlane> = Vec::new();
         for (t, area) in flat {
-            let (triangle, Surface { normal, material, .. }) = (triangles[t], self.surfaces[t]);
+            let (triangle, Surface { normal, material, .. }) =
+                (triangles[t], self.objects.surfaces[t]);
             let is_there = |plane: &MirrorPlane| {
                 plane.material == material
                     && plane.normal.cross(normal).length() < PARALLEL
@@ -258,7 +259,7 @@ impl Scene {
     /// any.
     #[inline]
     pub fn flat_mirrors(&self) -> Option<&FlatMirrors> {
-        self.flat_mirrors.as_ref()
+        self.lighting.mirrors.as_ref()
     }
 
     /// Chooses an image of a sun that stands towards `sun` (unit vector), by a random `number` in

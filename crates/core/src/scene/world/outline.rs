@@ -106,7 +106,7 @@ impl Scene {
             None => {
                 let located = located(&self.shapes.placed, range.start);
                 let (common, prototype) = (
-                    &self.common[located.prototype],
+                    &self.objects.common[located.prototype],
                     &self.shapes.placed.prototypes[located.prototype],
                 );
                 let captor = common.surfaces[located.triangle].captor().unwrap_or_default();

@@ -34,12 +34,15 @@ impl Scene {
     pub fn outside_openings(&self) -> Vec<Outside> {
         let mut found: Vec<Outside> = Vec::new();
         let entrances = || {
-            self.infinite.iter().filter_map(|&light| Some((light, self.lights[light].entrance()?)))
+            self.lighting
+                .infinite
+                .iter()
+                .filter_map(|&light| Some((light, self.lighting.lights[light].entrance()?)))
         };
         for (light, entrance) in entrances().filter(|(_, e)| e.has_openings() && !e.light.is_dark())
         {
             let through = |&other: &usize| {
-                let other = self.lights[other].entrance();
+                let other = self.lighting.lights[other].entrance();
                 other.is_some_and(|other| other.light.through == entrance.light.through)
             };
             match found.iter_mut().find(|outside| outside.lights.iter().any(through)) {
@@ -82,12 +85,12 @@ impl Scene {
             }
             let absorbed = at.material.absorptance(&at.interaction);
             let least = |absorbed: Spectrum<L>| {
-                let bands = absorbed.values().iter().take(self.bands.len());
+                let bands = absorbed.values().iter().take(self.head.bands.len());
                 bands.copied().fold(f32::INFINITY, f32::min)
             };
             let sent_on = 1.0 - absorbed.map_or(0.0, least);
             let name = match self.object(at.hit.triangle) {
-                Some(object) => &self.objects[object],
+                Some(object) => &self.objects.names[object],
                 None => &self.materials[at.surface.material as usize].name,
             };
             let (count, sent) = seen.entry(name.clone()).or_default();

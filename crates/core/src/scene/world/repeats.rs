@@ -202,7 +202,7 @@ impl Scene {
     fn hit_in_cell(&self, repeats: &Repeats, stretch: &Stretch, mut hit: Hit) -> SurfaceHit {
         let own = self.shapes.triangles.len();
         let of = |hit: &Hit| repeats.surfaces.origin(hit.triangle, own).0 as usize;
-        let surface = &self.surfaces[of(&hit)];
+        let surface = &self.objects.surfaces[of(&hit)];
         let is_near_edge = surface.may_be_near_edge(&hit) && self.is_near_edge(of(&hit), &hit);
         if is_near_edge {
             let shape = |t| self.shapes.surface_shape(t);
@@ -216,7 +216,7 @@ impl Scene {
         let point = hit.point.as_dvec3() - repeats.lattice.shift(cell);
         let point = if cell == [0, 0] { point } else { shape.foot(point) };
         let point = match is_near_edge {
-            true => self.surfaces[triangle].off_edges(shape, point),
+            true => self.objects.surfaces[triangle].off_edges(shape, point),
             false => point.as_vec3(),
         };
         SurfaceHit { t: hit.t, triangle, point }
@@ -314,7 +314,8 @@ impl Scene {
         t_max: f32,
         visit: &mut dyn FnMut(usize, EmitterHit),
     ) {
-        if self.light_shapes.triangles.is_empty() && self.light_shapes.images.tubes.is_empty() {
+        if self.lighting.shapes.triangles.is_empty() && self.lighting.shapes.images.tubes.is_empty()
+        {
             return;
         }
         let mut borders = Borders::new();
@@ -329,18 +330,19 @@ impl Scene {
                     visit(light, EmitterHit { t, image, ..hit });
                 }
             };
-            for &(light, cell) in &self.light_shapes.images.tubes {
+            for &(light, cell) in &self.lighting.shapes.images.tubes {
                 let origin = stretch.ray.origin - repeats.lattice.shift(cell).as_vec3();
-                if let Some(hit) = self.lights[light].hit(&Ray { origin, ..stretch.ray }) {
+                if let Some(hit) = self.lighting.lights[light].hit(&Ray { origin, ..stretch.ray }) {
                     met((light, 0), cell, hit);
                 }
             }
-            if self.light_shapes.triangles.is_empty() {
+            if self.lighting.shapes.triangles.is_empty() {
                 continue;
             }
-            let own = self.light_shapes.triangles.len();
-            self.light_shapes.bvh.crossings(&stretch.ray, to, |hit| {
-                let (triangle, cell) = self.light_shapes.images.triangles.origin(hit.triangle, own);
+            let own = self.lighting.shapes.triangles.len();
+            self.lighting.shapes.bvh.crossings(&stretch.ray, to, |hit| {
+                let (triangle, cell) =
+                    self.lighting.shapes.images.triangles.origin(hit.triangle, own);
                 if let Some((light, hit)) = self.emitter_hit(&stretch.ray, triangle, hit.t) {
                     met((light, triangle), cell, hit);
                 }
@@ -389,9 +391,9 @@ impl Scene {
         ray: &Ray,
         offset: f32,
     ) -> Option<(f32, bool)> {
-        let entrance = self.lights[light].entrance()?;
+        let entrance = self.lighting.lights[light].entrance()?;
         let Some(repeats) = &self.shapes.repeats else { return entrance.last_opening(ray, offset) };
-        let openings = self.light_shapes.images.openings.get(&light)?;
+        let openings = self.lighting.shapes.images.openings.get(&light)?;
         let shapes = || entrance.openings().iter().chain(&openings.images.shapes);
         let starts_in: Vec<bool> = {
             let shift = repeats.lattice.shift(repeats.lattice.cell_of(ray.origin.as_dvec3()));

@@ -124,8 +124,8 @@ impl Scene {
     /// Returns the surfaces that are copies of an object, at least two of each.
     pub fn object_copies(&self) -> impl Iterator<Item = ObjectCopy> {
         let placed: &Placed = &self.shapes.placed;
-        let shared =
-            placed.prototypes.iter().zip(&self.common).flat_map(move |(prototype, common)| {
+        let shared = placed.prototypes.iter().zip(&self.objects.common).flat_map(
+            move |(prototype, common)| {
                 let each = prototype.triangles.len();
                 (0..prototype.instances.len()).map(move |copy| {
                     let first = prototype.first + copy * each;
@@ -135,8 +135,9 @@ impl Scene {
                         transform: placed.transform(&located(placed, first)),
                     }
                 })
-            });
-        self.copies.iter().cloned().chain(shared)
+            },
+        );
+        self.objects.copies.iter().cloned().chain(shared)
     }
 
     /// Returns the properties of a triangle of a copy, for rays that leave it at this point or, without
@@ -145,7 +146,8 @@ impl Scene {
     pub(super) fn shared_surface(&self, triangle: usize, point: Option<Vec3>) -> Surface {
         let placed = &self.shapes.placed;
         let located = located(placed, triangle);
-        let (common, instance) = (&self.common[located.prototype], placed.instance(&located));
+        let (common, instance) =
+            (&self.objects.common[located.prototype], placed.instance(&located));
         let mut surface = self.placed_surface(instance, located.triangle, common, point);
         if surface.captor != NO_CAPTOR {
             surface.captor += (common.first_captor + located.copy * common.captors) as u32;
@@ -196,7 +198,7 @@ impl Scene {
 
     /// Returns the object of a triangle of a copy.
     pub(super) fn object_of_copy(&self, triangle: usize) -> Option<usize> {
-        self.common[located(&self.shapes.placed, triangle).prototype].object
+        self.objects.common[located(&self.shapes.placed, triangle).prototype].object
     }
 
     /// Returns the hit of a triangle of a copy where the scene describes it.
@@ -205,7 +207,7 @@ impl Scene {
         let placed = &self.shapes.placed;
         let (prototype, common) = (
             &placed.prototypes[instance.prototype as usize],
-            &self.common[instance.prototype as usize],
+            &self.objects.common[instance.prototype as usize],
         );
         let mut hit = *hit;
         let triangle = |hit: &Hit| hit.triangle as usize;

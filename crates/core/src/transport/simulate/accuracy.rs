@@ -140,16 +140,16 @@ impl Run<'_> {
         let powers: Vec<f64> = powers.collect();
         let batch = schedule.batches - 1;
         let histories = schedule.batch(batch) as f64;
-        let brightest = self.brightest.iter().map(|bits| bits.load(Ordering::Relaxed));
+        let brightest = self.shared.brightest.iter().map(|bits| bits.load(Ordering::Relaxed));
         let brightest: Vec<f64> = brightest.map(f64::from_bits).collect();
-        let (flux, irradiance) = match &self.work {
+        let (flux, irradiance) = match &self.histories.work {
             Work::Photons(_) | Work::Lights => {
-                let lamps = self.guidance.as_ref().and_then(|guidance| guidance.lamps.as_deref());
+                let lamps = self.histories.lamps();
                 // what guided photons have brought may be more than any was emitted with
                 let mut most = brightest;
                 for task in [0, schedule.tasks(batch) - 1] {
                     let (_, length) = schedule.range(batch, task);
-                    let strata = self.strata(length);
+                    let strata = self.histories.strata(self.scene, length);
                     for source in 0..strata.sources() {
                         let more = lamps.map_or(1.0, |lamps| lamps.most(source));
                         for (band, most) in most.iter_mut().enumerate() {
@@ -167,7 +167,8 @@ impl Run<'_> {
                 let none = |(power, most): (&f64, &f64)| if *most > 0.0 { 0.0 } else { *power };
                 let mut flux: Vec<f64> = powers.iter().zip(&irradiance).map(none).collect();
                 if let Some((_, photons)) = schedule.photons_beside(batch, schedule.cuts - 1) {
-                    let (paths, all) = (schedule.range(batch, 0).1, !self.by_photons.is_empty());
+                    let (paths, all) =
+                        (schedule.range(batch, 0).1, !self.histories.by_photons.is_empty());
                     let strata = pilot.strata(self.scene, photons, paths, all);
                     for source in 0..strata.sources() {
                         for (band, most) in flux.iter_mut().enumerate() {

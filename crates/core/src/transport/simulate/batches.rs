@@ -183,7 +183,7 @@ impl<T> Drop for Alarm<'_, '_, T> {
         if std::thread::panicking() {
             // under the lock, so that no thread can check just before and begin to wait just after
             let _queue = lock(self.queue);
-            self.run.broken.store(true, Ordering::Relaxed);
+            self.run.shared.broken.store(true, Ordering::Relaxed);
             self.turn.notify_all();
         }
     }

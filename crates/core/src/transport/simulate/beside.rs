@@ -49,7 +49,7 @@ impl Run<'_> {
         let Some((first, photons)) = schedule.photons_beside(batch, task) else { return };
         let scene = self.scene;
         let (_, histories) = schedule.range(batch, task);
-        let by_photons = &*self.by_photons;
+        let by_photons = &*self.histories.by_photons;
         // the photon map wants all light in proportion, and so do faces at which photons alone count
         let all = !by_photons.is_empty() || map.is_some();
         let strata = pilot.strata(scene, photons, histories, all);
@@ -109,7 +109,7 @@ impl Run<'_> {
             });
         }
         if self.purpose == Purpose::Trial {
-            let sums = self.arrivals.iter().zip(arrivals);
+            let sums = self.shared.arrivals.iter().zip(arrivals);
             sums.for_each(|(sum, more)| {
                 sum.fetch_add(more, Ordering::Relaxed);
             });

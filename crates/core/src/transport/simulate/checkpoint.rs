@@ -93,7 +93,7 @@ impl Run<'_> {
         totals: &mut Totals,
         map: Option<&Mutex<MapBuilder>>,
     ) -> Result<Place> {
-        let Some(keeper) = self.keeper else { return Ok((0, 0, 0)) };
+        let Some(keeper) = self.kept.keeper else { return Ok((0, 0, 0)) };
         let Some(Resumed { state, arrivals }) = lock(&keeper.resumed).take() else {
             return Ok((0, 0, 0));
         };
@@ -108,11 +108,14 @@ impl Run<'_> {
             && done(schedule.batches, next) == Some(before.batches)
             && done(schedule.histories, (0..next).map(|batch| schedule.batch(batch)).sum())
                 == Some(before.histories)
-            && before.histories.checked_mul(self.unit()).is_some_and(|all| all <= MAX_PHOTONS)
+            && before
+                .histories
+                .checked_mul(self.histories.unit())
+                .is_some_and(|all| all <= MAX_PHOTONS)
             && full.is_none_or(is_of_run)
             && arrivals.iter().all(|(key, _)| is_of_run(*key))
             && arrivals.is_sorted_by(|(a, _), (b, _)| a < b)
-            && brightest.len() == self.brightest.len()
+            && brightest.len() == self.shared.brightest.len()
             && tasks < whole
             && self.tally().fits(&sums);
         let none = || {
@@ -131,8 +134,10 @@ impl Run<'_> {
             lock(map).end_at(full);
         }
         let of_batch: u64 = (0..tasks).map(|task| self.photons_in(schedule, next, task)).sum();
-        self.done.store(before.histories * self.unit() + of_batch, Ordering::Relaxed);
-        for (bits, most) in brightest.iter().zip(&self.brightest) {
+        self.shared
+            .done
+            .store(before.histories * self.histories.unit() + of_batch, Ordering::Relaxed);
+        for (bits, most) in brightest.iter().zip(&self.shared.brightest) {
             most.store(*bits, Ordering::Relaxed);
         }
         *totals = before;
@@ -142,12 +147,12 @@ impl Run<'_> {
 
     /// Returns, once, the sums of the batch under way in which the run is resumed.
     pub(super) fn begun(&self) -> Option<Sums> {
-        lock(&self.keeper?.begun).take()
+        lock(&self.kept.keeper?.begun).take()
     }
 
     /// Returns whether a checkpoint is due.
     pub(super) fn keeps_now(&self) -> bool {
-        self.keeper.is_some_and(Keeper::is_due)
+        self.kept.keeper.is_some_and(Keeper::is_due)
     }
 
     /// Saves what the run has done.
@@ -158,7 +163,7 @@ impl Run<'_> {
         totals: &Totals,
         map: Option<&Mutex<MapBuilder>>,
     ) {
-        let Some(keeper) = self.keeper else { return };
+        let Some(keeper) = self.kept.keeper else { return };
         let began = Instant::now();
         let map = map.map(|map| lock(map));
         let state = RunState {
@@ -168,7 +173,12 @@ impl Run<'_> {
             tasks,
             sums,
             full: map.as_ref().and_then(|map| map.end()),
-            brightest: self.brightest.iter().map(|most| most.load(Ordering::Relaxed)).collect(),
+            brightest: self
+                .shared
+                .brightest
+                .iter()
+                .map(|most| most.load(Ordering::Relaxed))
+                .collect(),
         };
         // other arrivals belong to tasks that will be done again
         let is_kept = |(of, task, batch): TaskKey| (of, batch, task) < (round, next, tasks);

@@ -17,7 +17,8 @@
 use std::{array::from_fn, sync::Arc};
 
 use super::{
-    Control, Keep, Run, TASK, channel, faces,
+    Arrivals, Control, Run, TASK, channel, faces,
+    histories::Histories,
     schedule::{Beside, Schedule},
     tried::{FEWEST, Judged, Size, Tried, Value, affordable, of_a_trial, of_photons, paths_of},
 };
@@ -304,11 +305,12 @@ impl TriedPhotons {
         let beside = Some(Beside { ratio: 1.0, least });
         let schedule = Schedule { beside, ..Schedule::new(photons, least, TASK.max(least)) };
         let totals = |by_photons: Arc<[bool]>| {
-            let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
+            let run = Run::new(scene, &settings, Vec::new(), Arrivals::OnCaptors, control)?;
             let work = super::Work::Paths(Vec::new(), pilot.clone());
-            let run = Run { work, beside, by_photons, purpose: Purpose::Trial, ..run };
+            let histories = Histories { work, beside, by_photons, ..run.histories };
+            let run = Run { histories, purpose: Purpose::Trial, ..run };
             let totals = run.round(2, &schedule)?;
-            let [all, left] = run.arrivals.map(|count| count.into_inner() as f64);
+            let [all, left] = run.shared.arrivals.map(|count| count.into_inner() as f64);
             // one half of an arrival counts as come
             Ok((totals, (left + 0.5) / (all + 1.0)))
         };

@@ -3,7 +3,7 @@
 
 use std::sync::atomic::Ordering;
 
-use super::{Control, Keep, Plan, Run, Work, batches::Turn, schedule::Schedule};
+use super::{Arrivals, Control, Plan, Run, Work, batches::Turn, schedule::Schedule};
 use crate::{
     error::{Error, Result, catch_panic},
     scene::{light::Strata, world::Scene},
@@ -49,11 +49,12 @@ pub fn simulate_light_by_light(
         let Plan { settings, guidance, .. } = &Plan::make(scene, &settings, control)?;
         // copies of a photon do not know whether it came straight, so there are no weight windows
         let guidance = guidance.as_ref().and_then(|_| Guidance::aim(scene));
-        let run = Run::new(scene, settings, Vec::new(), Keep::OnCaptors, control)?;
-        let run = Run { without_direct_sun: true, ..run.guided_by(guidance) };
+        let run = Run::new(scene, settings, Vec::new(), Arrivals::OnCaptors, control)?;
+        let mut run = run.guided_by(guidance);
+        run.histories.without_direct_sun = true;
         let photons = settings.photons_or_default();
         // this checks that there are enough photons
-        run.schedule(photons)?;
+        run.histories.schedule(run.scene, photons)?;
         run.light_by_light(photons, lights, take)
     })
 }
@@ -67,7 +68,8 @@ pub fn photons_by_light(scene: &Scene, photons: u64) -> Vec<u64> {
 impl Run<'_> {
     fn light_by_light(self, photons: u64, lights: &[usize], take: &mut Take) -> Result<()> {
         let shares = photons_by_light(self.scene, photons);
-        let run = Self { work: Work::Lights, ..self };
+        let mut run = self;
+        run.histories.work = Work::Lights;
         let schedule = |light: u64| {
             let light = light as usize;
             let sources = run.scene.lights()[light].sources().max(1) as u64;
@@ -87,7 +89,7 @@ impl Run<'_> {
             }
             if let Err(error) = take(light, &totals) {
                 failed = Some(error);
-                run.broken.store(true, Ordering::Relaxed);
+                run.shared.broken.store(true, Ordering::Relaxed);
             }
             next += 1;
             totals = run.totals();

@@ -3,7 +3,7 @@
 use std::sync::{Arc, atomic::Ordering};
 
 use super::{
-    Control, Keep, Run, lamps,
+    Arrivals, Control, Run, lamps,
     tried::{RAYS, affordable, of_a_trial},
 };
 use crate::{
@@ -139,12 +139,12 @@ impl<'a, 'c> ImportancePilot<'a, 'c> {
     fn photons(&self) -> Result<Totals> {
         let control = Control { progress: &|_| {}, ..*self.control };
         let (scene, round) = (self.scene, self.round);
-        let run = Run::new(scene, &self.settings, Vec::new(), Keep::OnCaptors, &control)?;
+        let run = Run::new(scene, &self.settings, Vec::new(), Arrivals::OnCaptors, &control)?;
         let guidance = Some(self.guidance.clone());
         let run = Run { purpose: Purpose::Pilot, ..run.guided_by(guidance) };
         let photons = PHOTONS.max(scene.sources() as u64);
         let photons = affordable(scene, &self.settings, &control, (photons, RAYS))?;
-        run.round(round, &run.schedule(photons)?)
+        run.round(round, &run.histories.schedule(run.scene, photons)?)
     }
 }
 

@@ -8,7 +8,7 @@
 use std::{sync::Arc, time::Instant};
 
 use super::{
-    Choice, Control, Keep, Run,
+    Arrivals, Choice, Control, Run,
     division::{Division, TriedComplete},
     pilot::ImportancePilot,
     trial::{Chosen, OfPaths, asked},
@@ -306,9 +306,9 @@ fn try_guiding<'a>(
     control: &Control,
 ) -> Result<TriedGuiding> {
     let settings = of_a_trial(settings);
-    let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
+    let run = Run::new(scene, &settings, Vec::new(), Arrivals::OnCaptors, control)?;
     let run = Run { purpose: Purpose::Guiding, ..run.guided_by(guidance) };
-    let totals = run.round(0, &run.schedule(photons)?)?;
+    let totals = run.round(0, &run.histories.schedule(run.scene, photons)?)?;
     let kinds = [false, true].map(|surfaces| channels_of(scene, surfaces).collect::<Vec<usize>>());
     let of = |channels: Vec<usize>| {
         Found::new(scene, &totals, totals.histories, channels.into_iter(), of_photons(scene))

@@ -63,7 +63,7 @@ pub fn simulate_shard(
 
 impl Run<'_> {
     fn shard_schedule(&self) -> Result<Schedule> {
-        self.schedule(self.settings.photons_or_default())
+        self.histories.schedule(self.scene, self.settings.photons_or_default())
     }
 
     fn shard_sums(&self, shard: Shard) -> Result<ShardSums> {
@@ -87,7 +87,7 @@ impl Run<'_> {
                 batches.push((batch, sums));
             }
         };
-        let of = Some(histories * self.unit());
+        let of = Some(histories * self.histories.unit());
         self.batches(&|_| schedule, (0, 0, 0), 0..1, range, of, &mut take, map.as_ref())?;
         let map = map.map(unlocked);
         let (tasks, end) = map.map_or_else(Default::default, MapBuilder::into_pieces);

@@ -4,7 +4,7 @@ use std::sync::{Mutex, atomic::Ordering};
 
 use glam::Vec3;
 
-use super::{Keep, Run, lock};
+use super::{Arrivals, Run, lock};
 use crate::{
     math::spectrum::{Lanes, Spectrum},
     scene::{
@@ -22,7 +22,7 @@ use crate::{
 /// The arrivals of a task that the photon map stores.
 pub(super) struct Stored<'a> {
     scene: &'a Scene,
-    keep: Keep<'a>,
+    arrivals: Arrivals<'a>,
     task: TaskArrivals,
     limit: usize,
     /// By what the weights of photons are multiplied.
@@ -42,7 +42,8 @@ impl<'a> Stored<'a> {
     ) {
         let (light, history) = (of.0 as u32, of.1 as u32);
         let wants = |bin, position| self.task.wants(bin, position, history);
-        let Some((mut arrival, power)) = self.keep.arrival(self.scene, event, way, wants) else {
+        let Some((mut arrival, power)) = self.arrivals.arrival(self.scene, event, way, wants)
+        else {
             return;
         };
         (arrival.photon.light, arrival.photon.history) = (light, history);
@@ -50,7 +51,7 @@ impl<'a> Stored<'a> {
         let power = power.values().iter().zip(weights).take(self.scene.bands().len());
         let power = power.map(|(power, weight)| (f64::from(*power) * weight * self.scale) as f32);
         self.task.push(self.limit, arrival, power);
-        if !matches!(self.keep, Keep::OnCaptors) {
+        if !matches!(self.arrivals, Arrivals::OnCaptors) {
             self.task.came(way);
         }
     }
@@ -67,7 +68,7 @@ impl<'a> Run<'a> {
     ) -> Option<Stored<'a>> {
         let map = lock(map?);
         let (task, limit) = (map.task(key)?, map.limit());
-        Some(Stored { scene: self.scene, keep: self.keep, task, limit, scale })
+        Some(Stored { scene: self.scene, arrivals: self.kept.arrivals, task, limit, scale })
     }
 
     /// Adds the arrivals of a task to the map. The run ends where they take more memory than is
@@ -81,9 +82,9 @@ impl<'a> Run<'a> {
         let (Some(map), Some(stored)) = (map, stored) else { return };
         let mut map = lock(map);
         map.add(key, stored.task);
-        if map.bytes() > self.map_room {
-            self.map_too_large.store(true, Ordering::Relaxed);
-            self.broken.store(true, Ordering::Relaxed);
+        if map.bytes() > self.kept.room {
+            self.kept.too_large.store(true, Ordering::Relaxed);
+            self.shared.broken.store(true, Ordering::Relaxed);
         }
     }
 }
@@ -105,7 +106,7 @@ impl Way {
     }
 }
 
-impl Keep<'_> {
+impl Arrivals<'_> {
     /// Returns the arrival to store of an event, and its power, for a photon that came this `way`.
     /// `None` if the event is not stored. `wants` says of a bin and a position whether it is.
     #[inline]
@@ -130,7 +131,7 @@ impl Keep<'_> {
             | Event::Lost(_) => return None,
         };
         let (bin, power) = match (self, event) {
-            (Keep::OnCaptors, _) => {
+            (Arrivals::OnCaptors, _) => {
                 let counted = event.counted(scene)?;
                 let carried = match event {
                     Event::Crossing { carried, .. } => *carried,
@@ -138,15 +139,15 @@ impl Keep<'_> {
                 };
                 (counted.channel() as u32, carried.unwrap_or(counted.power))
             }
-            (Keep::Focused(_), _) if !way.is_focused() => return None,
-            (Keep::Focused(_), Event::Arrival { at, .. }) if !at.material.is_diffuse() => {
+            (Arrivals::Focused(_), _) if !way.is_focused() => return None,
+            (Arrivals::Focused(_), Event::Arrival { at, .. }) if !at.material.is_diffuse() => {
                 return None;
             }
             (
-                Keep::OnSurfaces(patches) | Keep::Focused(patches),
+                Arrivals::OnSurfaces(patches) | Arrivals::Focused(patches),
                 Event::Arrival { at, power, .. },
             ) => (patches.bin(triangle, at.interaction.front), *power),
-            (Keep::OnSurfaces(_) | Keep::Focused(_), _) => return None,
+            (Arrivals::OnSurfaces(_) | Arrivals::Focused(_), _) => return None,
         };
         if !wants(bin, position) {
             return None;

@@ -1,7 +1,7 @@
 //! Photons for pictures, which are stored on all surfaces. No more photons are traced than that
 //! takes.
 
-use super::{Control, Keep, Outcome, Run, memory, tried::RAYS};
+use super::{Arrivals, Control, Outcome, Run, memory, tried::RAYS};
 use crate::{
     error::{Result, catch_panic},
     math::{machine, rng::Purpose},
@@ -40,13 +40,14 @@ pub fn light_surfaces<'a>(
     control: &Control,
 ) -> Result<SurfaceLight<'a>> {
     let patches = Patches::new(scene);
-    let keep = Keep::OnSurfaces(&patches);
+    let arrivals = Arrivals::OnSurfaces(&patches);
     let photons = match settings.photons {
         Some(photons) => photons.get(),
         None => {
             memory::check_map(scene, memory::map_limit(scene, settings))?;
             let control = Control { progress: &|_| {}, ..*control };
-            let trial = |photons| kept(scene, settings, Purpose::Trial, keep, photons, &control);
+            let trial =
+                |photons| kept(scene, settings, Purpose::Trial, arrivals, photons, &control);
             let first = trial(FIRST)?;
             let Totals { histories, segments, .. } = first.totals;
             let least = (RAYS * histories / segments.max(1)).clamp(FIRST, TRIAL);
@@ -62,7 +63,7 @@ pub fn light_surfaces<'a>(
             (needed.ceil() as u64).clamp(least, (MOST * wanted).max(least))
         }
     };
-    let found = kept(scene, settings, Purpose::Run, keep, photons, control)?;
+    let found = kept(scene, settings, Purpose::Run, arrivals, photons, control)?;
     let map = found.map.expect("a run of photons keeps a map");
     let k = settings.k.map(NearestCount::get).filter(|k| *k > 1).unwrap_or(SurfaceLight::DEFAULT_K);
     Ok(SurfaceLight { scene, patches, map, k })
@@ -87,11 +88,11 @@ pub fn focused_light<'a>(
     if own == 0 || 2 * own > settings.map_photons.get() {
         return Ok(machine::pool(settings.threads.get())?.install(|| light.part(Way::is_focused)));
     }
-    let keep = Keep::Focused(&light.patches);
+    let arrivals = Arrivals::Focused(&light.patches);
     let photons = FOCUSED * light.map.histories;
     let stored = MapLimit::nearest_to(FOCUSED_STORED * settings.map_photons.get());
     let settings = Settings { map_photons: stored, ..settings.clone() };
-    let found = kept(light.scene, &settings, Purpose::Focused, keep, photons, control)?;
+    let found = kept(light.scene, &settings, Purpose::Focused, arrivals, photons, control)?;
     let map = found.map.expect("a run of photons keeps a map");
     Ok(SurfaceLight { map, patches: light.patches.clone(), ..*light })
 }
@@ -101,7 +102,7 @@ fn kept(
     scene: &Scene,
     settings: &Settings,
     purpose: Purpose,
-    keep: Keep,
+    arrivals: Arrivals,
     photons: u64,
     control: &Control,
 ) -> Result<Outcome> {
@@ -114,7 +115,7 @@ fn kept(
         ..settings.clone()
     };
     catch_panic("run", || {
-        let run = Run::new(scene, &settings, Vec::new(), keep, control)?;
+        let run = Run::new(scene, &settings, Vec::new(), arrivals, control)?;
         let run = Run { purpose, ..run };
         run.go()
     })

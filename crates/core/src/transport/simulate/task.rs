@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, atomic::Ordering};
 
-use super::{BATCHES, Keep, Run, Work, schedule::Schedule};
+use super::{Arrivals, BATCHES, Run, Work, schedule::Schedule};
 
 use crate::{
     math::{
@@ -45,7 +45,7 @@ impl Run<'_> {
         } else {
             self.followed(schedule, key, tally, map);
         }
-        self.done.fetch_add(self.photons_in(schedule, key.2, key.1), Ordering::Relaxed);
+        self.shared.done.fetch_add(self.photons_in(schedule, key.2, key.1), Ordering::Relaxed);
     }
 
     /// Returns whether the work is counted.
@@ -62,13 +62,13 @@ impl Run<'_> {
     ) {
         let (round, task, batch) = key;
         let (_, histories) = schedule.range(batch, task);
-        with_lanes!(self.scene.lanes(), L => match &self.work {
+        with_lanes!(self.scene.lanes(), L => match &self.histories.work {
             Work::Paths(faces, pilot) => {
                 self.paths::<L>(schedule, key, faces, pilot, tally);
                 self.photons_beside::<L>(schedule, key, pilot, tally, map);
             }
             Work::Photons(strata) => {
-                let own = (strata.histories() != histories).then(|| self.strata(histories));
+                let own = (strata.histories() != histories).then(|| self.histories.strata(self.scene, histories));
                 let strata = own.as_ref().unwrap_or(strata);
                 self.emitted::<L>(schedule, key, strata, tally, map);
             }
@@ -83,7 +83,7 @@ impl Run<'_> {
     /// Returns the number of photons, or of paths, of a task.
     pub(super) fn photons_in(&self, schedule: &Schedule, batch: u64, task: u64) -> u64 {
         let (_, histories) = schedule.range(batch, task);
-        match &self.work {
+        match &self.histories.work {
             Work::Photons(_) | Work::Lights => histories,
             Work::Paths(faces, _) => histories * schedule.faces(task, faces.len()).len() as u64,
         }
@@ -92,7 +92,7 @@ impl Run<'_> {
     /// Returns whether only the photon map of the run is wanted. Once the map is full, there is
     /// then no more to do.
     fn keeps_map_alone(&self) -> bool {
-        !matches!(self.keep, Keep::OnCaptors) && self.purpose != Purpose::Trial
+        !matches!(self.kept.arrivals, Arrivals::OnCaptors) && self.purpose != Purpose::Trial
     }
 
     /// Returns the random streams of a batch.
@@ -135,7 +135,7 @@ impl Run<'_> {
 
     /// Keeps for the run the most that a history has brought in each band.
     fn keep_brightest(&self, most: impl IntoIterator<Item = f64>) {
-        for (all, most) in self.brightest.iter().zip(most) {
+        for (all, most) in self.shared.brightest.iter().zip(most) {
             all.fetch_max(most.to_bits(), Ordering::Relaxed);
         }
     }
@@ -149,7 +149,7 @@ impl Run<'_> {
         tally: &mut Tally,
         map: Option<&Mutex<MapBuilder>>,
     ) {
-        match self.guidance.is_some() || tally.keeps_account(self.scene) {
+        match self.histories.guidance.is_some() || tally.keeps_account(self.scene) {
             false => self.photons::<L, false>(schedule, key, strata, tally, map),
             true => self.photons::<L, true>(schedule, key, strata, tally, map),
         }
@@ -197,7 +197,7 @@ impl Run<'_> {
             return;
         }
         let streams = self.streams(round, batch);
-        let guidance = self.guidance.as_ref().filter(|_| MORE);
+        let guidance = self.histories.guidance.as_ref().filter(|_| MORE);
         let lamps = guidance.and_then(|guidance| guidance.lamps.as_deref());
         let spreads = self.spreads() && lamps.is_none();
         let mut account = (MORE && tally.keeps_account(scene)).then(Account::<L>::default);
@@ -222,7 +222,7 @@ impl Run<'_> {
             let emitted = emitted.as_ref().unwrap_or(&power);
             self.count_emission(tally, &mut account, (light, part), weights, emitted);
             let mut way = Way::default();
-            let of_sun = self.without_direct_sun && strata.is_sun(scene.lights(), source);
+            let of_sun = self.histories.without_direct_sun && strata.is_sun(scene.lights(), source);
             let mut found = of_sun.then(|| Finding::new(scene, light, true));
             let on = |event: Event<'_, L>| {
                 if found.as_mut().is_some_and(|found| found.takes(&event)) {
@@ -242,8 +242,8 @@ impl Run<'_> {
                     way = way.then(lobe, || at.material.glossy() > 0.0);
                 }
             };
-            match (guidance, self.keep) {
-                (None, Keep::Focused(_)) => {
+            match (guidance, self.kept.arrivals) {
+                (None, Arrivals::Focused(_)) => {
                     trace(scene, ray, power, UntilDiffused, &mut rng, on);
                 }
                 (None, _) => trace(scene, ray, power, (), &mut rng, on),

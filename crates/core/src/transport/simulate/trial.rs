@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use super::{
-    BATCHES, Control, Keep, MIN_PATHS, Run,
+    Arrivals, BATCHES, Control, MIN_PATHS, Run,
     division::{Division, TriedComplete},
     least_paths,
     tried::{FEWEST, Judged, Size, Tried, of_a_trial, of_photons, rays_of_a_photon, tried},
@@ -280,7 +280,7 @@ fn photons_of<'a>(
     control: &Control,
 ) -> Result<Tried> {
     let settings = of_a_trial(settings);
-    let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
+    let run = Run::new(scene, &settings, Vec::new(), Arrivals::OnCaptors, control)?;
     let run = run.guided_by(guidance);
     let first = BATCHES.max(FEWEST * scene.sources() as u64);
     let (totals, histories) = tried(run, 0, (first, size.histories(), size.rays))?;

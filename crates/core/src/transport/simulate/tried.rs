@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{BATCHES, Control, Keep, Run, Work, channel, faces};
+use super::{Arrivals, BATCHES, Control, Run, Work, channel, faces};
 use crate::{
     error::Result,
     math::{pattern::fits, rng::Purpose, stats::Estimate},
@@ -115,10 +115,10 @@ pub(super) fn rays_of_a_photon<'a>(
     control: &Control,
 ) -> Result<(u64, f64)> {
     let settings = of_a_trial(settings);
-    let run = Run::new(scene, &settings, Vec::new(), Keep::OnCaptors, control)?;
+    let run = Run::new(scene, &settings, Vec::new(), Arrivals::OnCaptors, control)?;
     let run = Run { purpose: Purpose::Guiding, ..run }.guided_by(guidance);
     let few = BATCHES.max(scene.sources() as u64);
-    let totals = run.round(0, &run.schedule(few)?)?;
+    let totals = run.round(0, &run.histories.schedule(run.scene, few)?)?;
     Ok((few, (totals.segments as f64 / few as f64).max(1.0)))
 }
 
@@ -349,10 +349,11 @@ pub(super) fn paths_of(
     let (tried_faces, all) = (tried_faces(scene, size), faces(scene).len());
     let share = tried_faces.len() as f64 / all as f64;
     let each = size.histories() / tried_faces.len() as u64;
-    let (keep, known) = (Keep::OnCaptors, Some(pilot.clone()));
-    let run = Run::knowing(scene, &settings, Vec::new(), keep, control, known)?;
+    let (arrivals, known) = (Arrivals::OnCaptors, Some(pilot.clone()));
+    let mut run = Run::knowing(scene, &settings, Vec::new(), arrivals, control, known)?;
     let work = Work::Paths(tried_faces, pilot.clone());
-    let (totals, histories) = tried(Run { work, ..run }, 1, (BATCHES, each, size.rays))?;
+    run.histories.work = work;
+    let (totals, histories) = tried(run, 1, (BATCHES, each, size.rays))?;
     let none = of_no_photons(scene);
     let tried = Tried::new(scene, (&totals, histories), size, all as u64, none);
     Ok(Tried { work: tried.work / share, ..tried })
@@ -367,7 +368,9 @@ pub(super) fn tried(
     (first, most, rays): (u64, u64, u64),
 ) -> Result<(Totals, u64)> {
     let run = Run { purpose: Purpose::Trial, ..run };
-    let of = |histories: u64| run.round(round, &run.schedule(histories * run.unit())?);
+    let of = |histories: u64| {
+        run.round(round, &run.histories.schedule(run.scene, histories * run.histories.unit())?)
+    };
     let few = of(first)?;
     let each = few.segments as f64 / first as f64;
     let mut histories = first;

@@ -22,10 +22,10 @@ impl Run<'_> {
     /// Runs rounds of equal batches until every captor is accurate enough.
     pub(super) fn until_accurate(&self, tolerance: f64, limit: Option<u64>) -> Result<Outcome> {
         let watched = self.watched()?;
-        let (task, unit) = (self.full_task(), self.unit());
+        let (task, unit) = (self.histories.full_task(), self.histories.unit());
         // a batch is worth adding up once it has some photons for each captor; for paths it always
         // is
-        let enough = match self.work {
+        let enough = match self.histories.work {
             Work::Photons(_) | Work::Lights => self.scene.channels() as u64 / 8 / task,
             Work::Paths(..) => 2,
         };
@@ -33,7 +33,9 @@ impl Run<'_> {
         // rounds are alike, and with a limit nearly all of it can be used
         let most = BATCHES * batch * unit;
         let limited = limit.map(|limit| limit.div_ceil(most));
-        let whole = self.schedule(limit.zip(limited).map_or(most, |(all, rounds)| all / rounds))?;
+        let whole = self
+            .histories
+            .schedule(self.scene, limit.zip(limited).map_or(most, |(all, rounds)| all / rounds))?;
         let short = self.less_than(&whole, whole.batch(0))?;
         let rounds = match short {
             Some(_) => 1,
@@ -87,7 +89,7 @@ impl Run<'_> {
         }
         if let Some(short) = self.less_than(schedule, schedule.batch(0).min(schedule.task))? {
             let (mut totals, map) = (self.totals(), self.map_builder());
-            let of = Some(short.histories * self.unit());
+            let of = Some(short.histories * self.histories.unit());
             self.rounds(&short, (0, 0, 0), 0..1, of, &mut totals, map.as_ref())?;
             return self.finish(totals, map, &short, End::Time);
         }
@@ -110,7 +112,7 @@ impl Run<'_> {
                     if task < schedule.tasks(batch) {
                         self.task(schedule, (0, task, batch), &mut task_sums, map.as_ref());
                         lock(&batches[batch as usize]).add_sums(&task_sums.take());
-                        self.report(Some(schedule.histories * self.unit()), None);
+                        self.report(Some(schedule.histories * self.histories.unit()), None);
                     }
                 }
             });
@@ -139,7 +141,7 @@ impl Run<'_> {
     /// short ones first, and longer ones while the short ones leave doubt.
     fn less_than(&self, schedule: &Schedule, most: u64) -> Result<Option<Schedule>> {
         let Some(limit) = self.settings.max_time.map(TimeLimit::get) else { return Ok(None) };
-        let each = match &self.work {
+        let each = match &self.histories.work {
             Work::Photons(_) | Work::Lights => self.scene.sources() as u64,
             Work::Paths(..) => 1,
         };
@@ -150,8 +152,8 @@ impl Run<'_> {
         while parts < most {
             let began = Instant::now();
             self.round(0, &cut(parts))?;
-            self.done.store(0, Ordering::Relaxed);
-            self.brightest.iter().for_each(|most| most.store(0, Ordering::Relaxed));
+            self.shared.done.store(0, Ordering::Relaxed);
+            self.shared.brightest.iter().for_each(|most| most.store(0, Ordering::Relaxed));
             let taken = began.elapsed();
             let left = limit.saturating_sub(self.started.elapsed());
             let fit = parts as f64 * left.as_secs_f64() / taken.as_secs_f64();
@@ -250,7 +252,7 @@ mod tests {
         };
         let plan = Plan::make(&scene, &settings, &control).expect("a plan");
         let run = Run::planned(&scene, &plan, Vec::new(), &control).expect("a run");
-        let (Work::Paths(_, own), Some(known)) = (&run.work, &plan.of_paths) else {
+        let (Work::Paths(_, own), Some(known)) = (&run.histories.work, &plan.of_paths) else {
             panic!("{:?}", plan.choice)
         };
         assert!(Arc::ptr_eq(own, known));
