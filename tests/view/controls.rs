@@ -69,6 +69,22 @@ fn needs_chromium_escape_closes_what_is_open() {
     page.no_complaints();
 }
 
+/// The line that says what mouse and keys do gives way to the first drag, and comes back on demand.
+#[test]
+#[ignore = "needs Chromium"]
+fn needs_chromium_the_line_of_keys_gives_way() {
+    let page = open(&bay(), &["--results", "results.json"]);
+    let shows = || page.evaluate("element('help').querySelector('p').checkVisibility()") == true;
+    assert!(shows());
+    page.evaluate("renderer.domElement.dispatchEvent(new PointerEvent('pointerdown')); 0");
+    assert!(!shows());
+    page.key("?", 191);
+    assert!(shows());
+    page.evaluate("element('help').firstElementChild.click(); 0");
+    assert!(!shows());
+    page.no_complaints();
+}
+
 /// With the tabulator the focus goes through the controls in the order in which they stand, then to
 /// the picture, and is seen on each.
 #[test]

@@ -21,6 +21,8 @@ function watchMouse() {
   canvas.addEventListener("pointerleave", (e) => {
     if (e.pointerType !== "touch") { at = null; showTip(-1); }
   });
+  // whoever turns the picture needs the line no more that says how
+  canvas.addEventListener("pointerdown", () => (element("help").open = false));
   canvas.addEventListener("pointerdown", (e) => (pressed = { x: e.clientX, y: e.clientY, tip: element("tip").style.display !== "none" }));
   canvas.addEventListener("pointerup", (e) => {
     // a click, not the end of a drag
@@ -120,6 +122,7 @@ function watchKeys() {
   const keys = {
     "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), Home: () => resetView(false), a: () => resetView(true),
     f: openFind, p: savePicture, t: () => element("tableButtons").firstElementChild?.click(), " ": play, Enter: listMiddle,
+    "?": () => (element("help").open = !element("help").open),
   };
   document.addEventListener("keydown", (e) => {
     if (e.ctrlKey || e.metaKey || e.altKey) return;
