@@ -35,7 +35,7 @@ use phylux_studies::{
         with_error,
     },
     year::{
-        HoursOf,
+        HoursOf, Value, Values, Year,
         job::{MadeYear, YearJob},
     },
 };
@@ -180,18 +180,29 @@ fn say(made: &MadeYear, folder: &Path) -> Result<()> {
 }
 
 /// Returns the rows of the table, with the places of their ids, from a first one on; the copies of a
-/// thing, if they are many, are one.
-fn rows(ids: &[String], first: usize) -> Vec<(String, Vec<usize>)> {
+/// thing, if they are many, are one, and so are ids of the same `light`, which only groups of the same
+/// captors have to all digits.
+fn rows(
+    ids: &[String],
+    first: usize,
+    light: impl Fn(usize) -> Option<Vec<[u64; 2]>>,
+) -> Vec<(String, Vec<usize>)> {
     let mut copies: HashMap<&str, usize> = HashMap::new();
     ids[first..].iter().filter_map(|id| copied(id)).for_each(|thing| {
         *copies.entry(thing).or_default() += 1;
     });
     let many = |thing: &&str| !terminal::is_full() && copies[*thing] >= MANY;
     let mut places: HashMap<&str, usize> = HashMap::new();
+    let mut alike: HashMap<Vec<[u64; 2]>, usize> = HashMap::new();
     let mut rows: Vec<(String, Vec<usize>)> = Vec::new();
     for (i, id) in ids.iter().enumerate().skip(first) {
         let Some(thing) = copied(id).filter(many) else {
-            rows.push((id.clone(), vec![i]));
+            let row =
+                light(i).map_or(rows.len(), |light| *alike.entry(light).or_insert(rows.len()));
+            match rows.get_mut(row) {
+                Some((name, _)) => *name += &format!(", {id}"),
+                None => rows.push((id.clone(), vec![i])),
+            }
             continue;
         };
         let place = *places.entry(thing).or_insert(rows.len());
@@ -209,30 +220,7 @@ fn describe(MadeYear { year, scene, lights, .. }: &MadeYear) -> Result<String> {
         "{scene}: {hours} hours from {} photons of {lights} lights, seed {}\n",
         year.photons, year.seed
     );
-    let months: Vec<&String> = year.months.keys().take(terminal::shown(MONTHS)).collect();
-    let sums: Vec<_> = (0..months.len()).map(|m| year.month(m)).collect::<Result<_>>()?;
-    let ids = &year.places.ids;
-    // if there are groups, they are shown in place of captors, for they say more
-    let first = if ids.len() > year.places.captors { year.places.captors } else { 0 };
-    for (b, band) in year.bands.iter().enumerate().filter(|(b, _)| year.integrated[*b]) {
-        let heads = months.iter().map(|name| name.as_str());
-        let mut table = Table::new(format!("{}, {}", band.name, year.unit), heads, "");
-        let rows = rows(ids, first);
-        for (name, of) in rows.iter().take(terminal::shown(SHOWN)) {
-            let cells = sums.iter().map(|sums| {
-                let found: Vec<_> =
-                    of.iter().filter_map(|&i| sums.light(i, Channel::Front, b)).collect();
-                match &found[..] {
-                    [] => "-".into(),
-                    [light] => with_error(light.mean, light.variance.sqrt()),
-                    _ => range(found.iter().map(|light| light.mean).collect()),
-                }
-            });
-            table.row(format!("  {name}"), cells, "");
-        }
-        table.below(&mut text, &terminal::page());
-        text.push_str(&terminal::more(rows.len(), SHOWN));
-    }
+    tables(year, &mut text)?;
     if !year.lamps.is_empty() {
         let all = || 0..year.slots.len();
         let hours: f64 = year.lamps.iter().map(|lamp| year.hours_on(lamp, all())).sum();
@@ -241,6 +229,57 @@ fn describe(MadeYear { year, scene, lights, .. }: &MadeYear) -> Result<String> {
         let _ = writeln!(text, "\n{} lamps: {} h{energy}", year.lamps.len(), short(hours));
     }
     Ok(text)
+}
+
+/// Writes the light of a mean day in all bands, and that of each month in one.
+fn tables(year: &Year, text: &mut String) -> Result<()> {
+    let bands: Vec<usize> = (0..year.bands.len()).filter(|&b| year.integrated[b]).collect();
+    let is_sum = |&&b: &&usize| year.bands[b].sum_of.is_some();
+    let Some(&usual) = bands.iter().find(is_sum).or(bands.first()) else { return Ok(()) };
+    let whole = year.whole()?;
+    let ids = &year.places.ids;
+    // if there are groups, they are shown in place of captors, for they say more
+    let first = if ids.len() > year.places.captors { year.places.captors } else { 0 };
+    let light = |i: usize| {
+        let of_band =
+            |&b: &usize| whole.light(i, Channel::Front, b).filter(|light| light.mean > 0.0);
+        let bits = |light: Value| [light.mean, light.variance].map(f64::to_bits);
+        (first > 0).then(|| bands.iter().map(|b| of_band(b).map(bits)).collect()).flatten()
+    };
+    let rows = rows(ids, first, light);
+    let mut show = |title: String, columns: &[(&str, &Values, usize)]| {
+        let mut table = Table::new(title, columns.iter().map(|(name, ..)| *name), "");
+        for (name, of) in rows.iter().take(terminal::shown(SHOWN)) {
+            let cells = columns.iter().map(|(_, values, band)| {
+                let found = of.iter().filter_map(|&i| values.light(i, Channel::Front, *band));
+                match &found.collect::<Vec<_>>()[..] {
+                    [] => "-".into(),
+                    [light] => with_error(light.mean, light.variance.sqrt()),
+                    found => range(found.iter().map(|light| light.mean).collect()),
+                }
+            });
+            table.row(format!("  {name}"), cells, "");
+        }
+        table.below(text, &terminal::page());
+        text.push_str(&terminal::more(rows.len(), SHOWN));
+    };
+    let name = |b: usize| year.bands[b].name.as_str();
+    let days = match year.days.len() {
+        1 => "the day".into(),
+        days => format!("mean of {days} days"),
+    };
+    let of_bands: Vec<_> = bands.iter().map(|&b| (name(b), &whole, b)).collect();
+    show(format!("{days}, {}", year.unit), &of_bands);
+    if year.months.len() > 1 {
+        let months = year.months.keys().take(terminal::shown(MONTHS)).enumerate();
+        let months = months.map(|(m, name)| Ok((name.as_str(), year.month(m)?)));
+        let months: Vec<(&str, Values)> = months.collect::<Result<_>>()?;
+        for &b in bands.iter().filter(|&&b| b == usual || terminal::is_full()) {
+            let columns: Vec<_> = months.iter().map(|(name, values)| (*name, values, b)).collect();
+            show(format!("{}, {}", name(b), year.unit), &columns);
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -252,9 +291,19 @@ mod tests {
     #[test]
     fn copies_have_a_row_together() {
         let ids = ["leaf#0", "all", "plant#0", "tree#0", "plant#1", "tree#1", "plant#2"];
-        let found = rows(&ids.map(String::from), 1);
+        let found = rows(&ids.map(String::from), 1, |_| None);
         let names: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["all", "each plant# (3)", "tree#0", "tree#1"]);
         assert_eq!(found[1].1, [2, 4, 6]);
+    }
+
+    /// Groups of the same light are one row; those without light are not.
+    #[test]
+    fn groups_of_the_same_captors_have_a_row_together() {
+        let ids = ["lit", "row", "dark", "other", "night"].map(String::from);
+        let light = [Some(3), Some(3), None, Some(4), None];
+        let found = rows(&ids, 0, |i| light[i].map(|bits| vec![[bits, 1]]));
+        let names: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["lit, row", "dark", "other", "night"]);
     }
 }
