@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::{find, fronts, south_room, weather_of};
 use crate::{
+    bad_input::phylux,
     common::run_file,
     world::{Mesh, World, front},
 };
@@ -52,6 +53,41 @@ fn truth(world: &World, ids: &[String]) -> Vec<[f64; 2]> {
         [face.irradiance[0], face.irradiance_se[0].expect("an error")].map(|x| 0.0864 * x)
     };
     ids.iter().map(of).collect()
+}
+
+/// What a year prints: the mean day in all bands, then the months in the first sum; all bands where all
+/// is asked for. Groups of the same captors have one row.
+#[test]
+fn a_year_prints_the_mean_day_and_months_of_the_usual_band() {
+    let world = room_by_day("06-29", "07-03")
+        .with("bands", json!([{ "name": "short" }, { "name": "long" }]))
+        .with("sums", json!({ "both": ["short", "long"] }))
+        .with("groups", json!({ "wall side": "s*", "inner": "s*" }))
+        .edited(|scene| {
+            for light in scene["lights"].as_array_mut().expect("lights") {
+                light["share"] = json!([0.4, 0.6]);
+            }
+        });
+    let scene = world.write();
+    let printed = |more: &[&str]| {
+        let plain = ["year", "scene.json", "-o", "y", "--photons", "3000"];
+        let output = phylux(&scene.path(""), &[&plain, more].concat());
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let is_head = |line: &&str| line.contains("MJ/m2/d");
+    let heads = |text: &str| -> Vec<Vec<String>> {
+        let words = |line: &str| line.split_whitespace().map(String::from).collect();
+        text.lines().filter(is_head).map(words).collect()
+    };
+    let text = printed(&[]);
+    let whole = ["mean", "of", "4", "days,", "MJ/m2/d", "short", "long", "both"];
+    let months =
+        |band: &str| vec![format!("{band},"), "MJ/m2/d".into(), "2025-06".into(), "2025-07".into()];
+    assert_eq!(heads(&text), [whole.map(String::from).to_vec(), months("both")], "{text}");
+    assert_eq!(text.matches("wall side, inner").count(), 2, "{text}");
+    let full = heads(&printed(&["--full"]));
+    assert_eq!(full[1..], ["short", "long", "both"].map(months), "{full:?}");
 }
 
 /// Of the 95 % intervals of two months and of the whole period, 91 to 98 % hold the truth, at sensors

@@ -61,6 +61,9 @@ const TONE: f32 = 0.9;
 const FLAT: f32 = 0.35;
 /// Exponent that makes mixtures of colours as clear as these.
 const VIVID: f32 = 2.0;
+/// The grey in light whose colour photons alone have, and its share.
+const GREY: Vec3 = Vec3::splat(0.35);
+const MOSTLY: f32 = 0.65;
 /// Radius of the dots of a path, pixels of a picture 800 pixels wide.
 const LINE: f32 = 1.4;
 /// Light in the middle of a line.
@@ -92,7 +95,8 @@ impl Task<'_> {
         let mut splats = Splats::new(ground, width, height);
         let shades =
             relief.iter().zip(&lit).map(|(relief, lit)| relief * (FLAT + (1.0 - FLAT) * lit));
-        let shaded = toned(together).into_iter().zip(shades).map(|(light, shade)| shade * light);
+        let toned = toned(together, colours.grey()).into_iter();
+        let shaded = toned.zip(shades).map(|(light, shade)| shade * light);
         splats.add_all(&shaded.collect::<Vec<Vec3>>());
         for dot in &mut dots {
             let [x, y] = dot.at.map(|at| at as usize);
@@ -215,8 +219,9 @@ impl Task<'_> {
     }
 }
 
-/// Returns light as it is shown: dim enough nearly everywhere that photons stand out from it.
-fn toned(mut light: Vec<Vec3>) -> Vec<Vec3> {
+/// Returns light as it is shown: dim enough nearly everywhere that photons stand out from it, and with
+/// this share of its colour replaced by grey.
+fn toned(mut light: Vec<Vec3>, grey: f32) -> Vec<Vec3> {
     let mut values: Vec<f32> =
         light.iter().map(|light| light.max_element()).filter(|value| *value > 0.0).collect();
     values.sort_unstable_by(f32::total_cmp);
@@ -226,7 +231,7 @@ fn toned(mut light: Vec<Vec3>) -> Vec<Vec3> {
     for light in &mut light {
         let value = light.max_element();
         if value > 0.0 {
-            let colour = (*light / value).powf(VIVID);
+            let colour = (*light / value).powf(VIVID).lerp(GREY, grey);
             *light = TOGETHER * (value / usual).powf(TONE) * colour;
         }
     }
@@ -322,6 +327,15 @@ impl PhotonColours<'_> {
         }
     }
 
+    /// Returns the share of grey in the light that photons make together: where a colour names a kind of
+    /// photon, light of many kinds has none.
+    fn grey(&self) -> f32 {
+        match self.by {
+            PhotonColour::Band | PhotonColour::Power => 0.0,
+            PhotonColour::Bounce | PhotonColour::Lamp | PhotonColour::Surface => MOSTLY,
+        }
+    }
+
     /// Says what the colours mean.
     fn words(&self) -> &'static str {
         match self.by {
@@ -389,13 +403,13 @@ mod tests {
     fn light_is_toned_down() {
         let light = |i: u16| f32::from(i) * Vec3::new(1.0, 0.5, 0.0);
         for unit in [1.0, 1e-9, 1e6] {
-            let shown = toned((0..=1000).map(|i| unit * light(i)).collect());
+            let shown = toned((0..=1000).map(|i| unit * light(i)).collect(), 0.0);
             assert_eq!(shown[0], Vec3::ZERO);
             assert!(shown.is_sorted_by(|a, b| a.x < b.x));
             assert!(shown[1..].iter().all(|light| light.x > light.y && light.z == 0.0));
             let dim = shown.iter().filter(|light| light.x <= 1.001 * TOGETHER).count();
             assert!((945..=955).contains(&dim), "{dim}");
         }
-        assert_eq!(toned(vec![Vec3::ZERO; 3]), [Vec3::ZERO; 3]);
+        assert_eq!(toned(vec![Vec3::ZERO; 3], 0.5), [Vec3::ZERO; 3]);
     }
 }
