@@ -8,6 +8,7 @@
 mod builder;
 mod captors;
 mod daylight;
+mod files;
 #[cfg(test)]
 mod fuzz;
 mod head;
@@ -33,8 +34,10 @@ pub mod spec;
 mod spectra;
 mod sums;
 mod tables;
+mod taken;
 #[cfg(test)]
 mod tests;
+mod told;
 
 use std::{
     cell::RefCell,
@@ -47,10 +50,11 @@ use sha2::{Digest, Sha256};
 
 pub use builder::SceneBuilder;
 pub use daylight::OpenField;
+use files::Sources;
 pub use hourly_lights::{ByHour, HourlyLight, HourlyLights, HourlySun, SkyDivision};
 pub use kept::Kept;
 pub use known_spectra::SpectrumAverage;
-use loader::{Loader, Sources};
+use loader::Loader;
 pub use notes::TableNote;
 pub use source::SceneSource;
 pub use spec::{Count, SceneSpec};
@@ -307,8 +311,8 @@ impl Loader<'_> {
         let settings = self.settings(&file.settings)?;
         let view = file.camera.as_ref().map(|camera| self.view(camera)).transpose()?;
         let spectra = file.materials.len() + file.lights.len();
-        if spectra * lanes(self.bands) > MAX_NUMBERS {
-            let problem = format!("{} bands for {spectra} materials and lights", self.bands);
+        if spectra * lanes(self.bands()) > MAX_NUMBERS {
+            let problem = format!("{} bands for {spectra} materials and lights", self.bands());
             return Err(self
                 .error("/bands", problem + ": more than memory holds")
                 .remedy("use fewer bands"));
@@ -341,26 +345,22 @@ impl Loader<'_> {
         let averages = self.take_averages();
         let unused_materials = self.materials.unused();
         for error in self.materials.unused_errors() {
-            self.warnings.push(format!("{error} (no surface has this material)"));
+            self.told.warnings.push(format!("{error} (no surface has this material)"));
         }
         let non_reciprocal_leaves = self.materials.non_reciprocal();
-        drop(std::mem::take(&mut self.obj_files));
-        let mut groups: Vec<(usize, String)> = std::mem::take(&mut self.groups)
-            .into_iter()
-            .map(|(name, index)| (index, name))
-            .collect();
-        groups.sort();
-        self.parts.groups = groups.into_iter().map(|(_, name)| name).collect();
+        drop(std::mem::take(&mut self.files.obj_files));
+        self.parts.groups = self.taken.take_groups();
         self.parts.materials = std::mem::take(&mut self.materials).into_used();
         self.load_parameters(file)?;
-        let name = self.path.display().to_string();
-        let scene = match self.sources.kept {
+        let name = self.files.path.display().to_string();
+        let scene = match self.files.sources.kept {
             Some(kept) => Scene::with_kept(self.parts, &kept.shapes),
             None => Scene::new(self.parts),
         };
         let scene = scene.map_err(|e| e.at(&name))?;
         let outside = scene.outside_openings();
-        self.warnings
+        self.told
+            .warnings
             .extend(outside.iter().map(|outside| outside_openings(&name, &scene, outside)));
         Ok(LoadedScene {
             scene,
@@ -368,18 +368,18 @@ impl Loader<'_> {
             settings,
             given_settings: Vec::new(),
             view,
-            warnings: self.warnings,
-            notes: self.notes,
+            warnings: self.told.warnings,
+            notes: self.told.notes,
             unused_materials,
-            hourly: self.sources.by_hour.is_some().then_some(self.hourly),
+            hourly: self.files.sources.by_hour.is_some().then_some(self.hourly),
             open_field,
             averages,
             lamp_spectra: lamp_spectra(file),
             without_ground: file.lights.iter().filter_map(LightSpec::without_ground).collect(),
-            tables: self.tables,
+            tables: self.told.tables,
             non_reciprocal_leaves,
-            files: self.files.into_inner(),
-            place: self.path,
+            files: self.files.read.into_inner(),
+            place: self.files.path,
         })
     }
 }

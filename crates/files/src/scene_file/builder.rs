@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::{
     InMemory, LoadedScene,
-    loader::{Loader, Sources},
+    files::Sources,
+    loader::Loader,
     spec::{
         BandSpec, CaptorSpec, LayersSpec, LightSpec, MaterialSpec, ObjectSpec, Patterns,
         PeriodicSpec, SceneSpec, SiteSpec, SunAtSpec, TimeSpec, WeatherSpec,

@@ -39,9 +39,11 @@ impl Loader<'_> {
         for (i, file) in captors.iter().enumerate() {
             let pointer = format!("/captors/{i}");
             let name = self.entry_name(&pointer, file)?;
-            self.claim_group(&pointer, &name)?;
-            let mut groups = vec![self.group(&name)];
-            groups.extend(file.group.as_ref().map(|group| self.joined(&pointer, &name, group)));
+            let claimed = self.taken.claim_entry(&name);
+            self.located(&pointer, claimed)?;
+            let mut groups = vec![self.taken.group(&name)];
+            let joins = file.group.as_ref();
+            groups.extend(joins.map(|group| self.taken.joined(&pointer, &name, group)));
             groups.sort_unstable();
             groups.dedup();
             let kind = CaptorKind::Virtual { both_sides: file.sides == SidesSpec::Both };
@@ -88,7 +90,7 @@ impl Loader<'_> {
         }
         match (&file.name, file.csv.as_ref().or(file.obj.as_ref())) {
             (Some(name), _) => Ok(name.clone()),
-            (None, Some(path)) => Ok(stem(&self.sibling(path))),
+            (None, Some(path)) => Ok(stem(&self.files.sibling(path))),
             (None, None) => {
                 let what = ["disc", "sphere", "grid", "line"];
                 let what =
@@ -104,10 +106,10 @@ impl Loader<'_> {
         if csv.is_empty() {
             return Err(self.error(pointer, "no file name").remedy("name a CSV file"));
         }
-        let path = self.sibling(csv);
+        let path = self.files.sibling(csv);
         let rows = match csv.strip_prefix("table:") {
-            Some(name) => captor_csv::parse(self.table(&pointer, name)?, &path, ignore)?,
-            None => captor_csv::parse(&self.bytes(&pointer, &path)?, &path, ignore)?,
+            Some(name) => captor_csv::parse(self.files.table(&pointer, name)?, &path, ignore)?,
+            None => captor_csv::parse(&self.files.bytes(&pointer, &path)?, &path, ignore)?,
         };
         for (row, captor) in rows.into_iter().enumerate() {
             let id = captor.id.unwrap_or_else(|| row.to_string());
@@ -117,14 +119,6 @@ impl Loader<'_> {
             self.add_round(entry, &place, format!("{}/{id}", entry.name), disc)?;
         }
         Ok(())
-    }
-
-    /// Returns the bytes of a table that is in memory.
-    pub(super) fn table(&self, pointer: &str, name: &str) -> Result<&[u8]> {
-        self.sources.tables.get(name).map(Vec::as_slice).ok_or_else(|| {
-            self.error(pointer, format!("there is no table {} in memory", quoted(name)))
-                .remedy("name a CSV file; tables can only be handed over by a program")
-        })
     }
 
     fn load_disc(&mut self, entry: &Entry, file: &DiscSpec) -> Result<()> {
@@ -221,14 +215,14 @@ impl Loader<'_> {
     /// Makes the groups that are given by patterns of captors' ids. All captors must be known by
     /// then.
     pub(super) fn load_groups(&mut self, groups: &BTreeMap<String, Patterns>) -> Result<()> {
-        for (group, place) in std::mem::take(&mut self.joined) {
-            if self.entries.contains(&group) {
+        for (group, pointer) in std::mem::take(&mut self.taken.joined) {
+            if self.taken.entries.contains(&group) {
                 let problem = format!(
                     "an entry or object is named {} too, and its group has these captors as well; is another name \
                      meant? (docs/scene-format.md#ids-and-groups)",
                     quoted(&group)
                 );
-                self.warn(place, problem);
+                self.told.warn(self.place(pointer), problem);
             }
         }
         const MOST: usize = 1_000_000_000;
@@ -242,7 +236,7 @@ impl Loader<'_> {
         let pointer = |name: &str| format!("/groups/{}", json::escaped(name));
         let mut wanted: Vec<Wanted> = Vec::with_capacity(groups.len());
         for (name, patterns) in groups {
-            if self.groups.contains_key(name) {
+            if self.taken.groups.contains_key(name) {
                 let problem = "an entry, an object or a `group` has this name too";
                 return Err(self
                     .error(pointer(name), problem)
@@ -254,7 +248,7 @@ impl Loader<'_> {
                     .remedy("give one, such as \"plant/*\""));
             }
             let patterns = patterns.all().iter().map(|pattern| (pattern.as_str(), false)).collect();
-            wanted.push(Wanted { index: self.group(name), patterns });
+            wanted.push(Wanted { index: self.taken.group(name), patterns });
         }
         self.join_groups(&mut wanted)?;
         for (wanted, name) in wanted.iter().zip(groups.keys()) {
@@ -313,7 +307,7 @@ impl Loader<'_> {
         let obj = self.obj(&format!("{}/obj", entry.pointer), file)?;
         self.say_merged(file, &obj);
         self.say_not_cut(&format!("{}/obj", entry.pointer), &obj);
-        let path = self.sibling(file);
+        let path = self.files.sibling(file);
         let metres = self.metres_of(&obj);
         let identity = Transform::new(1.0, DVec3::ZERO, DVec3::ZERO);
         let mut triangles = vec![Vec::new(); obj.groups.len()];
@@ -361,7 +355,8 @@ impl Loader<'_> {
         triangles: Vec<[DVec3; 3]>,
         sensor: Sensor,
     ) -> Result<()> {
-        self.claim_id(&entry.pointer, &id)?;
+        let claimed = self.taken.claim_captor(&id);
+        self.located(&entry.pointer, claimed)?;
         let (kind, groups) = (entry.kind, entry.groups.clone());
         self.parts.captors.push(CaptorPart { id, kind, triangles, groups, sensor });
         Ok(())

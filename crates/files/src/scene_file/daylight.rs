@@ -130,12 +130,12 @@ impl Loader<'_> {
         }
         let steady = |light: &&LightSpec| !matches!(light, LightSpec::Sun(_) | LightSpec::Sky(_));
         if sky.is_period
-            && self.sources.by_hour.is_none()
+            && self.files.sources.by_hour.is_none()
             && file.lights.iter().any(|light| steady(&light))
         {
             let problem = "lamps and environment maps shine the whole period, nights included; a \
                            year with a control file switches lamps by the hour";
-            self.warn("/time", problem);
+            self.told.warn("/time", problem);
         }
         sky.hours = match (&file.weather, weather) {
             (None, _) => None,
@@ -161,11 +161,11 @@ impl Loader<'_> {
             StampSpec::Middle => Stamp::Middle,
             StampSpec::End => Stamp::End,
         });
-        let path = self.sibling(name);
+        let path = self.files.sibling(name);
         if let Some(table) = name.strip_prefix("table:") {
-            return Weather::parse(self.table("/weather/file", table)?, &path, stamp);
+            return Weather::parse(self.files.table("/weather/file", table)?, &path, stamp);
         }
-        Weather::parse(&self.bytes("/weather/file", &path)?, &path, stamp)
+        Weather::parse(&self.files.bytes("/weather/file", &path)?, &path, stamp)
     }
 
     /// Returns where the scene is: what the scene file says, or else what its weather file says.
@@ -190,7 +190,7 @@ impl Loader<'_> {
                 "the weather is of another place: latitude {}, longitude {}",
                 other.latitude, other.longitude
             );
-            self.warn("/site", problem);
+            self.told.warn("/site", problem);
         }
         Ok(Some(Site { latitude, longitude }))
     }
@@ -226,7 +226,7 @@ impl Loader<'_> {
         let selected = weather.select(when, site, shift)?;
         let said = weather.notes.iter().cloned().chain(selected.warnings());
         for warning in said.chain(weather.clock_warnings(site, shift)) {
-            self.warn("/weather/file", warning);
+            self.told.warn("/weather/file", warning);
         }
         self.parts.period_h = Some(selected.length).filter(|_| !selected.slots.is_empty());
         self.hourly.slots = selected.slots;
@@ -376,7 +376,7 @@ impl Loader<'_> {
                 let mean = found.as_ref().map_or(0.0, |(_, mean)| *mean);
                 let some_direct = hours.iter().any(|hour| hour.direct_normal > 0.0);
                 if mean == 0.0 && some_direct {
-                    self.warn(pointer, "direct light but no diffuse: there is no sky");
+                    self.told.warn(pointer, "direct light but no diffuse: there is no sky");
                 }
                 (found.map(|(map, _)| map), shares.iter().map(|share| share * mean).collect())
             }
@@ -415,7 +415,7 @@ impl Loader<'_> {
         horizontal: &[f64],
     ) -> Result<InfiniteLight> {
         if part.is_none() {
-            self.warn(pointer, "no light comes from it: it is dark");
+            self.told.warn(pointer, "no light comes from it: it is dark");
         }
         let mut parts: Vec<InfinitePart> = part.into_iter().collect();
         if let Some(ground) = ground {
@@ -427,7 +427,7 @@ impl Loader<'_> {
                 parts.push(InfinitePart::new(InfiniteShape::Map(Arc::new(below)), radiance));
             }
         }
-        Ok(InfiniteLight::new(name.into(), self.bands, parts))
+        Ok(InfiniteLight::new(name.into(), self.bands(), parts))
     }
 
     pub(super) fn environment_light(
@@ -436,14 +436,14 @@ impl Loader<'_> {
         light: &EnvironmentSpec,
         sky: &Sky,
     ) -> Result<InfiniteLight> {
-        let path = self.sibling(&light.file);
+        let path = self.files.sibling(&light.file);
         let place = format!("{pointer}/file");
-        let bytes = self.bytes(&place, &path)?;
+        let bytes = self.files.bytes(&place, &path)?;
         let heading = light.heading_deg.unwrap_or(0.0);
         self.in_range(&format!("{pointer}/heading_deg"), heading, -360.0, 360.0)?;
         let scale = match &light.scale {
             Some(scale) => self.per_band(&format!("{pointer}/scale"), scale, 1e9)?,
-            None => vec![1.0; self.bands],
+            None => vec![1.0; self.bands()],
         };
         let names: Vec<&str> = self.parts.bands.iter().map(|band| band.name.as_str()).collect();
         let heading = sky.north + heading.to_radians();
@@ -452,8 +452,8 @@ impl Loader<'_> {
         let map = picture.map(&path, &names, heading, &scale)?;
         let notes = picture.notes(&names);
         drop(picture);
-        notes.into_iter().for_each(|note| self.warn(path.display(), note));
-        let mut strength = vec![1.0; self.bands];
+        notes.into_iter().for_each(|note| self.told.warn(path.display(), note));
+        let mut strength = vec![1.0; self.bands()];
         if let Some(irradiance) = &light.irradiance {
             if light.scale.is_some() {
                 return Err(self
@@ -474,10 +474,10 @@ impl Loader<'_> {
             }
         }
         if map.is_dark() {
-            self.warn(pointer, "no light comes from it: it is black");
+            self.told.warn(pointer, "no light comes from it: it is black");
         }
         let part = InfinitePart::new(InfiniteShape::Map(Arc::new(map)), strength);
-        Ok(InfiniteLight::new("environment".into(), self.bands, vec![part]))
+        Ok(InfiniteLight::new("environment".into(), self.bands(), vec![part]))
     }
 
     /// Returns the position of the sun, for a light whose irradiance is given.

@@ -15,7 +15,6 @@ use phylux_core::{
 impl Loader<'_> {
     pub(super) fn load_bands(&mut self, file: &SceneSpec) -> Result<()> {
         let Some(bands) = &file.bands else {
-            self.bands = 1;
             self.parts.bands = vec![Band { name: "all".into(), from_nm: None, to_nm: None }];
             return self.load_sums(file);
         };
@@ -38,7 +37,6 @@ impl Loader<'_> {
             band.check().map_err(|problem| problem.at(self.place(pointer)))?;
             self.parts.bands.push(band);
         }
-        self.bands = bands.len();
         self.load_sums(file)
     }
 

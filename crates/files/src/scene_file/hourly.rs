@@ -107,7 +107,7 @@ impl Loader<'_> {
         let strength = shares.iter().map(|share| share * part.mean).collect();
         let light = self.parts.lights.len();
         let infinite = InfinitePart::new(part.shape, strength);
-        let source = InfiniteLight::new(name.clone(), self.bands, vec![infinite]);
+        let source = InfiniteLight::new(name.clone(), self.bands(), vec![infinite]);
         self.hourly.lights.push(HourlyLight { light, factors: part.factors, beside: part.beside });
         self.add_light(pointer, LightPart::new(name, source))
     }
@@ -115,13 +115,13 @@ impl Loader<'_> {
     /// Refuses a scene that is to be loaded by the hour but has neither sun nor sky. Where all of
     /// its light is dark, as in a polar night, it gets a light without power.
     pub(super) fn check_hourly(&mut self) -> Result<()> {
-        if self.sources.by_hour.is_none() {
+        if self.files.sources.by_hour.is_none() {
             return Ok(());
         }
         if !self.hourly.slots.is_empty() {
             if self.parts.lights.is_empty() {
-                self.warn("/lights", "no light comes from them in this period: it is dark");
-                let dark = InfiniteLight::new("daylight".into(), self.bands, Vec::new());
+                self.told.warn("/lights", "no light comes from them in this period: it is dark");
+                let dark = InfiniteLight::new("daylight".into(), self.bands(), Vec::new());
                 self.hourly.lights.push(HourlyLight {
                     light: 0,
                     factors: Vec::new(),

@@ -25,7 +25,7 @@ use phylux_core::{
             Tube, check_aperture, check_area, check_axis, check_direction, check_half_angle,
             check_power,
         },
-        world::{LightPart, MAX_LIGHTS, SurfacePart, check_watts},
+        world::{LightPart, SurfacePart, check_watts},
     },
 };
 
@@ -92,13 +92,13 @@ impl Loader<'_> {
             let (emitted, watts) = (number(emitted), number(watts));
             let problem =
                 format!("emits {least}{emitted} W of light and takes {watts} W; {remedy}");
-            self.warn(place, problem);
+            self.told.warn(place, problem);
         }
     }
 
     /// Adds a light that is infinitely far away, if `file` is one, and returns whether it is.
     fn load_infinite(&mut self, pointer: &str, file: &LightSpec, sky: &Sky) -> Result<bool> {
-        if let Some(by_hour) = self.sources.by_hour
+        if let Some(by_hour) = self.files.sources.by_hour
             && self.load_by_hour(pointer, file, sky, by_hour)?
         {
             return Ok(true);
@@ -158,18 +158,10 @@ impl Loader<'_> {
     /// Adds a light. Error: its name is taken, or its power is not one that single precision can
     /// carry, or there are too many lights.
     pub(super) fn add_light(&mut self, pointer: &str, light: LightPart) -> Result<()> {
-        if !self.light_names.insert(light.name.clone()) {
-            return Err(self
-                .error(pointer, format!("a second light named `{}`", light.name))
-                .remedy("give it a `name` of its own"));
-        }
-        if self.light_names.len() > MAX_LIGHTS {
-            return Err(self
-                .error(pointer, format!("more than {MAX_LIGHTS} lights"))
-                .remedy("make one area light of many small ones"));
-        }
+        let claimed = self.taken.claim_light(&light.name);
+        self.located(pointer, claimed)?;
         if let LightSource::Lamp(lamp) = &light.source {
-            self.located(pointer, check_power(&lamp.power, self.bands))?;
+            self.located(pointer, check_power(&lamp.power, self.bands()))?;
         }
         self.parts.lights.push(light);
         Ok(())

@@ -105,16 +105,7 @@ impl Loader<'_> {
             self.only_with(pointer, "set", lamp.set, "`photometry`")?;
             return Ok(None);
         };
-        let path = self.sibling(file);
-        let photometry = match self.photometries.get(&path) {
-            Some(known) => known.clone(),
-            None => {
-                let bytes = self.bytes(&format!("{pointer}/photometry"), &path)?;
-                let read = Photometry::parse(&bytes, &path)?;
-                self.photometries.insert(path, read.clone());
-                read
-            }
-        };
+        let photometry = self.files.photometry(&format!("{pointer}/photometry"), file)?;
         let picked = self.picked(pointer, file, lamp.set, &photometry)?;
         Ok(Some(Measured { photometry, picked }))
     }
@@ -238,8 +229,8 @@ impl Loader<'_> {
                 .error(there, "\"file\" without `photometry`")
                 .remedy("name the file, or give the flux of each band"));
         };
-        if self.bands != 1 {
-            let problem = format!("\"file\" for {} bands", self.bands);
+        if self.bands() != 1 {
+            let problem = format!("\"file\" for {} bands", self.bands());
             return Err(self.error(there, problem).remedy(format!(
                 "give the flux of each band, or {SPECTRUM}: a file has but one number for the whole lamp"
             )));
@@ -329,7 +320,7 @@ impl Loader<'_> {
                  picks its own, such as {} (docs/scene-format.md#measured-lamps)",
                 set + 1
             );
-            self.warn(self.place(there), problem);
+            self.told.warn(self.place(there), problem);
         }
     }
 
@@ -351,10 +342,10 @@ impl Loader<'_> {
                 lamps[*picked].flux,
                 some(others, LISTED)
             );
-            self.warn(&place, problem);
+            self.told.warn(&place, problem);
         }
         for note in &measured.lamp().notes {
-            self.warn(&place, format!("{file}: {note}"));
+            self.told.warn(&place, format!("{file}: {note}"));
         }
     }
 }

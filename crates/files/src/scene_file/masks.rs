@@ -62,15 +62,15 @@ impl Loader<'_> {
         if entries.is_empty() && missing.is_empty() {
             return Ok((obj, Pieces::default()));
         }
-        let path = self.sibling(name);
-        let textures = textures(&self.bytes(&format!("{pointer}/obj"), &path)?);
+        let path = self.files.sibling(name);
+        let textures = textures(&self.files.bytes(&format!("{pointer}/obj"), &path)?);
         let may_be_cut = textures.iter().any(Option::is_some);
         for MissingMtl { file, place, why } in missing.iter().filter(|_| may_be_cut) {
             let problem = format!(
                 "{file}: {why}; if it names masks (`map_d`), they cut no faces, and their area may be \
                 too large: fetch it, or say \"mask\": false on the object"
             );
-            self.warn_once(place.clone(), problem);
+            self.told.warn_once(place.clone(), problem);
         }
         if entries.is_empty() {
             return Ok((obj, Pieces::default()));
@@ -161,21 +161,21 @@ impl Loader<'_> {
                 "its mask {file} cuts {percent:.1} % of the area of its faces (\"mask\": false on \
                 the object leaves them whole)"
             );
-            self.notes.push(format!("{place}: {problem}"));
+            self.told.note(&place, problem);
         }
         if let Some(first) = sum.gone.first() {
             let problem = format!(
                 "its mask {file} leaves nothing of {} runs of faces, the first at {first}",
                 sum.gone.len()
             );
-            self.warn(&place, problem);
+            self.told.warn(&place, problem);
         }
         if sum.bare > 0 {
             let problem = format!(
                 "{} triangles without texture coordinates (`vt`) are not cut by its mask {file}",
                 sum.bare
             );
-            self.warn(&place, problem);
+            self.told.warn(&place, problem);
         }
     }
 
@@ -185,7 +185,7 @@ impl Loader<'_> {
             say \"mask\": false on the object",
             quoted(file)
         );
-        self.warn(of_entry(entry), problem);
+        self.told.warn(of_entry(entry), problem);
     }
 
     /// Says which masks do not cut a mesh, because it is a captor or a light and no object.
@@ -204,7 +204,7 @@ impl Loader<'_> {
                     quoted(&map.file),
                     of_entry(&entry)
                 );
-                self.warn(self.place(pointer), problem);
+                self.told.warn(self.place(pointer), problem);
             }
         }
     }
@@ -227,7 +227,7 @@ impl Loader<'_> {
                     100.0 * share,
                     colour.file
                 );
-                self.warn(of_entry(&entry), problem);
+                self.told.warn(of_entry(&entry), problem);
             }
             return None;
         };
@@ -270,7 +270,7 @@ impl Loader<'_> {
         let beside = |name: &str| Path::new(mtl).with_file_name(name);
         let folder = Path::new(mtl).parent().unwrap_or(Path::new(""));
         let places: [PathBuf; 3] = [folder.join(file), folder.join(&slashes), beside(bare)];
-        let mut found = places.iter().map(|path| self.fetch(path));
+        let mut found = places.iter().map(|path| self.files.fetch(path));
         let first = found.next().unwrap_or_else(|| Err(String::new()));
         first.or_else(|why| found.find_map(|read| read.ok()).ok_or(why))
     }

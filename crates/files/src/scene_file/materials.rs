@@ -60,7 +60,7 @@ impl Loader<'_> {
 
     /// Adds a perfectly black material, which no file has, and returns its index in the scene.
     pub(super) fn black(&mut self, name: String) -> usize {
-        self.materials.add_used(name, Lambert::black(self.bands).into())
+        self.materials.add_used(name, Lambert::black(self.bands()).into())
     }
 
     /// Returns the index in the scene of the material that an OBJ file calls `name` at `place`: the
@@ -114,7 +114,7 @@ impl Loader<'_> {
             return Err(Error::input(&entry.place, problem)
                 .remedy("mend it, or give the scene a material of this name"));
         }
-        match self.bands {
+        match self.bands() {
             1 => Ok(vec![rgb.iter().sum::<f64>() / 3.0]),
             3 => Ok(rgb.to_vec()),
             n => Err(Error::input(
@@ -128,16 +128,16 @@ impl Loader<'_> {
     fn mtl_material(&mut self, entry: &MtlEntry) -> Result<Material> {
         let place = format!("{}: material {}", entry.place, entry.name);
         if entry.map_kd.is_some() {
-            self.warn(&place, "its texture map_Kd is not read: Kd is its colour everywhere");
+            self.told.warn(&place, "its texture map_Kd is not read: Kd is its colour everywhere");
         }
         let (key, colour) =
             if entry.illum == Some(5) { ("Ks", entry.ks) } else { ("Kd", entry.kd) };
         if colour.is_none() && entry.illum != Some(7) {
-            self.warn(&place, format!("no {key}: it reflects nothing"));
+            self.told.warn(&place, format!("no {key}: it reflects nothing"));
         }
         let (material, warning) = self.of_illum(entry, &place)?;
         if let Some(warning) = warning {
-            self.warn(place, warning);
+            self.told.warn(place, warning);
         }
         Ok(material)
     }
@@ -204,7 +204,7 @@ impl Loader<'_> {
     }
 
     fn material(&mut self, pointer: &str, file: &MaterialSpec) -> Result<Material> {
-        let place = json::place(&self.path.display().to_string(), pointer);
+        let place = self.place(pointer);
         let made: Checked<Material> = match file {
             MaterialSpec::Lambert(m) => {
                 let reflectance =
@@ -243,7 +243,7 @@ impl Loader<'_> {
                 self.check_leaf_ranges(pointer, m)?;
                 let (material, warning) = self.thin_leaf(m).map_err(|why| why.at(&place))?;
                 if let Some(warning) = warning {
-                    self.warn(&place, warning);
+                    self.told.warn(&place, warning);
                 }
                 Ok(material)
             }
@@ -366,8 +366,8 @@ impl Loader<'_> {
     /// are none.
     fn checked(&self, values: Option<&PerBand>) -> Vec<f64> {
         match values {
-            None => vec![0.0; self.bands],
-            Some(PerBand::All(value)) => vec![*value; self.bands],
+            None => vec![0.0; self.bands()],
+            Some(PerBand::All(value)) => vec![*value; self.bands()],
             Some(PerBand::Each(values)) => values.clone(),
             Some(PerBand::Spectrum(spectrum)) => self.averaged(spectrum),
         }

@@ -14,10 +14,10 @@ impl Loader<'_> {
         match values {
             PerBand::All(value) => {
                 self.in_range(pointer, *value, 0.0, high)?;
-                Ok(vec![*value; self.bands])
+                Ok(vec![*value; self.bands()])
             }
             PerBand::Each(values) => {
-                check_length(values.len(), self.bands).map_err(|p| p.at(self.place(pointer)))?;
+                check_length(values.len(), self.bands()).map_err(|p| p.at(self.place(pointer)))?;
                 for (i, value) in values.iter().enumerate() {
                     self.in_range(&format!("{pointer}/{i}"), *value, 0.0, high)?;
                 }

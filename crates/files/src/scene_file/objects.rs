@@ -10,6 +10,7 @@ use super::{
     masks::Pieces,
     placed::Turn,
     spec::*,
+    taken::too_many_captors,
 };
 use crate::{
     mesh_file,
@@ -79,7 +80,8 @@ impl Loader<'_> {
     fn load_object(&mut self, pointer: &str, file: &ObjectSpec) -> Result<()> {
         let (obj, rad) = self.object_file(pointer, file)?;
         let (obj, pieces) = self.masked(pointer, file, obj)?;
-        let stem = stem(&self.sibling(file.obj.as_ref().or(file.rad.as_ref()).map_or("", |f| f)));
+        let stem =
+            stem(&self.files.sibling(file.obj.as_ref().or(file.rad.as_ref()).map_or("", |f| f)));
         let name = file.name.clone().unwrap_or_else(|| stem.clone());
         let metres = self.metres_of(&obj);
         let (materials, tangents, glows) = (Vec::new(), Vec::new(), BTreeMap::new());
@@ -110,7 +112,8 @@ impl Loader<'_> {
         }
 
         if file.captor != SurfaceCaptorSpec::Off {
-            self.claim_group(pointer, &object.name)?;
+            let claimed = self.taken.claim_entry(&object.name);
+            self.located(pointer, claimed)?;
             self.say_merged(file.obj.as_deref().unwrap_or_default(), &object.obj);
         }
         self.say_unused(
@@ -187,7 +190,7 @@ impl Loader<'_> {
     /// Finds the material of a part, if the object has no material of its own.
     fn part_material(&mut self, object: &mut Object, part: &ObjPart) -> Result<usize> {
         let file = object.file.obj.as_deref().unwrap_or_default();
-        let path = self.sibling(file);
+        let path = self.files.sibling(file);
         let is_obj = mesh_file::is_obj(&path);
         let place = match is_obj {
             true => format!("{}:{}", path.display(), part.line),
@@ -257,7 +260,7 @@ impl Loader<'_> {
                         tangents = after;
                         let number = pieces[0];
                         if !part.triangles[triangles.clone()].iter().any(has_area) {
-                            self.warn(
+                            self.told.warn(
                                 object.pointer,
                                 format!("triangle `{before}/{number}` has no area: no captor"),
                             );
@@ -297,12 +300,12 @@ impl Loader<'_> {
             return Ok(first);
         }
         let copy = instance.map_or(String::new(), |i| format!("#{i}"));
-        let mut groups = vec![self.group(&object.name)];
+        let mut groups = vec![self.taken.group(&object.name)];
         if instance.is_some() && object.file.captor != SurfaceCaptorSpec::Instances {
-            groups.push(self.group(&format!("{}{copy}", object.name)));
+            groups.push(self.taken.group(&format!("{}{copy}", object.name)));
         }
         let joins = object.file.group.as_ref();
-        groups.extend(joins.map(|group| self.joined(object.pointer, &object.name, group)));
+        groups.extend(joins.map(|group| self.taken.joined(object.pointer, &object.name, group)));
         groups.sort_unstable();
         groups.dedup();
         for [before, after] in &own.captors {
@@ -392,7 +395,7 @@ impl Loader<'_> {
                 .error(format!("{}/share", object.pointer), format!("the object {problem}"))
                 .remedy("leave `share` out: each copy then has triangles of its own")),
             (Some(problem), None | Some(false)) => {
-                self.warn(
+                self.told.warn(
                     object.pointer,
                     format!(
                         "its copies do not share their triangles, {all} in all, because the object {problem}"
@@ -414,7 +417,7 @@ impl Loader<'_> {
         let captors = own.captors.len();
         let all = self.parts.captors.len() + captors * transforms.len();
         if all > MAX_CAPTORS {
-            return Err(self.too_many_captors(object.pointer));
+            return Err(too_many_captors().at(self.place(object.pointer)));
         }
         let first_captor = self.parts.captors.len();
         for copy in 0..transforms.len() {
@@ -443,7 +446,8 @@ impl Loader<'_> {
     }
 
     fn surface_captor(&mut self, pointer: &str, id: String, groups: &[usize]) -> Result<usize> {
-        self.claim_id(pointer, &id)?;
+        let claimed = self.taken.claim_captor(&id);
+        self.located(pointer, claimed)?;
         let (kind, groups) = (CaptorKind::Surface, groups.to_vec());
         self.parts.captors.push(CaptorPart {
             id,

@@ -1,16 +1,13 @@
 //! Reads the files of meshes, and finds where the copies of objects stand.
 
-use std::{collections::BTreeSet, path::Path, sync::Arc};
+use std::{collections::BTreeSet, sync::Arc};
 
 use glam::DVec3;
 
-use super::{
-    loader::{Loader, unknown},
-    spec::*,
-};
+use super::{loader::Loader, spec::*};
 use crate::{
     input::quoted,
-    instance_csv, mesh_file,
+    instance_csv,
     obj::{ObjFile, longest_edge, tangents},
 };
 use phylux_core::{
@@ -45,10 +42,10 @@ impl Loader<'_> {
     /// that `file` names in place of a file.
     pub(super) fn obj(&mut self, pointer: &str, file: &str) -> Result<Arc<ObjFile>> {
         if let Some(name) = file.strip_prefix("mesh:") {
-            return self.mesh(pointer, name);
+            return self.files.mesh(pointer, name);
         }
-        let path = self.sibling(file);
-        if let Some(obj) = self.obj_files.get(&path) {
+        let path = self.files.sibling(file);
+        if let Some(obj) = self.files.obj_files.get(&path) {
             return Ok(obj.clone());
         }
         if file.is_empty() {
@@ -56,17 +53,12 @@ impl Loader<'_> {
                 .error(pointer, "no file name")
                 .remedy("name an OBJ, PLY, STL or glTF file"));
         }
-        let bytes = self.bytes(pointer, &path)?;
-        let fetch = |path: &Path| self.fetch(path);
-        let obj = match self.sources.kept {
-            Some(kept) => kept.obj(&bytes, &path, &fetch)?,
-            None => Arc::new(mesh_file::parse(&bytes, &path, fetch)?),
-        };
+        let obj = self.files.read_obj(pointer, &path)?;
         for note in &obj.notes {
-            self.warn(path.display(), note);
+            self.told.warn(path.display(), note);
         }
         for part in obj.parts.iter().filter(|part| part.tangled > 0) {
-            self.warn(
+            self.told.warn(
                 format!("{}:{}", path.display(), part.line),
                 format!(
                     "{} of the faces from here on have an outline that crosses itself; cut them into \
@@ -76,7 +68,7 @@ impl Loader<'_> {
             );
         }
         for part in obj.parts.iter().filter(|part| part.bent > 0) {
-            self.warn(
+            self.told.warn(
                 format!("{}:{}", path.display(), part.line),
                 format!(
                     "{} of the faces from here on are not flat, and where they bend is chosen here; cut them into \
@@ -85,7 +77,7 @@ impl Loader<'_> {
                 ),
             );
         }
-        self.obj_files.insert(path, obj.clone());
+        self.files.obj_files.insert(path, obj.clone());
         Ok(obj)
     }
 
@@ -100,7 +92,7 @@ impl Loader<'_> {
         sources: &[usize],
     ) -> Result<Vec<DVec3>> {
         if let Some(file) = file.filter(|file| !file.starts_with("mesh:")) {
-            let tangents = tangents(&self.bytes(pointer, &self.sibling(file))?);
+            let tangents = tangents(&self.files.bytes(pointer, &self.files.sibling(file))?);
             if let Some(&last) = sources.last() {
                 if last < tangents.len() {
                     return Ok(sources.iter().map(|&source| tangents[source]).collect());
@@ -113,27 +105,13 @@ impl Loader<'_> {
         Ok(triangles.map(|corners| longest_edge(corners)).collect())
     }
 
-    fn mesh(&self, pointer: &str, name: &str) -> Result<Arc<ObjFile>> {
-        let meshes = self.sources.meshes;
-        if let Some(mesh) = meshes.get(name) {
-            return Ok(mesh.as_obj());
-        }
-        let mut known: Vec<&str> = meshes.keys().map(String::as_str).collect();
-        known.sort_unstable();
-        let error = self.error(pointer, format!("there is no mesh {} in memory", quoted(name)));
-        Err(match known.is_empty() {
-            true => error.remedy("name a file; meshes can only be handed over by a program"),
-            false => unknown(error, name, known.into_iter()),
-        })
-    }
-
     /// Says that groups of a file became one, where groups count light.
     pub(super) fn say_merged(&mut self, file: &str, obj: &ObjFile) {
-        let path = self.sibling(file);
+        let path = self.files.sibling(file);
         if let Some(merged) = &obj.merged
-            && self.said.insert((path.clone(), "merged"))
+            && self.told.first_time(&path, "merged")
         {
-            self.warn(path.display(), merged);
+            self.told.warn(path.display(), merged);
         }
     }
 
@@ -149,10 +127,10 @@ impl Loader<'_> {
             let statements = entry.into_iter().flat_map(|entry| entry.unused(replaced));
             unused.extend(statements.map(|text| format!("{text} of {}", quoted(name))));
         }
-        let path = self.sibling(file);
-        if !unused.is_empty() && self.said.insert((path.clone(), "unused")) {
+        let path = self.files.sibling(file);
+        if !unused.is_empty() && self.told.first_time(&path, "unused") {
             let list = some(unused, LISTED);
-            self.warn(
+            self.told.warn(
                 path.display(),
                 format!(
                     "its MTL says {list}, which means something for light but is not used; give the scene materials \
@@ -183,10 +161,12 @@ impl Loader<'_> {
         if csv.is_empty() {
             return Err(self.error(&pointer, "no file name").remedy("name a CSV file"));
         }
-        let path = self.sibling(csv);
+        let path = self.files.sibling(csv);
         let copies = match csv.strip_prefix("table:") {
-            Some(name) => instance_csv::parse(self.table(&pointer, name)?, &path, self.metres)?,
-            None => instance_csv::parse(&self.bytes(&pointer, &path)?, &path, self.metres)?,
+            Some(name) => {
+                instance_csv::parse(self.files.table(&pointer, name)?, &path, self.metres)?
+            }
+            None => instance_csv::parse(&self.files.bytes(&pointer, &path)?, &path, self.metres)?,
         };
         Ok(copies.into_iter().map(|copy| copy.after(&base)).collect())
     }

@@ -48,14 +48,14 @@ impl Loader<'_> {
         if file.is_empty() {
             return Err(self.error(pointer, "no file name").remedy("name a .rad file"));
         }
-        let path = self.sibling(file);
-        let bytes = self.bytes(pointer, &path)?;
+        let path = self.files.sibling(file);
+        let bytes = self.files.bytes(pointer, &path)?;
         let dialect = match dialect {
             DialectSpec::Radiance => Dialect::Radiance,
             DialectSpec::Sec2 => Dialect::Sec2,
         };
-        let rad = RadFile::parse(&bytes, &path, dialect, &|path| self.fetch(path))?;
-        rad.warnings.iter().for_each(|warning| self.warn(pointer, warning));
+        let rad = RadFile::parse(&bytes, &path, dialect, &|path| self.files.fetch(path))?;
+        rad.warnings.iter().for_each(|warning| self.told.warn(pointer, warning));
         let mut obj = ObjFile::default();
         let mut groups = HashMap::new();
         for part in &rad.parts {
@@ -111,7 +111,7 @@ impl Loader<'_> {
         };
         let mut found = Err(String::new());
         for path in &bsdf.files {
-            found = self.fetch(path).map(|bytes| (bytes, path));
+            found = self.files.fetch(path).map(|bytes| (bytes, path));
             if found.is_ok() {
                 break;
             }
@@ -124,7 +124,7 @@ impl Loader<'_> {
                  straight through is spread over a patch",
                 quoted(&file.name)
             );
-            self.warn(&file.place, problem);
+            self.told.warn(&file.place, problem);
         }
         self.table_file(&file.place, path, &bytes, false, Side::Inside)
     }
@@ -152,7 +152,7 @@ impl Loader<'_> {
             let problem = format!("colour {bad} of {}, must be from 0 to 1", quoted(&file.name));
             return Err(Error::input(&file.place, problem).remedy(OWN));
         }
-        match self.bands {
+        match self.bands() {
             1 => Ok(vec![rgb.iter().sum::<f64>() / 3.0]),
             3 => Ok(rgb.to_vec()),
             n => {
@@ -199,12 +199,12 @@ impl Loader<'_> {
                 let mirrored = match file.kind.as_str() {
                     "metal" => times(s),
                     _ if sec2 => times(s),
-                    _ => vec![s; self.bands],
+                    _ => vec![s; self.bands()],
                 };
                 let (reflected, transmitted) = match (file.kind.as_str(), sec2) {
                     ("trans", false) => (times((1.0 - s) * (1.0 - t)), times((1.0 - s) * t)),
-                    ("trans", true) => (times(1.0 - s), vec![t; self.bands]),
-                    _ => (times(1.0 - s), vec![0.0; self.bands]),
+                    ("trans", true) => (times(1.0 - s), vec![t; self.bands()]),
+                    _ => (times(1.0 - s), vec![0.0; self.bands()]),
                 };
                 if s == 0.0 && transmitted.iter().all(|&t| t == 0.0) {
                     Lambert::new(&single(&reflected)).map(Material::from)
@@ -301,7 +301,7 @@ impl Loader<'_> {
         for RoomLamp { identifier, area, emitter } in found {
             let mut name = identifier.clone();
             let copy = copies.entry(identifier.clone()).or_insert(0);
-            while self.light_names.contains(&name) {
+            while self.taken.light_names.contains(&name) {
                 *copy += 1;
                 name = format!("{identifier}#{copy}");
             }

@@ -47,11 +47,11 @@ impl Loader<'_> {
             SensitivitySpec::All => None,
             SensitivitySpec::Of(names) => Some(&names[..]),
         };
-        if self.sources.by_hour.is_some() {
+        if self.files.sources.by_hour.is_some() {
             // a year sums its hours of other sums
             let key = if file.uncertain.is_empty() { "/sensitivity" } else { "/uncertain" };
             let problem = "a year does not say how its results depend on these: it is left out";
-            self.warn(self.place(key), problem);
+            self.told.warn(self.place(key), problem);
             return Ok(());
         }
         let mut all = Vec::new();
@@ -90,10 +90,10 @@ impl Loader<'_> {
                 }
                 if !all.iter().any(|(of, _)| of == name) {
                     let place = self.place(format!("/sensitivity/{i}"));
-                    self.notes.push(format!(
-                        "{place}: `{name}` sends on no light by a way that counts, so nothing depends \
-                         on it"
-                    ));
+                    let remark = format!(
+                        "`{name}` sends on no light by a way that counts, so nothing depends on it"
+                    );
+                    self.told.note(place, remark);
                 }
             }
         }
@@ -162,25 +162,25 @@ impl Loader<'_> {
                 return Err(self.error(at, problem).remedy("leave one out"));
             }
             let deviations = match deviation {
-                DeviationSpec::All(all) => vec![*all; self.bands],
+                DeviationSpec::All(all) => vec![*all; self.bands()],
                 DeviationSpec::Each(each) => each.clone(),
             };
-            if deviations.len() != self.bands {
-                let problem = format!("{} numbers for {} bands", deviations.len(), self.bands);
+            if deviations.len() != self.bands() {
+                let problem = format!("{} numbers for {} bands", deviations.len(), self.bands());
                 return Err(self.error(at, problem).remedy("give one number for each band"));
             }
             let parameter = &mut all[index].1;
             let values = &parameter.values;
             let is_dark = |b: usize| values.get(b) == Some(&0.0) && deviations[b] != 0.0;
-            if let Some(dark) = (0..self.bands).find(|b| is_dark(*b)) {
+            if let Some(dark) = (0..self.bands()).find(|b| is_dark(*b)) {
                 let problem = format!(
                     "the input is 0 in band `{}`, where there is no light to count: what its \
                      uncertainty makes of the results there is not known",
                     self.parts.bands[dark].name
                 );
-                self.warn(self.place(&at), problem);
+                self.told.warn(self.place(&at), problem);
             }
-            let gains = parameter.gains(|m| &self.parts.materials[m].material, self.bands);
+            let gains = parameter.gains(|m| &self.parts.materials[m].material, self.bands());
             let share = |(b, deviation): (usize, f64)| match values.get(b) {
                 None => gains[b] * deviation,
                 Some(0.0) => 0.0,
@@ -234,7 +234,7 @@ impl Loader<'_> {
     /// Returns numbers of the scene file per band; `None` where they come from a spectrum.
     fn given(&self, values: &PerBand) -> Option<Vec<f64>> {
         match values {
-            PerBand::All(value) => Some(vec![*value; self.bands]),
+            PerBand::All(value) => Some(vec![*value; self.bands()]),
             PerBand::Each(values) => Some(values.clone()),
             PerBand::Spectrum(_) => None,
         }
@@ -252,7 +252,7 @@ impl Loader<'_> {
             MaterialSpec::Phong(PhongSpec { reflectance, specular, transmittance, exponent }) => {
                 let diffuse =
                     |ways| reflectance.as_ref().map(|r| kind("reflectance", BOTH, ways, r));
-                let shines = |s: &&PerBand| self.given(s) != Some(vec![0.0; self.bands]);
+                let shines = |s: &&PerBand| self.given(s) != Some(vec![0.0; self.bands()]);
                 let reflected = match (specular.as_ref().filter(shines), exponent) {
                     (None, _) => [diffuse(REFLECTED), None],
                     (Some(specular), None) => {
@@ -278,7 +278,7 @@ impl Loader<'_> {
 
     /// Returns the parameter of a pane or a solid. A tint that is not given is 1.
     fn kind_of_tint(&self, tint: Option<&PerBand>, is_pane: bool) -> Kind {
-        let values = tint.map_or(Some(vec![1.0; self.bands]), |tint| self.given(tint));
+        let values = tint.map_or(Some(vec![1.0; self.bands()]), |tint| self.given(tint));
         ("/tint".into(), BOTH, if is_pane { IN_PANE } else { REFRACTED }, values)
     }
 

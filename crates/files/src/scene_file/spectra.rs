@@ -81,9 +81,9 @@ impl Loader<'_> {
                     let name = light.keys().name.map_or(format!("light{i}"), String::from);
                     self.spectra.flat.push(name);
                     let power = match power {
-                        Some(PowerSpec::Given(PerBand::All(power))) => vec![*power; self.bands],
+                        Some(PowerSpec::Given(PerBand::All(power))) => vec![*power; self.bands()],
                         Some(PowerSpec::Given(PerBand::Each(power))) => power.clone(),
-                        _ => vec![1.0; self.bands],
+                        _ => vec![1.0; self.bands()],
                     };
                     Part::Flat(power)
                 }
@@ -97,7 +97,7 @@ impl Loader<'_> {
     /// if there are any averages.
     pub(super) fn take_averages(&mut self) -> Vec<SpectrumAverage> {
         for (place, problem) in self.spectra.warnings.take() {
-            self.warn(place, problem);
+            self.told.warn(place, problem);
         }
         let averages = self.spectra.averages.take();
         if !averages.is_empty() && !self.spectra.flat.is_empty() {
@@ -106,7 +106,7 @@ impl Loader<'_> {
                 "no spectrum of the lights `{flat}`: the averages of spectra take each as flat over a band"
             );
             let place = self.place("/lights");
-            self.warn(place, problem);
+            self.told.warn(place, problem);
         }
         averages
     }
@@ -123,8 +123,8 @@ impl Loader<'_> {
         if let Some(known) = self.spectra.curves.borrow().get(&key) {
             return Ok(known.clone());
         }
-        let path = self.sibling(file);
-        let bytes = self.bytes(pointer, &path)?;
+        let path = self.files.sibling(file);
+        let bytes = self.files.bytes(pointer, &path)?;
         let column = match column {
             None => Column::Number(2),
             Some(ColumnSpec::Number(number)) => Column::Number(number.0),
@@ -230,7 +230,7 @@ impl Loader<'_> {
         knots.sort_by(f64::total_cmp);
         // so that many lamps of one table cost no more places than one
         knots.dedup();
-        for band in 0..self.bands {
+        for band in 0..self.bands() {
             let [from, to] = self.limits(pointer, band, name, curve)?;
             let [after, until] = [from, to].map(|nm| knots.partition_point(|&knot| knot <= nm));
             let knots = &knots[after..until];
@@ -281,7 +281,7 @@ impl Loader<'_> {
 
     /// Keeps what is odd about a table, once, until the warnings are collected.
     fn tell(&self, file: &str, problem: String) {
-        self.tell_at(self.sibling(file).display().to_string(), problem);
+        self.tell_at(self.files.sibling(file).display().to_string(), problem);
     }
 
     /// Keeps what is odd at a place, once, until the warnings are collected.
@@ -296,7 +296,7 @@ impl Loader<'_> {
     /// Returns the means of a spectrum that has been averaged before.
     pub(super) fn averaged(&self, spectrum: &SpectrumSpec) -> Vec<f64> {
         let means = self.spectra.means.borrow();
-        means.get(&format!("{spectrum:?}")).cloned().unwrap_or_else(|| vec![0.0; self.bands])
+        means.get(&format!("{spectrum:?}")).cloned().unwrap_or_else(|| vec![0.0; self.bands()])
     }
 
     /// Returns the light of the scene per nm at a wavelength in a band, which averages are weighted
@@ -350,7 +350,7 @@ impl Loader<'_> {
         let measured = self.curve(&place, name, column).map_err(|error| {
             let is_file = name.contains(['/', '\\', ':'])
                 || [".csv", ".spdx", ".xml"].iter().any(|end| name.contains(end));
-            if is_file || self.fetch(&self.sibling(name)).is_ok() {
+            if is_file || self.files.fetch(&self.files.sibling(name)).is_ok() {
                 return error;
             }
             let problem = format!("no file {name}, and no spectrum at hand of this name");
@@ -524,6 +524,6 @@ impl Loader<'_> {
             let limits = self.limits(pointer, band, &lamp.spectrum, &curve)?;
             Ok(scale * self.flux(&curve, unit, self.parts.quantity, limits))
         };
-        (0..self.bands).map(of_band).collect()
+        (0..self.bands()).map(of_band).collect()
     }
 }

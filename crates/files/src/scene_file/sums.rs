@@ -76,7 +76,7 @@ impl Loader<'_> {
             }
             self.parts.ratios.push(BandRatio { name: name.clone(), numerator, denominator });
         }
-        if self.sources.by_hour.is_some() {
+        if self.files.sources.by_hour.is_some() {
             // ratios of hours and days follow from these
             let sums = self.parts.ratios.iter().flat_map(BandRatio::sums).collect::<Vec<_>>();
             self.parts.sums.extend(sums);
@@ -172,7 +172,7 @@ impl Loader<'_> {
         pointer: &str,
         weights: &std::collections::BTreeMap<String, f64>,
     ) -> Result<BandSum> {
-        let mut of_bands = vec![None; self.bands];
+        let mut of_bands = vec![None; self.bands()];
         for (name, weight) in weights {
             let place = format!("{pointer}/{}", json::escaped(name));
             let band = self.band(&place, name)?;
@@ -253,7 +253,7 @@ impl Loader<'_> {
             ),
         };
         let problem = format!("{name}: {doubts}; {remedy} (docs/scene-format.md#sums-and-ratios)");
-        self.warn_once(pointer, problem);
+        self.told.warn_once(pointer, problem);
     }
 
     /// Weights the `chosen` bands by wavelength, or all, by the sum of the weightings, which sentences
@@ -267,7 +267,7 @@ impl Loader<'_> {
         chosen: Option<&[usize]>,
     ) -> Result<(BandSum, Doubts)> {
         let quantity = self.parts.quantity;
-        let every: Vec<usize> = (0..self.bands).collect();
+        let every: Vec<usize> = (0..self.bands()).collect();
         let bands = chosen.unwrap_or(&every);
         let mut sum = BandSum::default();
         let mut ends: Vec<(usize, [f64; 2])> = Vec::new();

@@ -3,10 +3,7 @@
 use std::path::Path;
 
 use super::{loader::Loader, notes::TableNote, numbers::single, spec::*};
-use crate::{
-    json,
-    scatter_table::{self, ScatterTable, Side, Wanted},
-};
+use crate::scatter_table::{self, ScatterTable, Side, Wanted};
 use phylux_core::{
     error::Result,
     scene::material::{Bsdf, Cover, CoverRow, Material},
@@ -37,8 +34,8 @@ impl Loader<'_> {
         ];
         let remedy = "give the file, or the values by angle";
         self.refuse_given(pointer, &by_angle, "does not go with `file`", remedy)?;
-        let path = self.sibling(name);
-        let bytes = self.bytes(&format!("{pointer}/file"), &path)?;
+        let path = self.files.sibling(name);
+        let bytes = self.files.bytes(&format!("{pointer}/file"), &path)?;
         self.table_file(pointer, &path, &bytes, file.reciprocal == Some(true), Side::Outside)
     }
 
@@ -73,7 +70,7 @@ impl Loader<'_> {
             warnings.push(problem);
         }
         for warning in warnings {
-            self.warn(path.display(), warning);
+            self.told.warn(path.display(), warning);
         }
         if found.error > NOT_RECIPROCAL && !reciprocal {
             let problem = format!(
@@ -81,9 +78,9 @@ impl Loader<'_> {
                 mean of both (docs/scene-format.md#table)",
                 100.0 * found.error
             );
-            self.warn(path.display(), problem);
+            self.told.warn(path.display(), problem);
         }
-        self.tables.push(TableNote { pointer: place.into(), reciprocity: found.error });
+        self.told.tables.push(TableNote { pointer: place.into(), reciprocity: found.error });
         Ok(Material::Table(bsdf.into()))
     }
 
@@ -129,7 +126,7 @@ impl Loader<'_> {
             reflectance,
         });
         let cover = Cover::new(rows.collect(), &self.band_names());
-        let place = json::place(&self.path.display().to_string(), pointer);
+        let place = self.place(pointer);
         Ok(Material::Table(cover.map_err(|problem| problem.at(place))?.into()))
     }
 
@@ -142,7 +139,7 @@ impl Loader<'_> {
         values: Option<&[PerBand]>,
         angles: usize,
     ) -> Result<Vec<Vec<f32>>> {
-        let Some(values) = values else { return Ok(vec![vec![0.0; self.bands]; angles]) };
+        let Some(values) = values else { return Ok(vec![vec![0.0; self.bands()]; angles]) };
         if values.len() != angles {
             let s = if values.len() == 1 { "y" } else { "ies" };
             let problem = format!("{} entr{s} for {angles} angles", values.len());
