@@ -85,7 +85,7 @@ fn a_year_prints_the_mean_day_and_months_of_the_usual_band() {
     let months =
         |band: &str| vec![format!("{band},"), "MJ/m2/d".into(), "2025-06".into(), "2025-07".into()];
     assert_eq!(heads(&text), [whole.map(String::from).to_vec(), months("both")], "{text}");
-    assert_eq!(text.matches("wall side, inner").count(), 2, "{text}");
+    assert_eq!(text.matches("inner, wall side").count(), 2, "{text}");
     let full = heads(&printed(&["--full"]));
     assert_eq!(full[1..], ["short", "long", "both"].map(months), "{full:?}");
 }
