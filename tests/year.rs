@@ -535,7 +535,7 @@ fn the_command_writes_tables() {
         String::from_utf8(output.stdout).expect("text")
     };
     let text = year("a", "1", &["--csv"]);
-    assert!(text.contains("PAR, mol/m2/d") && text.contains("2025-06"), "{text}");
+    assert!(text.contains("mean of 2 days, mol/m2/d ") && text.contains("  PAR\n"), "{text}");
     assert!(text.contains("1 lamps: 8.000 h, 0.8000 kWh"), "{text}");
     let read = |name: &str| std::fs::read_to_string(scene.path(name)).expect("a table");
     let hours = read("a/hours.csv");

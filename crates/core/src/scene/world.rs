@@ -22,6 +22,7 @@ mod repeats;
 mod rounds;
 mod shapes;
 mod shared;
+mod surface;
 mod triangles;
 mod tubes;
 mod validate;
@@ -33,7 +34,7 @@ use glam::{DVec3, Vec3, Vec4};
 use crate::{
     error::Problem,
     math::{
-        geometry::{Extent, POINT, ROUNDING, Ray, Triangle, across, closeness},
+        geometry::{Extent, ROUNDING, Ray, Triangle, across, closeness},
         round::{Round, RoundHit},
         spectrum::lanes,
         units::{Quantity, UnitNames},
@@ -50,6 +51,7 @@ use crate::{
 };
 use contents::{Common, Head, Lighting, Objects, Place};
 use shapes::{Found, Shapes, has_parallel};
+use surface::{MARGINS, NO_CAPTOR};
 
 pub use arrived::Arrived;
 pub use contents::ObjectCopy;
@@ -62,87 +64,15 @@ pub use parts::{
     SharedPart, SurfacePart,
 };
 pub use shapes::{KeptShapes, LOOKED_AT};
+pub use surface::Surface;
 pub use triangles::{SharedCopy, Standing, Triangles};
 pub use validate::{MAX_CAPTORS, MAX_LIGHTS, MAX_TRIANGLES, check_crowd};
 pub use validate::{check_watts, may_be_shared};
-
-/// Width of the margins of a triangle in which hits are looked at closely, in bounds of the error of
-/// its points.
-const MARGINS: f32 = 4.0;
-
-/// Distance of points from the edges of their triangle in ray offsets, besides the error of a point
-/// along the triangle. A ray that leaves one of two faces close to their common edge then starts
-/// inside the other if they meet at more than some 15 degrees.
-const OFF_EDGES: f32 = 6.0;
 
 /// Largest error of the difference between the distances at which a ray meets two faces at their
 /// common edge, as a multiple of the error of their points. The error is largest for a face that the
 /// ray grazes.
 const GRAZING: f32 = 512.0;
-
-/// The properties of one triangle of a surface that the photon loop needs.
-#[derive(Clone, Copy, Debug)]
-pub struct Surface {
-    /// Unit normal of the front.
-    pub normal: Vec3,
-    /// Index of the material.
-    pub material: u32,
-    captor: u32,
-    /// What the way into the coordinates of a copy or of another cell adds to the distance from the
-    /// triangle at which rays that leave it start, m.
-    extra_offset: f32,
-    /// The largest change of a barycentric weight that a movement of [`ROUNDING`] times the distance
-    /// 1 m makes.
-    pub steepest: f32,
-    /// The bound of the error of the triangle's points, over [`ROUNDING`], m.
-    pub reach: f32,
-}
-
-const NO_CAPTOR: u32 = u32::MAX;
-
-impl Surface {
-    /// Returns the index of the triangle's captor, if it is part of one.
-    #[inline]
-    pub fn captor(&self) -> Option<usize> {
-        (self.captor != NO_CAPTOR).then_some(self.captor as usize)
-    }
-
-    /// Returns false where a hit is surely far enough from all edges of this triangle for the errors
-    /// of the triangle's points and of a ray that comes from afar. It takes less time than to look at
-    /// each edge.
-    #[inline]
-    fn may_be_near_edge(&self, hit: &Hit) -> bool {
-        let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
-        weights.min_element() < self.steepest * (MARGINS * (self.reach + hit.t))
-    }
-
-    /// Returns the distance from the triangle at which rays that leave it at a point start, m: the
-    /// bound of the error of the point and of the start of the ray across the triangle.
-    #[inline(always)]
-    pub fn offset_at(&self, point: Vec3) -> f32 {
-        self.extra_offset + POINT * across(self.normal, point)
-    }
-
-    /// Returns the ray that leaves the triangle at a point. It starts off the surface, on the side of
-    /// the unit normal `side`, by the error of the point.
-    #[inline(always)]
-    fn leave(&self, point: Vec3, side: Vec3, direction: Vec3) -> Ray {
-        Ray { origin: point + self.offset_at(point) * side, direction }
-    }
-
-    /// Returns a point of `triangle`, which is the surface's, rounded and moved inwards from edges
-    /// that are nearer than its error: a point that rounding has put beyond the edge of a closed mesh
-    /// would let light through its corner.
-    fn off_edges(&self, triangle: &Triangle, point: DVec3) -> Vec3 {
-        triangle.off_edges(point, |point| self.apart(point))
-    }
-
-    /// Returns the distance of a point from the edges of the triangle, besides the error of the point
-    /// along it, m.
-    pub fn apart(&self, point: Vec3) -> f32 {
-        OFF_EDGES * self.offset_at(point)
-    }
-}
 
 /// A validated scene. What it promises cannot be changed: it is read by methods.
 #[derive(Debug)]

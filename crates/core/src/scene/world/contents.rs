@@ -9,8 +9,11 @@ use std::{
 use glam::DVec3;
 
 use super::{
-    Band, BandRatio, BandSum, FlatMirrors, FlushLight, Surface,
+    flush::FlushLight,
     images::LightShapes,
+    mirrors::FlatMirrors,
+    parts::{Band, BandRatio, BandSum},
+    surface::Surface,
     tubes::{MANY, Tubes},
 };
 use crate::{

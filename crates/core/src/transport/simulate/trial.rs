@@ -126,7 +126,7 @@ impl Chosen {
                         digits(times)
                     );
                     let rule = format!(", and are taken below {CLEAR}");
-                    if times < 1.0 { so_far + &rule } else { so_far }
+                    if times < 0.95 { so_far + &rule } else { so_far }
                 }
                 false => format!(
                     "complete paths would take {} times less work for the same errors, but more in all \
