@@ -142,7 +142,7 @@ fn a_map_has_the_sensors_their_colours_and_contours() {
     assert!(said.contains("3 sensors are on no map: 3 of `shelf` (a map takes three"), "{said}");
     // far red is not photosynthetic, so its map is not called PPFD
     let (texts, _) = plotted(&scene, &["--band", "far red"]);
-    has(&texts, &["irradiance, far red, µmol/m²/s"]);
+    has(&texts, &["PFD, far red, µmol/m²/s"]);
 }
 
 /// Racks far apart in one plane have maps of their own, with their names; a group stands for its
@@ -331,6 +331,99 @@ fn a_profile_joins_means_of_heights() {
     assert!(marks[0][1] > marks[1][1], "2 m is above 1 m");
 }
 
+/// Sensors of one height have a row with their mean in place of an empty chart, and more than three
+/// lines have no pale dots about them.
+#[test]
+fn a_profile_is_neither_empty_nor_crowded() {
+    let scene = results();
+    let (texts, svg) = plotted(&scene, &["--show", "profile", "--captors", "grid/*"]);
+    has(&texts, &["PPFD", "PPFD, µmol/m²/s", "sensors, z = 1 m"]);
+    assert!(texts.iter().any(|text| text.starts_with("200.0 ± 0.7")), "{texts:?}");
+    assert!(!texts.iter().any(|text| text.contains("height")), "{texts:?}");
+    let circles = place(&svg, "<circle", &["r", "cy"]);
+    let marks: Vec<f64> = circles.iter().filter(|c| c[0] == MARK).map(|c| c[1]).collect();
+    assert_eq!((circles.len(), marks.len()), (10, 1));
+    assert!(circles.iter().all(|c| c[1] == marks[0]), "{circles:?}");
+    let inches = |svg: &str| -> f64 {
+        let (_, rest) = svg.split_once(" height=\"").expect("a height");
+        rest.split_once("in\"").and_then(|(n, _)| n.parse().ok()).expect("inches")
+    };
+    let (_, usual) = plotted(&scene, &["--show", "profile"]);
+    assert!(inches(&svg) < 0.5 * inches(&usual));
+
+    changed(&scene, |all| {
+        let captors = all["captors"].as_array_mut().expect("captors");
+        let leaves: Vec<Value> = captors.split_off(12);
+        for (name, times) in [("tomato", 1.0), ("lettuce", 2.0), ("cucumber", 3.0)] {
+            for leaf in &leaves {
+                let mut own = leaf.clone();
+                let power = leaf["absorbed"][0].as_f64().expect("a power");
+                own["absorbed"][0] = json!(times * power);
+                let id = leaf["id"].as_str().expect("an id");
+                own["id"] = json!(id.replace("tomato", name));
+                captors.push(own);
+            }
+        }
+    });
+    let dots = |more: &[&str]| {
+        let (texts, svg) = plotted(&scene, &[&["--show", "profile"], more].concat());
+        has(&texts, &["lettuce, absorbed", "cucumber, absorbed"]);
+        place(&svg, "<circle", &["r"]).iter().filter(|c| c[0] == DOT).count()
+    };
+    assert_eq!(dots(&[]), 0);
+    assert_eq!(dots(&["--captors", "lettuce/*,cucumber/*"]), 12);
+}
+
+/// Objects that are neither copies nor leaves have a row with their whole name, also in a column; more
+/// than a hundred plants have no bars, which would hide them.
+#[test]
+fn many_plants_and_long_names_are_legible() {
+    let scene = results();
+    let names: Vec<String> = (0..20).map(|i| format!("a wall with a long name, {i}")).collect();
+    changed(&scene, |all| {
+        let captors = all["captors"].as_array_mut().expect("captors");
+        let leaf = captors.last().expect("a leaf").clone();
+        captors.clear();
+        for (i, name) in names.iter().enumerate() {
+            let mut own = leaf.clone();
+            own["id"] = json!(name);
+            own["center"][2] = json!(i);
+            own["normal"] = json!([1, 0, 0]);
+            captors.push(own);
+        }
+    });
+    let (texts, svg) = plotted(&scene, &["--show", "plants", "--width", "3.5"]);
+    has(&texts, &["absorbed by each object, PAR", "absorbed, µmol/s"]);
+    has(&texts, &names.iter().map(String::as_str).collect::<Vec<_>>());
+    let shown = place(&svg, "<text", &["y"]);
+    let rows: BTreeSet<i64> = shown.iter().map(|at| at[0] as i64).collect();
+    assert!(rows.len() >= names.len(), "{rows:?}");
+
+    let bars = |plants: usize| {
+        changed(&scene, |all| {
+            let captors = all["captors"].as_array_mut().expect("captors");
+            let leaf = captors[0].clone();
+            captors.clear();
+            for plant in 0..plants {
+                let mut own = leaf.clone();
+                own["id"] = json!(format!("lettuce#{plant}"));
+                captors.push(own);
+            }
+        });
+        let (_, svg) = plotted(&scene, &["--show", "plants"]);
+        // one more where a legend has the name
+        assert!([plants, plants + 1].contains(&place(&svg, "<circle", &["r"]).len()));
+        let upright = svg.split(" points=\"").skip(1).filter_map(|line| {
+            let (a, b) = line.split('"').next()?.trim().split_once(' ')?;
+            let [a, b] = [a, b].map(|end| end.split_once(','));
+            Some(a?.0 == b?.0 && a?.1 != b?.1)
+        });
+        upright.filter(|is_bar| *is_bar).count()
+    };
+    let few = bars(90);
+    assert!(few >= 90 && bars(110) < 30, "{few}");
+}
+
 /// The plants absorb 0.6 and 3.6, and the ranks 0.6, 0.7 and 0.8 on average. Each has an error bar.
 #[test]
 fn plants_and_ranks_absorb_what_their_leaves_do() {
@@ -408,10 +501,7 @@ fn layers_are_steps_over_height() {
 fn a_spectrum_has_a_step_for_each_band() {
     let scene = results();
     let (texts, svg) = plotted(&scene, &["--show", "spectrum", "--captors", "grid/0"]);
-    has(
-        &texts,
-        &["irradiance by wavelength", "wavelength, nm", "irradiance, µmol/m²/s/nm", "grid/0"],
-    );
+    has(&texts, &["PFD by wavelength", "wavelength, nm", "PFD, µmol/m²/s/nm", "grid/0"]);
     let (_, line) = svg
         .split("<polyline")
         .filter_map(|line| line.split_once("points=\""))
@@ -430,8 +520,9 @@ fn a_spectrum_has_a_step_for_each_band() {
     assert!(((b.0 - a.0) / (d.0 - c.0) - 6.0).abs() < 0.15, "{points:?}");
     assert!(c.1 < a.1, "50 over 50 nm is above 100 over 300 nm: {points:?}");
     let (texts, _) = plotted(&scene, &["--show", "spectrum", "--captors", "grid/*"]);
-    has(&texts, &["grid/0", "grid/6"]);
-    assert!(!texts.iter().any(|t| t == "grid/7" || t == "shelf/0"), "{texts:?}");
+    // those at one x have the same light, and one label
+    has(&texts, &["grid/0, grid/3, grid/6", "grid/1, grid/4", "grid/2, grid/5"]);
+    assert!(!texts.iter().any(|t| t.contains("grid/7") || t.contains("shelf/0")), "{texts:?}");
 }
 
 /// What 10 % more of each input brings is a lying column, the largest above, with a bar from one error

@@ -674,7 +674,7 @@ def spectrum(
         ax.set_xticks(range(len(columns)), [result.bands[i] for i in columns])
     _from_zero(ax, "y")
     unit = result.unit["irradiance"] + ("/nm" if known else "")
-    ax.set(xlabel="wavelength, nm" if known else "band", ylabel=_with_unit("irradiance", unit))
+    ax.set(xlabel="wavelength, nm" if known else "band", ylabel=_with_unit(_light_word(result.unit["flux"]), unit))
     return ax
 
 
@@ -878,7 +878,13 @@ def _label(result: Result, column: int, quantity: str = "irradiance") -> str:
     whole = "sum_of" in own or (own.get("from_nm", 0) <= 401 and own.get("to_nm", np.inf) >= 699)
     # a band is named if there are others, and PPFD does not say which it is
     of = "" if len(result.bands) == 1 or (par and whole) else f", {result.bands[column]}"
-    return _with_unit(f"{'PPFD' if par else quantity}{of}", unit)
+    word = _light_word(_unit(result, column)["flux"]) if quantity == "irradiance" else quantity
+    return _with_unit(f"{'PPFD' if par else word}{of}", unit)
+
+
+def _light_word(flux: str) -> str:
+    """Returns the word for light per area by the unit of its flux: photon flux density where photons are counted."""
+    return {"umol/s": "PFD", "lm": "illuminance"}.get(flux, "irradiance")
 
 
 def _unit(result: Result, column: int) -> dict[str, str]:
@@ -896,11 +902,13 @@ def _printed(unit: str) -> str:
 
 
 def _is_par(result: Result, column: int) -> bool:
-    """Returns whether a column counts only photons of 400 to 700 nm, and each of them once."""
+    """Returns whether a column counts only photons of 400 to 700 nm (those of a band PAR without wavelengths), and each once."""
     bands = result.head["bands"]
     if "weights" in bands[column]:
         return False
     parts = bands[column].get("sum_of", [bands[column]["name"]])
     parts = [band for band in bands if band["name"] in parts]
-    inside = all(band.get("from_nm", 0) >= 400 and band.get("to_nm", np.inf) <= 700 for band in parts)
+    bare = [band["name"].upper() == "PAR" and not {"from_nm", "to_nm"} & band.keys() for band in parts]
+    within = [band.get("from_nm", 0) >= 400 and band.get("to_nm", np.inf) <= 700 for band in parts]
+    inside = all(np.logical_or(bare, within))
     return bool(result.unit["flux"] == "umol/s" and inside)

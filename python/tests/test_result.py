@@ -248,7 +248,7 @@ def test_a_map_has_contours_and_says_ppfd():
     assert len(colours.get_paths()) > 20 and any(len(path) for path in lines.get_paths())
     for path in lines.get_paths():
         assert (path.vertices >= -1e-9).all() and (path.vertices <= [2 + 1e-9, 1 + 1e-9]).all()
-    assert rows.plot("map", band="far").figure.axes[-1].get_ylabel() == "irradiance, far, µmol/m²/s"
+    assert rows.plot("map", band="far").figure.axes[-1].get_ylabel() == "PFD, far, µmol/m²/s"
     # an option of dots selects dots instead of contours
     assert [len(rows.plot("map", **{option: value}).collections) for option, value in (("s", 9), ("marker", "s"))] == [1, 1]
     # captors in one line do not span a plane

@@ -430,7 +430,7 @@ def test_sums_have_units_of_their_own():
     # the first sum of the scene, not the first by the alphabet
     assert [result.plot("rank").get_ylabel(), result.plot("rank", band="bright").get_ylabel()] == [
         "PPFD, µmol/m²/s",
-        "irradiance, bright, lx",
+        "illuminance, bright, lx",
     ]
     pytest.importorskip("xarray")
     data = result.xarray()

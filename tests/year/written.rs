@@ -58,7 +58,7 @@ fn folders_of_years_are_plotted() {
     done(&folder, &["year", "scene.json", "-o", "c", "--photons", "3000", "--csv"]);
     for (show, texts) in [
         ("months", &["daily light integral", "both", "MJ/m²/d"][..]),
-        ("carpet", &["hour of the day", "both", "W/m²", "06-20"]),
+        ("carpet", &["hour of the day", "both", "W/m²", "20 Jun"]),
         ("day", &["hour of the day", "2025-06-2", "W/m²"]),
     ] {
         for (year, output) in [("y", "y.svg"), ("c", "c.svg")] {

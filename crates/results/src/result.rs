@@ -26,7 +26,7 @@ mod uncertain;
 pub mod validate;
 mod warnings;
 
-pub use found::{band_results, light_name};
+pub use found::{band_results, light_name, light_word};
 pub use spread::Spread;
 
 use std::{borrow::Cow, ops::Deref};

@@ -37,8 +37,12 @@ const ROWS: i32 = 2;
 /// The least width and the height of a panel, and the room above panels.
 const PANEL: (i32, i32) = (px(150), px(190));
 const ABOVE_PANELS: i32 = px(50);
-/// Distance of named rows.
+/// Distance of named rows, its least, and the least height of all rows.
 const NAMED_ROW: i32 = px(24);
+const LEAST_ROW: i32 = px(14);
+const LEAST_ROWS: i32 = px(40);
+/// The most names of lines that coincide.
+const TOGETHER: usize = 3;
 /// Names beside lines take at most such a part of a chart's width.
 const BESIDE: f64 = 0.36;
 
@@ -80,8 +84,10 @@ pub struct Chart {
 
 /// Where the parts of a chart are.
 struct Layout {
-    /// The series, with those of the levels.
+    /// The series, with those of the levels; the first of lines that coincide has the names of all.
     series: Vec<Series>,
+    /// The first series that each coincides with, which may be itself.
+    firsts: Vec<usize>,
     frame: Frame,
     /// The names that stand beside their series.
     labels: Vec<Option<Label>>,
@@ -103,7 +109,10 @@ impl Chart {
     pub(super) fn size(&self, width: Width) -> (i32, i32) {
         let down = match self.y_names.len() as i32 {
             0 => width.height(),
-            rows => width.height().min(TOP + NAMED_ROW * rows + BELOW),
+            rows => {
+                let with = |row: i32| TOP + (row * rows).max(LEAST_ROWS) + BELOW;
+                width.height().clamp(with(LEAST_ROW), with(NAMED_ROW))
+            }
         };
         let across = width.units();
         if !self.panels.is_empty() {
@@ -188,7 +197,7 @@ impl Chart {
     /// Draws the chart with a title of letters of this size.
     fn draw_on(&self, area: &Area, axes: [Axis; 2], size: i32) -> Result<(), Failure> {
         let (width, height) = area.dim_in_pixel();
-        let Layout { series: all, frame, labels, entries, ground } =
+        let Layout { series: all, firsts, frame, labels, entries, ground } =
             self.layout(axes, width as i32, height as i32);
         let below = self.lines_below(&all, &frame);
         let mut order: Vec<(&Series, i32)> = all.iter().zip(below.iter().copied()).collect();
@@ -217,7 +226,36 @@ impl Chart {
             let style = small(HPos::Center, VPos::Center).color(&ink);
             area.draw(&Text::new(name, at, style))?;
         }
+        let entries = entries.into_iter().flat_map(|(first, place)| {
+            let own = (0..all.len()).filter(|&i| firsts[i] == first).collect::<Vec<_>>();
+            own.into_iter().map(move |i| (i, place))
+        });
+        let entries: Vec<(usize, Place)> = entries.collect();
         entries.into_iter().try_for_each(|(i, place)| all[i].draw_entry(area, place, below[i]))
+    }
+
+    /// Returns for each series the first named one whose line it lies on, from end to end.
+    fn firsts(&self, all: &[Series], frame: &Frame) -> Vec<usize> {
+        let places = |series: &Series| -> Vec<Place> {
+            let joined = matches!(series.stroke, Stroke::Line | Stroke::Hollow | Stroke::Plain);
+            let runs = series.runs(|p| self.shows(p)).into_iter();
+            let named = runs.filter(|_| joined && series.name.is_some()).flatten();
+            named.map(|&point| frame.place(point)).collect()
+        };
+        let lines: Vec<Vec<Place>> = all.iter().map(places).collect();
+        let near =
+            |(a, b): (&Place, &Place)| (a.0 - b.0).abs() < px(2) && (a.1 - b.1).abs() < px(2);
+        let same = |i: usize, j: usize| {
+            let (one, other) = (&lines[i], &lines[j]);
+            let alike = all[i].stroke == all[j].stroke && one.len() == other.len();
+            alike && one.len() > 1 && one.iter().zip(other).all(near)
+        };
+        let mut firsts = Vec::new();
+        for j in 0..all.len() {
+            let first = (0..j).find(|&i| firsts[i] == i && same(i, j));
+            firsts.push(first.unwrap_or(j));
+        }
+        firsts
     }
 
     /// Returns for each series how many of those that are drawn after it lie on a part of its line,
@@ -273,6 +311,8 @@ impl Chart {
             },
         }));
 
+        let firsts = self.firsts(&series, &frame(TOP, 0));
+        name_together(&mut series, &firsts);
         // names stand beside their series, with room for those at the ends of lines
         let beyond = room_beyond(&frame(TOP, 0), &series, shows);
         let beyond = if f64::from(beyond) < BESIDE * f64::from(width) { beyond + px(8) } else { 0 };
@@ -302,14 +342,14 @@ impl Chart {
             let ground = (!named.is_empty()).then_some(ground);
             let entries = listed.into_iter().enumerate().map(|(i, s)| (s, (x, y + ROW * i as i32)));
             let entries = entries.collect();
-            return Layout { series, frame: inside, labels, entries, ground };
+            return Layout { series, firsts, frame: inside, labels, entries, ground };
         }
         let (inside, labels) = none();
         let listed = listed(&labels);
         let places = rows_above((inside.left, inside.right), &named(&listed));
         let frame = frame(places.last().map_or(TOP, |(_, y)| y + px(12)), 0);
         let entries = listed.into_iter().zip(places).collect();
-        Layout { series, frame, labels, entries, ground: None }
+        Layout { series, firsts, frame, labels, entries, ground: None }
     }
 
     /// Returns the two axes; `None` if there is nothing that they can show.
@@ -364,6 +404,24 @@ impl Chart {
     fn shows(&self, &(x, y): &(f64, f64)) -> bool {
         let fits = self.linear_y || y > 0.0 && (self.linear_x || x > 0.0);
         x.is_finite() && y.is_finite() && fits
+    }
+}
+
+/// Gives the names of lines that coincide to the first of them.
+fn name_together(series: &mut [Series], firsts: &[usize]) {
+    for first in 0..series.len() {
+        let own: Vec<usize> = (0..series.len()).filter(|&i| firsts[i] == first).collect();
+        if own.len() < 2 {
+            continue;
+        }
+        let names: Vec<String> = own.iter().filter_map(|&i| series[i].name.take()).collect();
+        let more = names.len().saturating_sub(TOGETHER);
+        let between = if names.iter().any(|name| name.contains(", ")) { "; " } else { ", " };
+        let mut name = names[..names.len() - more].join(between);
+        if more > 0 {
+            name += &format!(" and {more} more");
+        }
+        series[first].name = Some(name);
     }
 }
 
@@ -434,12 +492,15 @@ fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
 }
 
 /// Returns the part of the range of all that is drawn that lies at most half the extent of the data,
-/// from 0, beyond these.
+/// from 0, beyond these, and not below 0 where these are not.
 fn unsqueezed(all: Range<f64>, data: Option<Range<f64>>) -> Range<f64> {
     let Some(data) = data else { return all };
     let room = 0.5 * (data.end.max(0.0) - data.start.min(0.0));
     match room > 0.0 {
-        true => all.start.max(data.start - room)..all.end.min(data.end + room),
+        true => {
+            let least = if data.start >= 0.0 { 0.0 } else { data.start - room };
+            all.start.max(least)..all.end.min(data.end + room)
+        }
         false => all,
     }
 }
@@ -737,6 +798,51 @@ mod tests {
         assert_eq!(wide(&far), 1, "the first line");
         two.series[1].points[1].1 = 0.15;
         assert_eq!(wide(&two.svg(Width::Page).expect("a picture")), 0);
+    }
+
+    /// Lines that coincide from end to end have one label together, beside them or in a legend with the
+    /// strokes of all; those that part have one each.
+    #[test]
+    fn lines_that_coincide_have_one_label() {
+        let line = |name: &str, colour, end| {
+            series(name, colour, Stroke::Line, &[(0.0, 1.0), (1.0, 3.0), (2.0, end)])
+        };
+        let names = |all: Vec<Series>| {
+            let (linear_x, linear_y) = (true, true);
+            let svg = Chart { linear_x, linear_y, ..chart(all) }.svg(Width::Page);
+            let svg = svg.expect("a picture");
+            let found = texts(&svg).into_iter().map(|(text, _)| text);
+            let found: Vec<String> = found.filter(|text| text.contains("lamp")).collect();
+            (found, svg)
+        };
+        let two = || vec![line("lamp 1", 0, 2.0), line("lamp 2", 1, 2.001)];
+        assert_eq!(names(two()).0, ["lamp 1, lamp 2"]);
+        assert_eq!(names(vec![line("lamp 1", 0, 2.0), line("lamp 2", 1, 2.5)]).0.len(), 2);
+        let five = (0..5).map(|i| line(&format!("lamp {i}"), i, 2.0)).collect();
+        assert_eq!(names(five).0, ["lamp 0, lamp 1, lamp 2 and 2 more"]);
+        // no room beside the lines
+        let full = [(0.0, 0.0), (2.0, 0.0), (2.0, 4.0), (0.0, 4.0)];
+        let ground = Series { name: None, ..series("", 2, Stroke::Band, &full) };
+        let (found, svg) = names([two(), vec![ground]].concat());
+        assert_eq!(found, ["lamp 1, lamp 2"]);
+        assert_eq!(svg.matches("<circle").count(), 4, "three points and the legend");
+    }
+
+    /// Light is never below 0, and so no axis goes there for a bar of its error.
+    #[test]
+    fn bars_take_no_axis_below_0() {
+        let bars = [(1.0, -90.0), (1.0, 290.0)];
+        let lowest = |values: &[(f64, f64)]| {
+            let all = vec![
+                Series { name: None, ..series("", 0, Stroke::Bars, &bars) },
+                series("a", 0, Stroke::Marks, values),
+            ];
+            let all = Chart { linear_x: true, linear_y: true, ..chart(all) };
+            *all.axes().expect("axes")[1].ends().start()
+        };
+        assert_eq!(lowest(&[(1.0, 100.0), (2.0, 200.0)]), 0.0);
+        // what may be negative has bars on both sides of 0
+        assert!(lowest(&[(1.0, 100.0), (2.0, -10.0)]) < -40.0);
     }
 
     /// A bar of error that is a hundred times as long as its value does not squeeze the others, and ends

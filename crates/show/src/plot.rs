@@ -3,7 +3,7 @@
 //! They read a results file, or the folder of a year, and no scene.
 //!
 //! `chosen` picks the band and the captors, `map`, `line`, `profile`, `plants`, `layers`, `spectrum` and
-//! `sensitivity` each make one kind of plot, `year`, `months` and `carpet` those of a year, `drawing` makes it SVG or
+//! `sensitivity` each make one kind of plot, `lying` named rows for some, `year`, `months` and `carpet` those of a year, `drawing` makes it SVG or
 //! pixels, and `style` a file. `job` reads the files and chooses.
 
 mod carpet;
@@ -14,6 +14,7 @@ mod heat_map;
 pub mod job;
 mod layers;
 mod line;
+mod lying;
 mod map;
 mod months;
 mod panels;

@@ -36,7 +36,7 @@ use phylux_core::{
     transport::surface_light::SurfaceLight,
 };
 use phylux_results::{
-    result::{CaptorResult, GroupResult, Row},
+    result::{CaptorResult, GroupResult, Row, band_results, light_name, light_word},
     year_facts::daily_unit,
 };
 use shapes::{Shape, quantised, shapes};
@@ -242,15 +242,21 @@ fn add_photons(
     arrays.add("photonSurfaces", shown.iter().flat_map(|s| on(s).to_le_bytes()))
 }
 
-/// Returns the bands, then the sums over bands.
+/// Returns the bands, then the sums over bands, each with the name of its light.
 fn bands(scene: &Scene) -> Vec<Value> {
-    let bands = scene.bands().iter().enumerate().map(
-        |(b, band)| json!({ "name": band.name, "of": [b], "nm": band.from_nm.zip(band.to_nm) }),
-    );
+    let (all, flux) = (band_results(scene), scene.quantity().unit_names().flux);
+    let light = |place: usize| light_name(&all, Some(place), &flux);
+    let bands = scene.bands().iter().enumerate().map(|(b, band)| {
+        json!({
+            "name": band.name, "light": light(b), "of": [b], "nm": band.from_nm.zip(band.to_nm)
+        })
+    });
     let sums = scene.sums().iter().enumerate().map(|(s, sum)| {
-        let mut facts = json!({ "name": sum.name, "of": sum.bands, "sum": true });
+        let place = scene.bands().len() + s;
+        let light = light(place);
+        let mut facts = json!({ "name": sum.name, "light": light, "of": sum.bands, "sum": true });
         if !sum.weights.is_empty() {
-            let [flux, irradiance] = scene.units(scene.bands().len() + s);
+            let [flux, irradiance] = scene.units(place);
             facts["weights"] = json!(sum.weights);
             facts["unit"] = json!({ "flux": printed(&flux), "irradiance": printed(&irradiance) });
         }
@@ -300,6 +306,7 @@ fn facts(
         "phylux": env!("CARGO_PKG_VERSION"),
         "scene": scene.name(),
         "source": rendered.source,
+        "light": light_word(&unit.flux),
         "unit": { "flux": printed(&unit.flux), "irradiance": printed(&unit.irradiance) },
         "bands": bands(scene),
         "objects": scene.objects(),

@@ -216,9 +216,20 @@ fn balance(scene: &Scene, power: &[f64], totals: &Totals) -> Energy {
     }
 }
 
-/// Returns the name of the light per area in a band or sum (`None`: in all bands together), as it
-/// stands at axes: PPFD, if it counts photons within 400 to 700 nm, or else irradiance; with the name
-/// of the band where there are others and PPFD does not say which.
+/// Returns the word for light per area that is measured so (the unit of its flux): photon flux
+/// density, PFD, where photons are counted.
+pub fn light_word(flux: &str) -> &'static str {
+    match flux {
+        "umol/s" => "PFD",
+        "lm" => "illuminance",
+        _ => "irradiance",
+    }
+}
+
+/// Returns the name of the light per area in a band or sum (`None`: in all bands together) of results
+/// in this unit of flux, as it stands at axes: PPFD, if it counts photons within 400 to 700 nm (those
+/// of a band called PAR that has no wavelengths), or else its word; with the name of the band where
+/// there are others and PPFD does not say which.
 pub fn light_name(bands: &[BandResult], of: Option<usize>, flux: &str) -> String {
     let own = of.map(|of| &bands[of]);
     let is_part = |band: &BandResult| match own.map(|own| (own, &own.sum_of)) {
@@ -227,12 +238,16 @@ pub fn light_name(bands: &[BandResult], of: Option<usize>, flux: &str) -> String
         Some((own, None)) => own.name == band.name,
     };
     let parts = bands.iter().filter(|band| band.sum_of.is_none() && is_part(band));
-    let ranges: Vec<(f64, f64)> =
-        parts.map(|band| (band.from_nm.unwrap_or(0.0), band.to_nm.unwrap_or(f64::MAX))).collect();
+    let range = |band: &BandResult| match (band.from_nm, band.to_nm) {
+        (None, None) if band.name.eq_ignore_ascii_case("PAR") => (400.0, 700.0),
+        (from, to) => (from.unwrap_or(0.0), to.unwrap_or(f64::MAX)),
+    };
+    let ranges: Vec<(f64, f64)> = parts.map(range).collect();
     let counts = flux == "umol/s" && own.is_none_or(|own| own.weights.is_none());
     let within = ranges.iter().all(|&(from, to)| from >= 399.0 && to <= 701.0);
     let is_ppfd = counts && within && !ranges.is_empty();
-    let name = if is_ppfd { "PPFD" } else { "irradiance" };
+    let own_flux = own.and_then(|own| own.unit.as_ref()).map_or(flux, |unit| &unit.flux);
+    let name = if is_ppfd { "PPFD" } else { light_word(own_flux) };
     let single = ranges.len() == 1;
     let whole = !single || ranges.iter().any(|&(from, to)| from <= 401.0 && to >= 699.0);
     match own {
@@ -459,5 +474,48 @@ fn whole(scene: &Scene, totals: &Totals, channel: usize) -> Whole {
         absorbed_se: Some(absorbed_se),
         by_light: by_light(scene, totals, |_, part| of(part)).map(Iterator::collect),
         ..Whole::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn band(name: &str, nm: Option<[f64; 2]>) -> BandResult {
+        let [from_nm, to_nm] = [0, 1].map(|end| nm.map(|nm| nm[end]));
+        BandResult { name: name.into(), from_nm, to_nm, sum_of: None, weights: None, unit: None }
+    }
+
+    /// Photons per area are a flux density, and PPFD where they are photosynthetic; only energy is an
+    /// irradiance. A sum has the word of its own unit.
+    #[test]
+    fn light_has_the_word_of_its_quantity() {
+        let sum = |name: &str, of: &[&str], unit: Option<[&'static str; 2]>| BandResult {
+            sum_of: Some(of.iter().map(|name| name.to_string()).collect()),
+            weights: unit.map(|_| vec![1.0; of.len()]),
+            unit: unit.map(|[flux, irradiance]| SumUnit {
+                flux: flux.into(),
+                irradiance: irradiance.into(),
+            }),
+            ..band(name, None)
+        };
+        let bands = [
+            band("blue", Some([400.0, 500.0])),
+            band("rest", Some([500.0, 700.0])),
+            band("far red", Some([700.0, 750.0])),
+            sum("PAR", &["blue", "rest"], None),
+            sum("lux", &["blue", "rest"], Some(["lm", "lx"])),
+        ];
+        let names = |flux| (0..bands.len()).map(|b| light_name(&bands, Some(b), flux));
+        let photons: Vec<String> = names("umol/s").collect();
+        let known = ["PPFD, blue", "PPFD, rest", "PFD, far red", "PPFD", "illuminance, lux"];
+        assert_eq!(photons, known);
+        assert_eq!(light_name(&bands, None, "umol/s"), "PFD, all bands");
+        assert_eq!(names("W").next().expect("a name"), "irradiance, blue");
+        // a band by itself, without wavelengths
+        let alone = |name, flux| light_name(&[band(name, None)], Some(0), flux);
+        assert_eq!(alone("all", "umol/s"), "PFD");
+        assert_eq!(alone("PAR", "umol/s"), "PPFD");
+        assert_eq!(alone("PAR", "W"), "irradiance");
     }
 }

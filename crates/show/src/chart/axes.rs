@@ -74,6 +74,12 @@ impl Axis {
         Self { names: Some(names), between: Some(ticks), ..self }
     }
 
+    /// Returns the axis with its ticks alone, without their names or numbers.
+    pub fn without_names(self) -> Self {
+        let places = self.names.iter().flatten().map(|(at, _)| *at).collect();
+        Self { between: self.between.or(Some(places)), names: Some(Vec::new()), ..self }
+    }
+
     /// Returns the axis with whole numbers alone, for counts.
     pub fn of_counts(self) -> Self {
         Self { whole: true, ..self }

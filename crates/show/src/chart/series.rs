@@ -302,8 +302,9 @@ impl Series {
             }
         };
         shapes.iter().try_for_each(|shape| self.draw_shape(area, shape, below))?;
-        let name = self.name.clone().unwrap_or_default();
-        Ok(area.draw(&Text::new(name, (x + NAME, y), small(HPos::Left, VPos::Center)))?)
+        let Some(name) = &self.name else { return Ok(()) };
+        let beside = small(HPos::Left, VPos::Center);
+        Ok(area.draw(&Text::new(name.as_str(), (x + NAME, y), beside))?)
     }
 
     /// Returns places no farther apart than a small letter that cover what is drawn.

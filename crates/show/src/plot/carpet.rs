@@ -4,31 +4,33 @@ use plotters::{
     element::{Rectangle, Text},
     prelude::Color,
     style::{
-        RGBColor,
+        FontTransform, RGBColor,
         text_anchor::{HPos, VPos},
     },
 };
 
 use super::{
     heat_map::{colour, draw_bar},
-    months::month_name,
+    months::{day_names, month_name},
     panels::BAR,
 };
 use crate::{
     chart::{
         axes::{Axis, BELOW, Frame},
-        paper::{Area, Failure, LARGE, Width, drawn, font, px, small},
+        paper::{Area, Failure, LARGE, SMALL, Width, drawn, font, length_of, px, small},
     },
     picture::{Scale, Steps},
 };
 
-/// Height of a carpet, and the least height, which the colour bar needs, layout units.
-const HEIGHT: i32 = px(220);
-const LEAST: i32 = px(240);
+/// Height of the colours of a carpet, layout units.
+const HEIGHT: i32 = px(150);
+/// Height of the title, and of the name above each of several carpets.
+const TITLE: i32 = px(28);
+const NAME: i32 = px(25);
 /// The greatest height of the colour bar, layout units.
-const HIGHEST: i32 = px(400);
-/// Margins around the colours: left, right, above, below, layout units.
-const ROOM: (i32, i32, i32, i32) = (px(52), px(10), px(28), BELOW);
+const HIGHEST: i32 = px(360);
+/// Margins to the left and right of the colours, layout units.
+const ROOM: [i32; 2] = [px(52), px(10)];
 /// The most colours: finer than the eye can distinguish.
 const STEPS: usize = 64;
 /// The colour of hours without light.
@@ -37,7 +39,8 @@ const NIGHT: RGBColor = RGBColor(226, 226, 226);
 /// The light of a captor or group by the hour.
 #[derive(Clone, Debug)]
 pub(super) struct Carpet {
-    pub title: String,
+    /// The captor or group.
+    pub id: String,
     /// The rows of the table, parted at midnight.
     pub cells: Vec<Cell>,
 }
@@ -54,9 +57,10 @@ pub(super) struct Cell {
     pub value: f64,
 }
 
-/// Carpets with one colour bar.
+/// Carpets with one title, one pair of axes and one colour bar.
 #[derive(Clone, Debug)]
 pub(super) struct Carpets {
+    pub title: String,
     pub carpets: Vec<Carpet>,
     /// Names of the days, such as `2005-06-21`.
     pub days: Vec<String>,
@@ -66,49 +70,77 @@ pub(super) struct Carpets {
 }
 
 impl Carpets {
-    /// Returns the carpets, one below the other, with their colour bar as SVG text.
+    /// Returns the carpets, one below the other, with their colour bar as SVG text. The name of a single
+    /// one is in the title.
     pub fn svg(&self, width: Width) -> Result<String, Failure> {
-        let down = (HEIGHT * self.carpets.len() as i32).max(LEAST);
+        let single = self.carpets.len() == 1;
+        let first = TITLE + if single { 0 } else { NAME };
+        let each = HEIGHT + NAME;
+        let end = first + each * self.carpets.len() as i32 - NAME;
         let steps = Steps::of(self.scale, STEPS, 0.0);
-        drawn((width.units(), down), |area| {
-            let (carpets, bar) = area.split_horizontally(width.units() - BAR);
-            let parts = carpets.split_evenly((self.carpets.len().max(1), 1));
-            for (carpet, part) in self.carpets.iter().zip(&parts) {
-                self.draw(carpet, &steps, part)?;
-            }
-            let high = down.min(HIGHEST);
-            let values =
-                self.carpets.iter().flat_map(|carpet| carpet.cells.iter().map(|cell| cell.value));
-            // hours without light are not below the bar
-            let lit = values.filter(|value| *value > 0.0);
-            draw_bar(&bar, &steps, &self.label, [ROOM.2, high - BELOW], lit)?;
-            let dark = |carpet: &Carpet| {
-                carpet.cells.iter().any(|cell| cell.value.is_nan() || cell.value <= 0.0)
+        drawn((width.units(), end + BELOW), |area| {
+            let title = match &self.carpets[..] {
+                [one] => format!("{} at “{}”", self.title, one.id),
+                _ => self.title.clone(),
             };
-            if self.carpets.iter().any(dark) {
-                let (x, y) = (px(4), high - px(28));
-                bar.draw(&Rectangle::new([(x, y), (px(18), y + px(11))], NIGHT.filled()))?;
-                let beside = small(HPos::Left, VPos::Center);
-                bar.draw(&Text::new("no light", (px(25), y + px(6)), beside))?;
+            let from = ROOM[0].min(width.units() - px(6) - length_of(&title, LARGE)).max(px(8));
+            area.draw(&Text::new(title, (from, px(8)), font(LARGE)))?;
+            let (place, bar) = area.split_horizontally(width.units() - BAR);
+            for (i, carpet) in self.carpets.iter().enumerate() {
+                let top = first + each * i as i32;
+                if !single {
+                    let at = (ROOM[0], top - px(15));
+                    place.draw(&Text::new(carpet.id.as_str(), at, font(SMALL)))?;
+                }
+                let frame = self.frame(width, top, i + 1 == self.carpets.len());
+                self.draw(carpet, &steps, &place, &frame)?;
             }
-            Ok(())
+            // the label of all upright axes stands once
+            let beside = small(HPos::Center, VPos::Center).transform(FontTransform::Rotate270);
+            let middle = (px(20), (first + end) / 2);
+            place.draw(&Text::new("hour of the day", middle, beside))?;
+            self.draw_bar(&bar, &steps, [first, end.min(first + HIGHEST)])
         })
     }
 
-    fn draw(&self, carpet: &Carpet, steps: &Steps, area: &Area) -> Result<(), Failure> {
-        let (left, right, above, below) = ROOM;
-        area.draw(&Text::new(carpet.title.as_str(), (left, px(8)), font(LARGE)))?;
-        let (width, height) = area.dim_in_pixel();
-        let days = self.days.len() as f64;
+    /// Returns the place of a carpet that begins at `top`; days have names below the lowest alone.
+    fn frame(&self, width: Width, top: i32, lowest: bool) -> Frame {
+        let days = Axis::linear(if lowest { "day" } else { "" }, 0.0..self.days.len() as f64);
+        let x = self.named(days);
         let hours = [0, 6, 12, 18, 24].map(|hour| (f64::from(hour), hour.to_string()));
-        let frame = Frame {
-            left,
-            top: above,
-            right: width as i32 - right,
-            bottom: height as i32 - below,
-            x: self.named(Axis::linear("day", 0.0..days)),
-            y: Axis::linear("hour of the day", 0.0..24.0).with_names(hours.to_vec()),
-        };
+        Frame {
+            left: ROOM[0],
+            top,
+            right: width.units() - BAR - ROOM[1],
+            bottom: top + HEIGHT,
+            x: if lowest { x } else { x.without_names() },
+            y: Axis::linear("", 0.0..24.0).with_names(hours.to_vec()),
+        }
+    }
+
+    /// Draws the colour bar between two heights, and below it the colour of hours without light.
+    fn draw_bar(&self, bar: &Area, steps: &Steps, ends: [i32; 2]) -> Result<(), Failure> {
+        let cells = || self.carpets.iter().flat_map(|carpet| &carpet.cells);
+        // hours without light are not below the bar
+        let lit = cells().map(|cell| cell.value).filter(|value| *value > 0.0);
+        draw_bar(bar, steps, &self.label, ends, lit)?;
+        if cells().any(|cell| cell.value.is_nan() || cell.value <= 0.0) {
+            let (x, y) = (px(4), ends[1] + px(18));
+            bar.draw(&Rectangle::new([(x, y), (px(18), y + px(11))], NIGHT.filled()))?;
+            let beside = small(HPos::Left, VPos::Center);
+            bar.draw(&Text::new("no light", (px(25), y + px(6)), beside))?;
+        }
+        Ok(())
+    }
+
+    fn draw(
+        &self,
+        carpet: &Carpet,
+        steps: &Steps,
+        area: &Area,
+        frame: &Frame,
+    ) -> Result<(), Failure> {
+        let days = self.days.len() as f64;
         // hours without light have a colour of their own, which leaves those with light in view
         let level = |value: f64| (value > 0.0).then(|| steps.at(value));
         let middles = steps.middles();
@@ -137,7 +169,7 @@ impl Carpets {
     }
 
     /// Returns the axis of days with ticks where months begin and their names between these, or
-    /// with up to seven days where there are fewer than two months.
+    /// with up to eight days where there are fewer than two months.
     fn named(&self, axis: Axis) -> Axis {
         let mut months: Vec<(&str, usize, usize)> = Vec::new();
         for (d, day) in self.days.iter().enumerate() {
@@ -158,10 +190,47 @@ impl Carpets {
             };
             return axis.with_names_between(ticks, months.iter().map(middle).collect());
         }
-        let every = self.days.len().div_ceil(7).max(1);
-        let days = self.days.iter().enumerate().step_by(every);
-        let name =
-            |(d, day): (usize, &String)| (d as f64 + 0.5, day.get(5..).unwrap_or(day).to_string());
-        axis.with_names(days.map(name).collect())
+        axis.with_names(day_names(&self.days, 0.5))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Carpets share their title, the labels of their axes and the names of months; each has its own
+    /// name, which for one alone is in the title.
+    #[test]
+    fn carpets_share_what_is_the_same() {
+        let days =
+            (1..=90).map(|i| format!("2005-{:02}-{:02}", 1 + (i - 1) / 30, 1 + (i - 1) % 30));
+        let days: Vec<String> = days.collect();
+        let texts = |ids: &[&str]| -> Vec<String> {
+            let cell = |day| Cell { day, from: 0.0, to: 24.0, value: day as f64 };
+            let carpet = |id: &&str| Carpet {
+                id: id.to_string(),
+                cells: (0..days.len()).map(cell).collect(),
+            };
+            let carpets = Carpets {
+                title: "PPFD of every hour".into(),
+                carpets: ids.iter().map(carpet).collect(),
+                days: days.clone(),
+                scale: Scale { low: 0.0, high: 90.0, log: false },
+                label: "PPFD, umol/m2/s".into(),
+            };
+            let svg = carpets.svg(Width::Page).expect("a picture");
+            let texts = svg.split("<text").skip(1).filter_map(|text| text.split_once('>'));
+            texts.map(|(_, text)| text.split('<').next().unwrap().trim().to_string()).collect()
+        };
+        let count = |texts: &[String], wanted: &str| texts.iter().filter(|t| *t == wanted).count();
+        let three = texts(&["bench", "floor", "top"]);
+        for once in ["PPFD of every hour", "bench", "floor", "top", "day", "hour of the day", "Feb"]
+        {
+            assert_eq!(count(&three, once), 1, "{once}: {three:?}");
+        }
+        assert_eq!(count(&three, "12"), 3, "{three:?}");
+        let one = texts(&["bench"]);
+        assert_eq!(count(&one, "PPFD of every hour at “bench”"), 1, "{one:?}");
+        assert_eq!(count(&one, "bench"), 0);
     }
 }

@@ -74,8 +74,9 @@ impl DailyLight {
                 chart.x_ends = Some([0.4, self.months.len() as f64 + 0.6]);
             }
             false => {
-                let first = self.days.first();
-                chart.x = first.map_or(String::new(), |day| format!("day, the first is {day}"));
+                let year = self.days.first().and_then(|day| day.get(..4));
+                chart.x = year.map_or("day".into(), |year| format!("day of {year}"));
+                chart.x_names = day_names(&self.days, 1.0);
             }
         }
         if let [of] = &self.of[..] {
@@ -148,4 +149,36 @@ pub(super) fn month_name(month: &str) -> String {
         ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
     let number: Option<usize> = month.rsplit('-').next().and_then(|number| number.parse().ok());
     number.and_then(|n| names.get(n.wrapping_sub(1))).map_or(month.into(), |name| name.to_string())
+}
+
+/// Returns names of days, such as `21 Jun` for `2005-06-21`, with their places: of at most eight that
+/// are evenly apart.
+pub(super) fn day_names(days: &[String], first: f64) -> Vec<(f64, String)> {
+    let every = days.len().div_ceil(8).max(1);
+    let name = |(i, day): (usize, &String)| {
+        let date = day.rsplit_once('-').and_then(|(month, of)| {
+            let of: u8 = of.parse().ok()?;
+            Some(format!("{of} {}", month_name(month)))
+        });
+        (first + i as f64, date.unwrap_or_else(|| day.clone()))
+    };
+    days.iter().enumerate().step_by(every).map(name).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The days of a month alone have dates at the axis.
+    #[test]
+    fn days_have_dates() {
+        let days: Vec<String> = (1..=30).map(|day| format!("2005-06-{day:02}")).collect();
+        let values = vec![1.0; days.len()];
+        let of = OfId { id: "bench".into(), days: values, ..OfId::default() };
+        let months = vec!["2005-06".to_string()];
+        let chart = DailyLight { months, days, of: vec![of], ..DailyLight::default() }.chart();
+        let names: Vec<&str> = chart.x_names.iter().map(|(_, name)| name.as_str()).collect();
+        assert_eq!(names[..3], ["1 Jun", "5 Jun", "9 Jun"]);
+        assert_eq!((names.len(), chart.x_names[1].0, &*chart.x), (8, 5.0, "day of 2005"));
+    }
 }

@@ -5,6 +5,7 @@ use indexmap::IndexMap;
 use super::{
     chosen::{Chosen, error_bar, nothing},
     drawing::{Drawn, Plot},
+    lying::{Row, columns},
 };
 use crate::chart::{Chart, Series, Stroke};
 use phylux_core::{
@@ -15,8 +16,10 @@ use phylux_results::result::{CaptorResult, FaceResult};
 
 /// Limit on the number of objects with a colour of their own.
 const MOST: usize = 12;
-/// The most letters of names that stand side by side below an axis.
-const NAMED: usize = 60;
+/// The most objects that have a row with their name each, and the most plants with bars of errors: more
+/// of these hide the marks.
+const NAMED: usize = 24;
+const WITH_BARS: usize = 100;
 /// Ground faces up or down: the least cosine between its mean normal and the vertical. Flat ground has
 /// it within the second number of 1.
 const LEVEL: f64 = 0.7;
@@ -108,8 +111,7 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
         ));
     }
     // surfaces that are neither instances nor ranks have names in place of numbers
-    let names: Vec<&str> = objects.keys().copied().collect();
-    let single = !has_many(&objects) && names.concat().chars().count() <= NAMED;
+    let single = !has_many(&objects) && objects.len() <= NAMED;
     // leaves share photons, so their errors are correlated; the errors of groups take that into
     // account
     for (object, plants) in &mut objects {
@@ -139,15 +141,10 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
     };
     let band = chosen.of_band();
     let amount = format!("absorbed, {unit}");
-    let mut charts = vec![match single {
-        true => Chart {
-            x_names: (1..).zip(names).map(|(i, name)| (f64::from(i), name.into())).collect(),
-            ..chart(format!("absorbed by each object{band}"), "object", amount, by_object(&objects))
-        },
-        false => {
-            chart(format!("absorbed by each plant{band}"), "plant", amount, by_plant(&objects))
-        }
-    }];
+    let named = if single { by_object(&objects, &band, &amount) } else { None };
+    let mut charts = vec![named.unwrap_or_else(|| {
+        chart(format!("absorbed by each plant{band}"), "plant", amount, by_plant(&objects))
+    })];
     let ranks = by_rank(&objects);
     if !ranks.is_empty() {
         charts.push(chart(
@@ -251,28 +248,31 @@ fn ends_across(series: &[Series]) -> Option<[f64; 2]> {
     ends.map(|[low, high]| [low - 0.5, high + 0.5])
 }
 
-/// Makes the series of objects side by side, in the order of the file.
-fn by_object(objects: &Objects) -> Vec<Series> {
-    let all = || (1..).zip(objects.values().flat_map(IndexMap::values).map(|plant| plant.all));
-    let points = all().map(|(i, power)| (f64::from(i), power.value)).collect();
-    let bar = |(i, power): (i32, Power)| {
-        error_bar(f64::from(i), power.value, Some(power.variance.sqrt()), false)
+/// Draws the objects one below the other, in the order of the file.
+fn by_object(objects: &Objects, band: &str, amount: &str) -> Option<Chart> {
+    let all = objects.iter().flat_map(|(name, plants)| plants.values().map(move |p| (name, p.all)));
+    let row = |(name, power): (&&str, Power)| Row {
+        name: name.to_string(),
+        value: power.value,
+        error: Some(power.variance.sqrt()),
+        colour: 0,
     };
-    let add = |stroke, points| Series { name: None, colour: 0, stroke, points };
-    vec![add(Stroke::Bars, all().flat_map(bar).collect()), add(Stroke::Marks, points)]
+    columns(format!("absorbed by each object{band}"), amount, all.map(row).collect())
 }
 
 /// Makes the series of plants side by side, in the order of the file.
 fn by_plant(objects: &Objects) -> Vec<Series> {
     let mut series = Vec::new();
     let mut number = 0.0;
+    let with_bars = objects.values().map(IndexMap::len).sum::<usize>() <= WITH_BARS;
     for (i, (object, plants)) in objects.iter().enumerate() {
         let (name, colour) = style(objects, i, object);
         let (mut points, mut bars) = (Vec::new(), Vec::new());
         for plant in plants.values() {
             number += 1.0;
             points.push((number, plant.all.value));
-            bars.extend(error_bar(number, plant.all.value, Some(plant.all.variance.sqrt()), false));
+            let error = plant.all.variance.sqrt();
+            bars.extend(error_bar(number, plant.all.value, with_bars.then_some(error), false));
         }
         series.push(Series { name: None, colour, stroke: Stroke::Bars, points: bars });
         series.push(Series { name, colour, stroke: Stroke::Marks, points });

@@ -5,6 +5,7 @@ use indexmap::IndexMap;
 use super::{
     chosen::{AXES, Chosen, FLAT, error_bar, nothing},
     drawing::{Drawn, Plot},
+    lying::{named, place},
     plants::Organ,
 };
 use crate::{
@@ -19,10 +20,13 @@ use phylux_core::{
 
 /// Limit on the number of heights at which means are taken.
 const SLICES: usize = 12;
-/// Limit on the number of objects whose surfaces have lines of their own.
+/// Limit on the number of objects whose surfaces have lines of their own, and on that of lines with a
+/// dot for each captor: those of more would hide the lines.
 const MOST: usize = 3;
+const WITH_DOTS: usize = 3;
 
 /// A captor's height (m), value and standard error per area, and area (m2).
+#[derive(Clone, Copy)]
 struct Point {
     height: f64,
     value: f64,
@@ -52,6 +56,8 @@ impl Slice {
 /// Captors of one kind, whose means one line joins.
 struct Kind {
     name: String,
+    /// What is plotted of them, where the axis may not say it.
+    light: String,
     points: Vec<Point>,
     /// Whether light at different heights can be compared: not where sensors face different ways.
     is_alike: bool,
@@ -71,37 +77,51 @@ pub(super) fn profile_of_many(chosen: &Chosen) -> Result<Plot> {
 pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
     let (sensors, surfaces) = (sensors(chosen), surfaces(chosen));
     let band = chosen.of_band();
-    let (title, light) = match [&sensors, &surfaces].map(Vec::is_empty) {
-        [false, true] => (format!("{} over height", chosen.light_name()), chosen.light_name()),
-        [true, _] => (format!("absorbed over height{band}"), "absorbed per area".into()),
-        [false, false] => (format!("light over height{band}"), "light per area".into()),
+    let (what, light, band) = match [&sensors, &surfaces].map(Vec::is_empty) {
+        [false, true] => (chosen.light_name(), chosen.light_name(), String::new()),
+        [true, _] => ("absorbed".into(), "absorbed per area".into(), band),
+        [false, false] => ("light".into(), "light per area".into(), band),
     };
+    let all: Vec<(Kind, Vec<Slice>)> = sensors
+        .into_iter()
+        .chain(surfaces)
+        .map(|kind| {
+            let means = slices(leaves(&kind.points));
+            (kind, means)
+        })
+        .collect();
+    if all.is_empty() {
+        return Err(nothing("there are no captors", "run a scene with sensors or captors"));
+    }
+    let (x, both) = (format!("{light}, {}", chosen.per_area()), what == "light");
+    if all.iter().all(|(_, means)| means.len() < 2) {
+        let chart = at_one_height([&format!("{light}{band}"), &x, chosen.per_area()], all, both);
+        let note = words!["captors are at one height alone, so no line shows a course over height"];
+        return Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: vec![note] });
+    }
+    let crowded = all.iter().filter(|(_, means)| means.len() > 1).count() > WITH_DOTS;
     let mut series = Vec::new();
-    let mut has_course = false;
-    for (colour, kind) in sensors.into_iter().chain(surfaces).enumerate() {
+    for (colour, (kind, means)) in all.into_iter().enumerate() {
         let dots = kind.points.iter().map(|point| (point.value, point.height));
         let add = |name, stroke, points| Series { name, colour, stroke, points };
-        series.push(add(None, Stroke::Dots, dots.collect()));
-        let means = slices(leaves(kind.points));
+        if !crowded {
+            series.push(add(None, Stroke::Dots, dots.collect()));
+        }
         let bars = means.iter().flat_map(|s| error_bar(s.height, s.value, Some(s.error), true));
         series.push(add(None, Stroke::Bars, bars.collect()));
         let joined: Vec<(f64, f64)> =
             means.iter().map(|slice| (slice.value, slice.height)).collect();
-        has_course |= joined.len() > 1;
         // a single place has its value in words
-        let name = match &means[..] {
-            [one] => format!("{}: {} {}", kind.name, one.words(), printed(chosen.per_area())),
-            _ => kind.name,
-        };
+        let mut name = kind.name + &kind.light;
+        if let [one] = &means[..] {
+            name += &format!(": {} {}", one.words(), printed(chosen.per_area()));
+        }
         let stroke = if kind.is_alike && joined.len() > 1 { Stroke::Line } else { Stroke::Marks };
         series.push(add(Some(name), stroke, joined));
     }
-    if series.is_empty() {
-        return Err(nothing("there are no captors", "run a scene with sensors or captors"));
-    }
     let chart = Chart {
-        title,
-        x: format!("{light}, {}", chosen.per_area()),
+        title: format!("{what} over height{band}"),
+        x,
         y: "height z, m".into(),
         linear_x: true,
         linear_y: true,
@@ -109,12 +129,33 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         series,
         ..Chart::default()
     };
-    let mut notes = Vec::new();
-    if !has_course {
-        notes
-            .push(words!["captors are at one height alone, so no line shows a course over height"]);
+    Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: Vec::new() })
+}
+
+/// Draws captors that have no course over height: a row for each kind, with its mean. Rows say what is
+/// plotted if that is not the same for all.
+fn at_one_height(
+    [title, x, unit]: [&str; 3],
+    all: Vec<(Kind, Vec<Slice>)>,
+    with_light: bool,
+) -> Chart {
+    let count = all.len();
+    let (mut series, mut names) = (Vec::new(), Vec::new());
+    for (colour, (kind, means)) in all.into_iter().enumerate() {
+        let at = place(colour, count);
+        let add = |name, stroke, points| Series { name, colour, stroke, points };
+        let dots = kind.points.iter().map(|point| (point.value, at)).collect();
+        series.push(add(None, Stroke::Dots, dots));
+        for mean in &means {
+            let bar = error_bar(at, mean.value, Some(mean.error), true);
+            series.push(add(None, Stroke::Bars, bar.into()));
+            let words = format!("{} {}", mean.words(), printed(unit));
+            series.push(add(Some(words), Stroke::Marks, vec![(mean.value, at)]));
+            let light = if with_light { &*kind.light } else { "" };
+            names.push(format!("{}{light}, z = {} m", kind.name, label(mean.height)));
+        }
     }
-    Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes })
+    named(title.into(), x, names, series)
 }
 
 /// Returns the sensors, by the way that they face.
@@ -131,12 +172,12 @@ fn sensors(chosen: &Chosen) -> Vec<Kind> {
     }
     let one = ways.len() == 1;
     let kind = |(way, points): (Option<String>, _)| {
-        let name = match &way {
-            _ if one => format!("sensors, {}", chosen.light_name()),
-            Some(way) => format!("sensors facing {way}"),
-            None => "sensors facing other ways".into(),
+        let (name, light) = match &way {
+            _ if one => ("sensors".into(), format!(", {}", chosen.light_name())),
+            Some(way) => (format!("sensors facing {way}"), String::new()),
+            None => ("sensors facing other ways".into(), String::new()),
         };
-        Kind { name, points, is_alike: way.is_some() }
+        Kind { name, light, points, is_alike: way.is_some() }
     };
     ways.into_iter().map(kind).collect()
 }
@@ -170,7 +211,8 @@ fn surfaces(chosen: &Chosen) -> Vec<Kind> {
     }
     let kind = |name: &str, points: Vec<Point>| {
         let by = if has_stems(&points) { " by leaves" } else { "" };
-        Kind { name: format!("{name}, absorbed{by}"), points, is_alike: true }
+        let light = format!(", absorbed{by}");
+        Kind { name: name.into(), light, points, is_alike: true }
     };
     match objects.len() {
         0 => Vec::new(),
@@ -186,11 +228,9 @@ fn has_stems(points: &[Point]) -> bool {
 
 /// Returns the points that a line joins: where some have ranks, these alone, since a stem reaches over
 /// many heights, and its middle says little.
-fn leaves(mut points: Vec<Point>) -> Vec<Point> {
-    if has_stems(&points) {
-        points.retain(|point| point.ranked);
-    }
-    points
+fn leaves(points: &[Point]) -> Vec<Point> {
+    let all = !has_stems(points);
+    points.iter().filter(|point| all || point.ranked).copied().collect()
 }
 
 /// Returns area-weighted means at each height or, if there are many heights, in slices of equal
@@ -267,7 +307,7 @@ mod tests {
     fn stems_are_not_joined_with_leaves() {
         let point = |value, ranked| Point { height: 1.0, value, error: None, area: 1.0, ranked };
         let of = |ranked: [bool; 2]| {
-            leaves(vec![point(1.0, ranked[0]), point(2.0, ranked[1])]).iter().map(|p| p.value).sum()
+            leaves(&[point(1.0, ranked[0]), point(2.0, ranked[1])]).iter().map(|p| p.value).sum()
         };
         let sums: [f64; 3] = [of([true, true]), of([true, false]), of([false, false])];
         assert_eq!(sums, [3.0, 1.0, 3.0]);

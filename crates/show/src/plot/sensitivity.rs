@@ -2,13 +2,11 @@
 //! are because inputs are.
 
 use super::{
-    chosen::{Chosen, error_bar, nothing},
+    chosen::{Chosen, nothing},
     drawing::{Drawn, Plot},
+    lying::{Row, columns},
 };
-use crate::{
-    chart::{Chart, Series, Stroke},
-    inputs,
-};
+use crate::{chart::Chart, inputs};
 use phylux_core::{
     error::{Result, setting},
     math::pattern::without_copies,
@@ -21,20 +19,10 @@ const GROUPS: usize = 2;
 const INPUTS: usize = 8;
 /// The change of each input, %.
 const CHANGE: f64 = 10.0;
-/// Width of columns, of the distance between them.
-const WIDTH: f64 = 0.62;
 /// Colours of inputs, of all inputs together, and of chance.
 const INPUT: usize = 0;
 const TOGETHER: usize = 4;
 const CHANCE: usize = 6;
-
-/// A row of a chart: its name, its value and standard error, and its colour.
-struct Row {
-    name: String,
-    value: f64,
-    error: Option<f64>,
-    colour: usize,
-}
 
 /// Draws for each group what 10 % more of each input brings, with errors, and where inputs are
 /// uncertain, what each of them makes of its uncertainty beside the standard error.
@@ -96,7 +84,7 @@ fn changes(chosen: &Chosen, place: &Dependent, lights: &LightNames) -> Option<Ch
     rows.sort_by(|a, b| b.value.abs().total_cmp(&a.value.abs()));
     rows.truncate(INPUTS);
     let title = format!("{CHANGE} % more of each input: {}", light_of(chosen, place));
-    chart(title, &format!("change of the {}, %", chosen.kind_of_column()), rows)
+    columns(title, &format!("change of the {}, %", chosen.kind_of_column()), rows)
 }
 
 /// Draws the standard deviations by uncertain inputs beside the standard error.
@@ -121,34 +109,5 @@ fn budget(chosen: &Chosen, place: &Dependent, lights: &LightNames) -> Option<Cha
     let chance = chance.map(|se| row("chance (standard error)".into(), se, CHANCE));
     let rows = std::iter::once(all).chain(inputs).chain(chance).collect();
     let title = format!("uncertain inputs: {}", light_of(chosen, place));
-    chart(title, &format!("standard deviation of the {}, %", chosen.kind_of_column()), rows)
-}
-
-/// Draws rows as lying columns from 0, one below the other.
-fn chart(title: String, x: &str, rows: Vec<Row>) -> Option<Chart> {
-    let height = |i: usize| (rows.len() - i) as f64;
-    let (first, last) = (0.45, rows.len() as f64 + 0.55);
-    let mut series: Vec<Series> = Vec::new();
-    for colour in [INPUT, TOGETHER, CHANCE] {
-        let own = || rows.iter().enumerate().filter(move |(_, row)| row.colour == colour);
-        let column = |(i, row): (usize, &Row)| [(0.0, height(i)), (row.value, height(i))];
-        let points = own().flat_map(column).collect();
-        series.push(Series { name: None, colour, stroke: Stroke::Lying(WIDTH), points });
-    }
-    let bars = rows.iter().enumerate();
-    let bars = bars.flat_map(|(i, row)| error_bar(height(i), row.value, row.error, true)).collect();
-    series.push(Series { name: None, colour: 5, stroke: Stroke::Bars, points: bars });
-    let zero = vec![(0.0, first), (0.0, last)];
-    series.push(Series { name: None, colour: Series::GREY, stroke: Stroke::Plain, points: zero });
-    let names = rows.iter().enumerate().map(|(i, row)| (height(i), row.name.clone())).collect();
-    (!rows.is_empty()).then(|| Chart {
-        title,
-        x: x.into(),
-        linear_x: true,
-        linear_y: true,
-        amounts_across: true,
-        y_names: names,
-        series,
-        ..Chart::default()
-    })
+    columns(title, &format!("standard deviation of the {}, %", chosen.kind_of_column()), rows)
 }

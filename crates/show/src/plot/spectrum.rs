@@ -12,7 +12,7 @@ use phylux_core::{
     math::pattern::apart,
     words,
 };
-use phylux_results::result::{BandResult, FaceResult, GroupResult};
+use phylux_results::result::{BandResult, FaceResult, GroupResult, light_word};
 
 /// Limit on the number of captors or groups in one picture, each with a colour of its own.
 const MOST: usize = 7;
@@ -85,10 +85,11 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
         series.push(Series { name: None, colour, stroke: Stroke::Bars, points: bars });
         series.push(Series { name, colour, stroke: Stroke::Plain, points: steps });
     }
+    let light = light_word(&result.unit.flux);
     let chart = Chart {
-        title: "irradiance by wavelength".into(),
+        title: format!("{light} by wavelength"),
         x: "wavelength, nm".into(),
-        y: format!("irradiance, {}/nm", result.unit.irradiance),
+        y: format!("{light}, {}/nm", result.unit.irradiance),
         linear_x: true,
         linear_y: true,
         series,

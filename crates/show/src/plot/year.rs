@@ -245,8 +245,7 @@ fn carpet(
                 cells.extend(day_of(number).map(|day| Cell { day, from, to, value }));
             }
         }
-        let title = format!("{} of every hour at “{}”", chosen.light, hours.ids[id]);
-        Carpet { title, cells }
+        Carpet { id: hours.ids[id].clone(), cells }
     };
     let carpets: Vec<Carpet> = chosen.ids.iter().map(carpet).collect();
     let values = carpets.iter().flat_map(|c| c.cells.iter().map(|cell| cell.value));
@@ -256,7 +255,8 @@ fn carpet(
     };
     let label = format!("{}, {}", chosen.light, facts.irradiance(chosen.name));
     let days = days.into_iter().map(|(_, name)| name).collect();
-    let drawn = Drawn::Carpets(Carpets { carpets, days, scale, label });
+    let title = format!("{} of every hour", chosen.light);
+    let drawn = Drawn::Carpets(Carpets { title, carpets, days, scale, label });
     Ok(Plot { drawn, notes: chosen.notes.clone() })
 }
 

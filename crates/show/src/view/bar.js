@@ -104,10 +104,10 @@ function showScale() {
 /** Returns what the bar is of: quantity, band, unit and time. */
 function scaleText() {
   if (state.quantity === "none") return "";
-  const names = { irradiance: isDaily() ? "daily light integral" : "irradiance", absorbed: "absorbed per area" };
-  const band = facts.bands[state.band].name;
-  if (isDaily() && series().bands[state.band] < 0) return `${band} has no daily light integral`;
-  return [names[state.quantity], band, unitOf(state.band).irradiance, timeText()].filter((text) => text).join(", ");
+  const { name, light } = facts.bands[state.band];
+  if (isDaily() && series().bands[state.band] < 0) return `${name} has no daily light integral`;
+  const names = { irradiance: isDaily() ? `daily light integral, ${name}` : light, absorbed: `absorbed per area, ${name}` };
+  return [names[state.quantity], unitOf(state.band).irradiance, timeText()].filter((text) => text).join(", ");
 }
 
 /** Returns the picture as a canvas: what is seen, its title above it, and its colour bar below it on the page's ground. */

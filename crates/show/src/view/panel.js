@@ -200,7 +200,7 @@ function makeClip() {
 function makePanel() {
   for (const title of ["name", "caption"]) element(title).textContent = facts.scene;
   element("source").textContent = `${facts.source ? facts.source + " · " : ""}phylux ${facts.phylux}`;
-  option("quantity", "irradiance", "irradiance");
+  option("quantity", "irradiance", facts.light === "PFD" ? "photon flux density (PFD)" : facts.light);
   option("quantity", "absorbed", "absorbed per area");
   option("quantity", "none", "none (grey)");
   facts.bands.forEach((band, i) => option("band", i, band.name));
