@@ -506,11 +506,12 @@ mod tests {
             sum("PAR", &["blue", "rest"], None),
             sum("lux", &["blue", "rest"], Some(["lm", "lx"])),
         ];
-        let names = |flux| (0..bands.len()).map(|b| light_name(&bands, Some(b), flux));
+        let bands = &bands;
+        let names = |flux| (0..bands.len()).map(move |b| light_name(bands, Some(b), flux));
         let photons: Vec<String> = names("umol/s").collect();
         let known = ["PPFD, blue", "PPFD, rest", "PFD, far red", "PPFD", "illuminance, lux"];
         assert_eq!(photons, known);
-        assert_eq!(light_name(&bands, None, "umol/s"), "PFD, all bands");
+        assert_eq!(light_name(bands, None, "umol/s"), "PFD, all bands");
         assert_eq!(names("W").next().expect("a name"), "irradiance, blue");
         // a band by itself, without wavelengths
         let alone = |name, flux| light_name(&[band(name, None)], Some(0), flux);
