@@ -43,15 +43,17 @@ use crate::{
         bvh::{Bvh, Hit},
         captor::{CHANNELS, Captor},
         lattice::{Cell, Lattice},
-        light::{Light, LightTree, Prism, sources},
+        light::{Entrance, Light, LightTree, Prism, sources},
         material::Material,
         parameter::Parameters,
         stand::{InLayers, LayerBins, Stand},
     },
 };
-use contents::{Common, Head, Lighting, Objects, Place};
+use contents::{Common, Head, Objects, Place};
+use images::LightShapes;
 use shapes::{Found, Shapes, has_parallel};
 use surface::{MARGINS, NO_CAPTOR};
+use tubes::{MANY, Tubes};
 
 pub use arrived::Arrived;
 pub use contents::ObjectCopy;
@@ -87,6 +89,49 @@ pub struct Scene {
     groups: Vec<String>,
     place: Place,
     shapes: Arc<Shapes>,
+}
+
+/// The lights of a scene and what finds them.
+#[derive(Debug)]
+struct Lighting {
+    lights: Vec<Light>,
+    watts: BTreeMap<String, f64>,
+    /// The tree by which one of many lights is chosen.
+    tree: Option<LightTree>,
+    tubes: Tubes,
+    shapes: LightShapes,
+    /// Indices of the lights at infinity.
+    infinite: Vec<usize>,
+    /// Whether the light of one of these enters through openings alone.
+    has_openings: bool,
+    /// The lights that lie in surfaces.
+    flush: Vec<FlushLight>,
+    mirrors: Option<FlatMirrors>,
+}
+
+impl Lighting {
+    /// Arranges lights of which these are the shapes, those that lie in surfaces, and the mirrors that
+    /// show suns.
+    fn new(
+        lights: Vec<Light>,
+        watts: BTreeMap<String, f64>,
+        shapes: LightShapes,
+        flush: Vec<FlushLight>,
+        mirrors: Option<FlatMirrors>,
+        is_periodic: bool,
+    ) -> Self {
+        Self {
+            watts,
+            tree: (lights.len() > MANY && !is_periodic).then(|| LightTree::new(&lights)),
+            tubes: Tubes::new(&lights),
+            shapes,
+            infinite: (0..lights.len()).filter(|&l| lights[l].entrance().is_some()).collect(),
+            has_openings: lights.iter().filter_map(Light::entrance).any(Entrance::has_openings),
+            flush,
+            mirrors,
+            lights,
+        }
+    }
 }
 
 /// The place where a ray meets a surface.

@@ -61,7 +61,8 @@ use crate::{
 pub use accuracy::{Accuracy, Dark, FaceBand, Worst};
 pub use checkpoint::{Keeper, KeptArrivals, Resumed, RunState};
 pub use found_and_unseen::found_and_unseen;
-use histories::{Histories, Work};
+pub use histories::check_photons;
+use histories::{Histories, MIN_PATHS, TASK, Work};
 pub use light_by_light::{photons_by_light, simulate_light_by_light};
 pub use memory::map_bytes;
 pub use plan::Plan;
@@ -71,11 +72,6 @@ pub use shard::{Joined, ShardSums, check_shardable, simulate_shard};
 pub use simulation::Simulation;
 pub use surfaces::{focused_light, light_surfaces};
 pub use trial::Choice;
-
-/// Number of histories of a task, unless there are more lights than that.
-const TASK: u64 = 1024;
-/// The least number of paths from each face.
-const MIN_PATHS: u64 = 100;
 
 /// How far a run has come.
 #[derive(Clone, Copy, Debug)]
@@ -573,21 +569,6 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
-}
-
-/// Checks that there are enough photons for each light to have one.
-pub fn check_photons(scene: &Scene, photons: u64) -> Result<()> {
-    let lights = scene.sources() as u64;
-    if photons >= lights {
-        return Ok(());
-    }
-    let (what, each) = match scene.has_daylight() {
-        true => ("lights and faces that daylight enters by", "each of them"),
-        false => ("lights", "every light"),
-    };
-    let problem = format!("{photons} photons for {lights} {what}");
-    Err(Error::input("photons", problem)
-        .remedy(format!("{each} needs one: ask for at least {lights}")))
 }
 
 /// Returns the faces of all captors.

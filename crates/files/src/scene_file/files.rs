@@ -9,14 +9,17 @@ use std::{
     sync::Arc,
 };
 
-use super::{hourly_lights::ByHour, kept::Kept, loader::unknown};
+use super::{hourly_lights::ByHour, kept::Kept};
 use crate::{
     input::{Fetch, RELATIVE, quoted},
     json, mesh_file,
     obj::{Mesh, ObjFile},
     photometry::Photometry,
 };
-use phylux_core::error::{Error, Result};
+use phylux_core::error::{Error, Result, nearest};
+
+/// The most names that a sentence lists of those that are known: all spectra at hand.
+const NAMED: usize = 30;
 
 /// The places where a scene finds the files, meshes and tables that its JSON only names.
 pub(super) struct Sources<'a> {
@@ -128,4 +131,21 @@ impl<'a> Files<'a> {
         self.photometries.insert(path, photometry.clone());
         Ok(photometry)
     }
+}
+
+/// Adds to an error about an unknown `name` the nearest known name, if one is near, and a list of
+/// the known names.
+pub(super) fn unknown<'a>(
+    error: Error,
+    name: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> Error {
+    let mut all: Vec<&str> = known.clone().take(NAMED + 1).collect();
+    if all.is_empty() {
+        return error.remedy("there is none");
+    }
+    if let Some(more) = all.get_mut(NAMED) {
+        *more = "...";
+    }
+    error.did_you_mean_of(nearest(name, known), &all.join(", "))
 }

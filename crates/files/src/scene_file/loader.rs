@@ -17,12 +17,9 @@ use super::{
     told::Told,
 };
 use phylux_core::{
-    error::{Checked, Error, Result, nearest},
+    error::{Checked, Error, Result},
     scene::world::{Asked, SceneParts},
 };
-
-/// The most names that a sentence lists of those that are known: all spectra at hand.
-const NAMED: usize = 30;
 
 /// What is known and collected while a scene is put together.
 pub(super) struct Loader<'a> {
@@ -114,21 +111,4 @@ impl<'a> Loader<'a> {
 /// Returns the name of a file without its folder and extension.
 pub(super) fn stem(path: &Path) -> String {
     path.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned())
-}
-
-/// Adds to an error about an unknown `name` the nearest known name, if one is near, and a list of
-/// the known names.
-pub(super) fn unknown<'a>(
-    error: Error,
-    name: &str,
-    known: impl Iterator<Item = &'a str> + Clone,
-) -> Error {
-    let mut all: Vec<&str> = known.clone().take(NAMED + 1).collect();
-    if all.is_empty() {
-        return error.remedy("there is none");
-    }
-    if let Some(more) = all.get_mut(NAMED) {
-        *more = "...";
-    }
-    error.did_you_mean_of(nearest(name, known), &all.join(", "))
 }

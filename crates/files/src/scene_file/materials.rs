@@ -2,11 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{
-    loader::{Loader, unknown},
-    numbers::single,
-    spec::*,
-};
+use super::{files::unknown, loader::Loader, numbers::single, spec::*};
 use crate::{
     json,
     obj::{MtlEntry, MtlLibrary},

@@ -6,7 +6,8 @@ use std::{collections::HashMap, f64::consts::TAU, sync::Arc};
 use glam::DVec3;
 
 use super::{
-    loader::{Loader, unknown},
+    files::unknown,
+    loader::Loader,
     luminaires::LampFile,
     numbers::single,
     rooms::{RoomLamp, RoomLamps},

@@ -4,11 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use super::{
-    loader::{Loader, unknown},
-    materials::LEAF_IOR,
-    spec::*,
-};
+use super::{files::unknown, loader::Loader, materials::LEAF_IOR, spec::*};
 use crate::json;
 use phylux_core::{
     error::Result,

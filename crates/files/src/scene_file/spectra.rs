@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use super::{
+    files::unknown,
     known_spectra::{Part, SpectrumAverage},
-    loader::{Loader, unknown},
+    loader::Loader,
     luminaires::{FileFlux, LampFile},
     spec::*,
 };

@@ -2,10 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{
-    loader::{Loader, unknown},
-    spec::*,
-};
+use super::{files::unknown, loader::Loader, spec::*};
 use crate::json;
 use phylux_core::{
     error::{Error, LISTED, Result, number, some},

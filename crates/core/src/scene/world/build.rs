@@ -10,9 +10,9 @@ use std::{
 use glam::{DVec3, Vec3};
 
 use super::{
-    CaptorPart, CopyPart, LightPart, NO_CAPTOR, NamedMaterial, ObjectCopy, Scene, SceneParts,
-    SharedPart, Surface, SurfacePart,
-    contents::{Common, Head, Lighting, Objects, Place},
+    CaptorPart, CopyPart, LightPart, Lighting, NO_CAPTOR, NamedMaterial, ObjectCopy, Scene,
+    SceneParts, SharedPart, Surface, SurfacePart,
+    contents::{Common, Head, Objects, Place},
     flush,
     images::LightShapes,
     mirrors::FlatMirrors,

@@ -1,7 +1,6 @@
 //! What a scene is made of.
 
 use std::{
-    collections::BTreeMap,
     ops::Range,
     sync::{Arc, OnceLock},
 };
@@ -9,19 +8,12 @@ use std::{
 use glam::DVec3;
 
 use super::{
-    flush::FlushLight,
-    images::LightShapes,
-    mirrors::FlatMirrors,
     parts::{Band, BandRatio, BandSum},
     surface::Surface,
-    tubes::{MANY, Tubes},
 };
 use crate::{
     math::{geometry::Transform, sampling::Discrete, units::Quantity},
-    scene::{
-        light::{Entrance, Light, LightTree, Prism},
-        stand::Stand,
-    },
+    scene::{light::Prism, stand::Stand},
 };
 
 /// What a scene is called, and what its numbers mean.
@@ -49,24 +41,6 @@ pub(super) struct Objects {
     pub common: Vec<Common>,
 }
 
-/// The lights of a scene and what finds them.
-#[derive(Debug)]
-pub(super) struct Lighting {
-    pub lights: Vec<Light>,
-    pub watts: BTreeMap<String, f64>,
-    /// The tree by which one of many lights is chosen.
-    pub tree: Option<LightTree>,
-    pub tubes: Tubes,
-    pub shapes: LightShapes,
-    /// Indices of the lights at infinity.
-    pub infinite: Vec<usize>,
-    /// Whether the light of one of these enters through openings alone.
-    pub has_openings: bool,
-    /// The lights that lie in surfaces.
-    pub flush: Vec<FlushLight>,
-    pub mirrors: Option<FlatMirrors>,
-}
-
 /// Where a scene is and how far it reaches.
 #[derive(Debug)]
 pub(super) struct Place {
@@ -77,31 +51,6 @@ pub(super) struct Place {
     /// The prism by whose faces light from infinitely far away comes in.
     pub inside: Prism,
     pub stand: Stand,
-}
-
-impl Lighting {
-    /// Arranges lights of which these are the shapes, those that lie in surfaces, and the mirrors that
-    /// show suns.
-    pub fn new(
-        lights: Vec<Light>,
-        watts: BTreeMap<String, f64>,
-        shapes: LightShapes,
-        flush: Vec<FlushLight>,
-        mirrors: Option<FlatMirrors>,
-        is_periodic: bool,
-    ) -> Self {
-        Self {
-            watts,
-            tree: (lights.len() > MANY && !is_periodic).then(|| LightTree::new(&lights)),
-            tubes: Tubes::new(&lights),
-            shapes,
-            infinite: (0..lights.len()).filter(|&l| lights[l].entrance().is_some()).collect(),
-            has_openings: lights.iter().filter_map(Light::entrance).any(Entrance::has_openings),
-            flush,
-            mirrors,
-            lights,
-        }
-    }
 }
 
 /// One of several copies of an object.

@@ -2,18 +2,20 @@
 
 use std::sync::Arc;
 
-use super::{
-    MIN_PATHS, TASK, check_photons,
-    schedule::{Beside, Schedule},
-};
+use super::schedule::{Beside, Schedule};
 use crate::{
-    error::Result,
+    error::{Error, Result},
     scene::{light::Strata, world::Scene},
     transport::{
         guiding::{Guidance, Lamps},
         paths::{Face, Pilot},
     },
 };
+
+/// Number of histories of a task, unless there are more lights than that.
+pub(super) const TASK: u64 = 1024;
+/// The least number of paths from each face.
+pub(super) const MIN_PATHS: u64 = 100;
 
 /// What the histories of a run are.
 pub(super) struct Histories<'a> {
@@ -100,4 +102,19 @@ impl<'a> Histories<'a> {
         let lights = scene.sources() as u64;
         Ok(Schedule::new(number, lights, self.full_task()))
     }
+}
+
+/// Checks that there are enough photons for each light to have one.
+pub fn check_photons(scene: &Scene, photons: u64) -> Result<()> {
+    let lights = scene.sources() as u64;
+    if photons >= lights {
+        return Ok(());
+    }
+    let (what, each) = match scene.has_daylight() {
+        true => ("lights and faces that daylight enters by", "each of them"),
+        false => ("lights", "every light"),
+    };
+    let problem = format!("{photons} photons for {lights} {what}");
+    Err(Error::input("photons", problem)
+        .remedy(format!("{each} needs one: ask for at least {lights}")))
 }
