@@ -1,8 +1,9 @@
 //! The validated scene: surfaces, lights and captors, immutable and arranged for the tracing of
 //! rays.
 //!
-//! [`SceneParts`] is the input; `build` and `validate` turn it into a [`Scene`]; `shapes` keeps the
-//! triangles with their search structures; `lights_met` finds the lights that a ray meets.
+//! [`SceneParts`] is the input; `build` and `validate` turn it into a [`Scene`]; `contents` says what
+//! that is made of; `shapes` keeps the triangles with their search structures, and `rounds` discs and
+//! spheres; `lights_met` finds the lights that a ray meets.
 //!
 //! Coordinates come in double precision and are kept in single precision relative to the centre of
 //! the scene, so that a scene far from the origin works like one at the origin.
