@@ -902,7 +902,8 @@ mod tests {
     fn a_long_legend_makes_a_chart_higher() {
         let height = |count: usize| {
             let name = |i: usize| format!("a method with a rather long name {i}");
-            let line = |i: usize| series(&name(i), i, Stroke::Plain, &[(1.0, 1.0), (2.0, 2.0)]);
+            let ends = |i: usize| [(1.0, 1.0 + i as f64), (2.0, 2.0 + i as f64)];
+            let line = |i: usize| series(&name(i), i, Stroke::Plain, &ends(i));
             chart((0..count).map(line).collect()).size(Width::Column).1
         };
         assert_eq!(height(1), Width::Column.height());
