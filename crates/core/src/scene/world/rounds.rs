@@ -26,8 +26,9 @@ pub struct Rounds {
 const LEAST_DISCS: usize = 64;
 /// The largest number of such planes: each costs a ray as much as a few boxes of the tree.
 const MOST_LEVELS: usize = 8;
-/// The largest mean number of discs of a cell, over the discs: with more, a tree finds them faster.
-const MOST_IN_CELL: u64 = 16;
+/// The largest number of cells that a disc reaches into, in the mean, and of discs that share a cell,
+/// over the discs: with more, a tree finds them faster.
+const MOST_SHARED: u64 = 16;
 
 impl Rounds {
     pub(super) fn new(shapes: Vec<Round>) -> Self {
@@ -104,7 +105,7 @@ struct Level {
 
 impl Level {
     /// Sorts discs of one plane, of which `first` is the index of the first, into cells, about as many as
-    /// there are discs; `None` where they are so uneven that many lie in one cell.
+    /// there are discs; `None` where they are so large or so uneven that many lie in one cell.
     fn new(first: usize, discs: &[Round]) -> Option<Self> {
         let (axis, at) = plane(&discs[0])?;
         // wider by what rounding may do to where a ray crosses the plane
@@ -129,11 +130,20 @@ impl Level {
             found: Vec::new(),
         };
         let known = |disc: &Round| level.cells_between(corners(disc));
+        // before cells are counted one by one: discs may all reach into all of them
+        let reached = |disc: &Round| {
+            let [from, to] = level.cells_at(corners(disc));
+            let [columns, rows] = (to - from + 1).to_array();
+            u64::from(columns) * u64::from(rows)
+        };
+        let total: u64 = discs.iter().map(reached).sum();
+        if total > MOST_SHARED * discs.len() as u64 {
+            return None;
+        }
         let mut counts = vec![0u32; cells.element_product() as usize];
         discs.iter().flat_map(known).for_each(|cell| counts[cell] += 1);
-        let total: u64 = counts.iter().copied().map(u64::from).sum();
         let square: u64 = counts.iter().map(|&count| u64::from(count).pow(2)).sum();
-        if square > MOST_IN_CELL * total {
+        if square > MOST_SHARED * total {
             return None;
         }
         let mut starts = Vec::with_capacity(counts.len() + 1);
@@ -155,12 +165,16 @@ impl Level {
         Some(level)
     }
 
+    /// Returns the columns and rows of the cells nearest to two corners.
+    fn cells_at(&self, corners: [DVec2; 2]) -> [UVec2; 2] {
+        // numbers below zero become zero
+        corners
+            .map(|corner| ((corner - self.low) * self.cells_per_m).as_uvec2().min(self.cells - 1))
+    }
+
     /// Returns the cells between two corners.
     fn cells_between(&self, corners: [DVec2; 2]) -> impl Iterator<Item = usize> + use<> {
-        let last = self.cells - 1;
-        // numbers below zero become zero
-        let cell = |corner: DVec2| ((corner - self.low) * self.cells_per_m).as_uvec2().min(last);
-        let ([from, to], width) = (corners.map(cell), self.cells.x);
+        let ([from, to], width) = (self.cells_at(corners), self.cells.x);
         (from.y..=to.y).flat_map(move |y| (from.x..=to.x).map(move |x| (y * width + x) as usize))
     }
 
@@ -272,14 +286,21 @@ mod tests {
         assert!(crossed > 20_000, "{crossed}");
     }
 
-    /// Discs of which most lie in a few cells are left to the tree.
+    /// Discs of which most lie in a few cells are left to the tree, and so are those that all lie over
+    /// each other, which would be 1e10 places in cells.
     #[test]
-    fn uneven_discs_are_found_by_the_tree() {
+    fn uneven_and_large_discs_are_found_by_the_tree() {
         let disc = |i: i32| {
             let far = if i == 0 { 1e3 } else { 1e-3 * f64::from(i) };
             Round::disc(DVec3::new(far, far, 0.0), DVec3::Z, 1e-4)
         };
-        let all = Rounds::new((0..500).map(disc).collect());
-        assert!(all.levels.is_empty() && !all.others.is_empty());
+        let large = |i: i32| {
+            let [x, y] = [i % 300, i / 300].map(|i| 1e-3 * f64::from(i));
+            Round::disc(DVec3::new(x, y, 0.0), DVec3::Z, 9.0)
+        };
+        for discs in [(0..500).map(disc).collect(), (0..90_000).map(large).collect()] {
+            let all = Rounds::new(discs);
+            assert!(all.levels.is_empty() && !all.others.is_empty());
+        }
     }
 }

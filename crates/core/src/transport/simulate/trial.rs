@@ -121,12 +121,15 @@ impl Chosen {
         if times >= CLEAR || are_few {
             let why = match times >= CLEAR {
                 true => {
-                    let so_far = format!(
-                        "complete paths would take {} times the work for the same errors",
+                    // of what is printed as less than 1 a reader expects paths
+                    let rule = match times < 0.95 {
+                        true => format!(", and are taken below {CLEAR}"),
+                        false => String::new(),
+                    };
+                    format!(
+                        "complete paths would take {} times the work for the same errors{rule}",
                         digits(times)
-                    );
-                    let rule = format!(", and are taken below {CLEAR}");
-                    if times < 0.95 { so_far + &rule } else { so_far }
+                    )
                 }
                 false => format!(
                     "complete paths would take {} times less work for the same errors, but more in all \
