@@ -47,7 +47,7 @@ fn main() -> phylux::Result<()> {
     };
     let simulation = simulate(&loaded.scene, &settings, &Control::default())?;
     let result = RunResult::new(&simulation);
-    for layer in result.layers.iter().flatten().rev() {
+    for layer in result.extras.layers.iter().flatten().rev() {
         println!(
             "{:.1} to {:.1} m: {:6.2} +- {:.2} W",
             layer.from,

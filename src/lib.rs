@@ -83,15 +83,16 @@ pub mod transport {
 /// What a run found, with standard errors: values by captor, group and layer, and comparisons.
 pub mod results {
     pub use phylux_results::{
-        Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, Calibration, CanopyResult,
-        CaptorResult, Column, Comparison, DarkResult, Deviations, Difference, Electricity, Energy,
-        Errors, EvenPowers, FaceResult, Factor, FactorErrors, FlatResult, GroupElectricity,
-        GroupResult, HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult, InputResult,
-        LampElectricity, LayerResult, LightSensitivity, Lit, MapResult, Measure, Model,
-        ModelErrors, NearestResult, OfLights, Own, Per, PerBand, PerKwh, PlaneElectricity,
-        QUANTITIES, Quantity, RatioResult, RatioSensitivity, Ratios, ReadingResult, Row, RunResult,
-        RunSettings, SensitivityResult, Share, Shares, SlopeIntercept, SumUnit, ToleranceResult,
-        UncertainInput, Uniformity, Varied, Warning, When, Whole, WorstResult, YearFacts,
+        Absorbed, AbsorbedByFace, Account, BandResult, BudgetResult, ByLight, Calibration,
+        CanopyResult, CaptorResult, Column, Comparison, DarkResult, Deviations, Difference,
+        Electricity, Energy, Errors, EvenPowers, Extras, FaceResult, Factor, FactorErrors,
+        FlatResult, GroupElectricity, GroupResult, HistoriesBand, HistoriesLine, HistoriesPart,
+        HistoriesResult, InputResult, LampElectricity, LayerResult, LightSensitivity, Lit,
+        MapResult, Measure, Model, ModelErrors, NearestResult, OfLights, Own, Per, PerBand, PerKwh,
+        PlaneElectricity, Provenance, QUANTITIES, Quantity, RatioResult, RatioSensitivity, Ratios,
+        ReadingResult, Row, RunResult, RunSettings, SensitivityResult, Share, Shares,
+        SlopeIntercept, SumUnit, ToleranceResult, UncertainInput, Uniformity, Varied, Warning,
+        When, Whole, WorstResult, YearFacts,
     };
 }
 

@@ -224,7 +224,7 @@ fn light_found_by_chance_alone_is_told() {
         let error = a.flux_se[0].expect("light").hypot(b.flux_se[0].expect("light"));
         let off = (b.flux[0] - a.flux[0]) / error;
         println!("{what}: {off:.1} errors off");
-        assert!(paths.unseen.iter().flatten().all(|&share| share == 0.0), "{what}");
+        assert!(paths.account.unseen.iter().flatten().all(|&share| share == 0.0), "{what}");
         assert_eq!(b.few_paths, is_rare, "{what}");
         assert_eq!(off.abs() > 4.0, is_rare, "{what}: {off} errors");
         let said = paths.warnings.iter().any(|warning| warning.contains("rest on few paths"));

@@ -517,7 +517,7 @@ fn a_row_of_lamps_lights_a_line_evenly() {
     let again = phylux::formats::read_json(&scene.path("again.json")).expect("results");
     let line = again.groups.iter().find(|group| group.id == "line").expect("the group");
     assert!((line.front.irradiance[0] / 50.0 - 1.0).abs() < 0.02);
-    let watts = again.electricity.as_ref().expect("electricity").lights["l0"].watts;
+    let watts = again.account.electricity.as_ref().expect("electricity").lights["l0"].watts;
     assert!((watts / (10.0 * outer) - 1.0).abs() < 1e-9);
     // a mix takes the same factors
     for arguments in [

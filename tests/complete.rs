@@ -44,7 +44,7 @@ fn light_by_glass() {
             check.flux(format!("through the {name}"), front(&run, "below"), 0, passed);
         }
         check.flux(format!("back from the {name}"), front(&run, "above"), 0, 1.0 - passed);
-        assert_eq!(run.unseen, None);
+        assert_eq!(run.account.unseen, None);
         assert!(run.photons_beside.is_some_and(|photons| photons > 0));
     }
     let lamp = Mesh::square([0.0, 0.0, 0.01], DOWN, 1.0);

@@ -313,7 +313,7 @@ fn layers_know_shared_copies() {
     let world =
         |share| sky(stand(share, json!(true), World::new())).with("layers", json!({ "dz": 0.1 }));
     let (shared, own) = (world(true).run(100_000, 1), world(false).run(100_000, 2));
-    let [shared, own] = [&shared, &own].map(|run| run.layers.as_ref().expect("layers"));
+    let [shared, own] = [&shared, &own].map(|run| run.extras.layers.as_ref().expect("layers"));
     assert_eq!(shared.len(), own.len());
     for (found, expected) in shared.iter().zip(own) {
         assert!((found.area - expected.area).abs() < 1e-9, "{} {}", found.area, expected.area);

@@ -99,7 +99,7 @@ fn values(run: &RunResult) -> Vec<Value> {
             }
         }
     }
-    for (l, layer) in run.layers.iter().flatten().enumerate() {
+    for (l, layer) in run.extras.layers.iter().flatten().enumerate() {
         for (b, (&value, &error)) in layer.absorbed.iter().zip(&layer.absorbed_se).enumerate() {
             all.push(Value { what: format!("layer {l}, band {b}"), value, error });
         }
@@ -110,7 +110,7 @@ fn values(run: &RunResult) -> Vec<Value> {
 /// Returns the elasticity of every group and face by every parameter, in every band and sum, and of
 /// every ratio.
 fn elasticities(run: &RunResult) -> Vec<Value> {
-    let groups = run.sensitivity.iter().flatten().filter(|row| row.group.is_some());
+    let groups = run.extras.sensitivity.iter().flatten().filter(|row| row.group.is_some());
     groups
         .flat_map(|row| {
             let of_ratios = row.ratios.as_ref().map(|of| (&of.elasticity, &of.elasticity_se));
@@ -394,7 +394,7 @@ fn nightly_intervals_of_sunlit_shares_hold_the_truth() {
         let shares = |seed| -> Vec<(f64, f64)> {
             let run = run(&path, photons(256), seed);
             let group = run.groups.iter().find(|found| found.id == group).expect("the group");
-            let layers = run.layers.iter().flatten().map(|layer| &layer.own);
+            let layers = run.extras.layers.iter().flatten().map(|layer| &layer.own);
             let all = std::iter::once(&group.own).chain(layers);
             all.filter(|own| own.one("sunlit").is_some()).map(sunlit).collect()
         };

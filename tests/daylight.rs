@@ -360,7 +360,7 @@ fn the_sun_in_two_panes() {
     assert!(run.warnings().iter().any(told), "{:?}", run.warnings());
     // the captor is virtual: it also counts light between and below the panes, nearly all of which
     // comes straight
-    let unseen = run.unseen.expect("unseen")[0];
+    let unseen = run.account.unseen.expect("unseen")[0];
     let exact = (all - once) / all;
     // the reported value rests on few of the 2000 photons of a short run, those that come by a
     // mirror
@@ -401,14 +401,14 @@ fn the_mirrored_sun_by_photons_and_paths() {
     for name in ["near", "far", "high"] {
         assert_alike(name, front(&photons, name), front(&paths, name));
     }
-    assert!(paths.unseen.expect("unseen").iter().all(|share| *share < 0.02));
+    assert!(paths.account.unseen.expect("unseen").iter().all(|share| *share < 0.02));
     let sky = World::new()
         .material("mirror", json!({ "type": "mirror", "reflectance": 1 }))
         .surface("mirror", "mirror", &Mesh::square([0.0; 3], UP, 2.0))
         .captor("down", &Mesh::square([0.0, 0.0, 0.3], [0.0, 0.0, -1.0], 0.5))
         .light(json!({ "type": "sky", "model": "uniform", "irradiance": 100 }));
     let (photons, paths) = (sky.run(400_000, 1), sky.run_paths(100_000, 1));
-    assert_eq!(paths.unseen, None);
+    assert_eq!(paths.account.unseen, None);
     assert_alike("mirrored sky", front(&photons, "down"), front(&paths, "down"));
 }
 
@@ -494,7 +494,7 @@ fn estimators_agree_in_a_room_by_day() {
             assert!((sum / front(&photons, name).flux[b] - 1.0).abs() < 1e-9, "{name}");
         }
     }
-    assert!(paths.unseen.is_none());
+    assert!(paths.account.unseen.is_none());
     let text = |run: &RunResult| serde_json::to_string(run).expect("JSON");
     let again =
         run(&|settings| (settings.by_light, settings.threads) = (true, ThreadCount::nearest_to(3)));

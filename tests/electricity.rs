@@ -112,7 +112,7 @@ fn light_has_its_price() {
                 settings.guiding = phylux::Guiding::Full;
             }
         });
-        let found = result.electricity.as_ref().expect("electricity");
+        let found = result.account.electricity.as_ref().expect("electricity");
         assert_eq!(found.unit, ["umol/J", "umol/J", "umol/J", "lm/W"]);
         assert_eq!((found.watts, found.lights["low"].watts), (50.0, 20.0));
         close(found.per_watt[2], 80.0 / 50.0);
@@ -152,7 +152,7 @@ fn errors_of_shares_are_the_spread_of_seeds() {
                 (settings.photons, settings.seed, settings.threads) =
                     (PhotonCount::new(2000).ok(), seed, ThreadCount::nearest_to(1));
             });
-            let shares = result.electricity.expect("electricity").shares.expect("shares");
+            let shares = result.account.electricity.expect("electricity").shares.expect("shares");
             [&shares.outside, &shares.absorbed_by["leaf"]]
                 .map(|of| (of.share[2].expect("a share"), of.share_se[2].expect("an error")))
         })
@@ -176,11 +176,12 @@ fn other_lights_do_not_mix_in() {
         scene["lights"][1]["power"] = json!(0);
         scene["lights"][1].as_object_mut().expect("a light").remove("watts");
     });
-    let plain = run(&both, |_| ()).electricity.expect("electricity");
+    let plain = run(&both, |_| ()).account.electricity.expect("electricity");
     assert!(plain.shares.is_none() && plain.groups.is_none() && plain.watts == 20.0);
     let split = run(&both, |settings| settings.by_light = true);
-    let split = split.electricity.expect("electricity").shares.expect("shares");
-    let alone = run(&alone, |_| ()).electricity.expect("electricity").shares.expect("shares");
+    let split = split.account.electricity.expect("electricity").shares.expect("shares");
+    let alone =
+        run(&alone, |_| ()).account.electricity.expect("electricity").shares.expect("shares");
     for b in 0..2 {
         let [(a, a_se), (c, c_se)] = [&split, &alone].map(|shares| {
             let of = &shares.absorbed_by["floor"];
@@ -219,7 +220,7 @@ fn a_grid_stands_for_its_plane() {
         )],
     );
     let result = run(&scene, |_| ());
-    let found = result.electricity.as_ref().expect("electricity");
+    let found = result.account.electricity.as_ref().expect("electricity");
     assert_eq!(found.grown.mol_per_kwh, [Some(9.0)]);
     assert_eq!(found.lights["lamp"].grown.kwh_per_mol, [Some(1.0 / 9.0)]);
     let groups = found.groups.as_ref().expect("groups");
@@ -288,7 +289,7 @@ fn it_is_told_and_written() {
         assert!(table.lines().any(|line| line.starts_with(start)), "{start}\n{table}");
     }
     let result = phylux::formats::read_json(&scene.path("r.json")).expect("results");
-    assert!(result.electricity.is_some());
+    assert!(result.account.electricity.is_some());
     for watts in ["0", "-1", "1e10"] {
         let wrong = self::scene(|scene| {
             scene["lights"][0]["watts"] = serde_json::from_str(watts).expect("a number");

@@ -458,7 +458,7 @@ fn walls_in_the_sun_do_not_decide() {
         .light(json!({ "type": "sun", "irradiance": 100, "half_angle_deg": 0 }))
         .light(json!({ "type": "point", "position": [0.5, 0.5, 0.5], "power": 100 }))
         .with("settings", json!({ "estimator": "auto" }));
-    let said = world.run(400_000, 1).chosen.expect("a reason");
+    let said = world.run(400_000, 1).provenance.chosen.expect("a reason");
     let (ratio, _) = said.split_once(" times less work than photons").expect("a ratio");
     let ratio: f64 = ratio.parse().expect("a number");
     assert!((1.0..1e4).contains(&ratio), "{said}");
@@ -492,7 +492,7 @@ fn nearest_takes_own_flights() {
         })
     };
     let (plain, aimed) = (run(Guiding::Off, 1), run(Guiding::Aim, 2));
-    let arrivals = |run: &RunResult| run.map.as_ref().expect("a map").arrivals as f64;
+    let arrivals = |run: &RunResult| run.account.map.as_ref().expect("a map").arrivals as f64;
     let (a, b) = (arrivals(&plain), arrivals(&aimed));
     // one photon may arrive several times, so the spread is a little larger than Poisson's
     assert!((a - b).abs() < 4.0 * (3.0 * (a + b)).sqrt(), "{a} and {b}");

@@ -87,7 +87,7 @@ fn a_card_absorbs_the_share_that_its_mask_leaves() {
 
 /// Returns the elasticity of a captor by a parameter, with its error.
 fn elasticity(run: &RunResult, captor: &str, face: &str, parameter: &str) -> (f64, f64) {
-    let mut rows = run.sensitivity.iter().flatten().filter(|of| {
+    let mut rows = run.extras.sensitivity.iter().flatten().filter(|of| {
         of.captor.as_deref() == Some(captor) && of.face == face && of.parameter == parameter
     });
     let of = rows.next().expect("light that has met it");

@@ -92,7 +92,7 @@ fn pairs<'a>(
 }
 
 fn budget(result: &RunResult) -> &[BudgetResult] {
-    result.budget.as_deref().expect("a budget")
+    result.extras.budget.as_deref().expect("a budget")
 }
 
 /// A mix with the factors 1 has the values of the run, whatever guides the photons: elasticities,

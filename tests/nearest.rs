@@ -70,7 +70,7 @@ fn nearest_photons_of_uniform_light() {
     let mut check = Comparisons::new("k nearest", 0.04);
     for (k, map_photons) in [(50, 2_000_000), (400, 2_000_000), (50, 350_000)] {
         let result = run(&world, 1_400_000, k, map_photons);
-        let map = result.map.as_ref().expect("a map");
+        let map = result.account.map.as_ref().expect("a map");
         assert!(map.arrivals <= map_photons as u64);
         assert_eq!(
             map.photons < result.photons,

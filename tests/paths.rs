@@ -172,7 +172,7 @@ fn pane() {
         check.irradiance(format!("spot, tint {tint}"), front(&run, "captor"), band, exact);
     }
     check.finish(5);
-    assert!(run.unseen.expect("a pane mirrors").iter().all(|&share| share == 0.0));
+    assert!(run.account.unseen.expect("a pane mirrors").iter().all(|&share| share == 0.0));
 }
 
 /// Solid glass across a tube of mirrors, in which the radiance is n2 times that outside: the light
@@ -351,7 +351,7 @@ fn agrees_with_photons_on_points_and_lines() {
         .light(json!({ "type": "tube", "from": [-0.8, -0.8, 0.4], "to": [-0.8, 0.6, 0.4],
                        "radius": 0, "power": 1 }));
     agree("points and lines", 0.05, &world, 10);
-    assert_eq!(world.run_paths(10_000, 1).unseen, None, "nothing mirrors");
+    assert_eq!(world.run_paths(10_000, 1).account.unseen, None, "nothing mirrors");
 }
 
 /// A spot behind solid glass, and one that shines by way of a mirror. No path finds their light,
@@ -376,7 +376,7 @@ fn light_that_paths_cannot_find_is_said_to_be_missing() {
         .light(spot(UP));
     for world in [&slab, &mirror] {
         let run = world.run_paths(10_000, 1);
-        assert_eq!(run.unseen.as_deref(), Some(&[1.0][..]));
+        assert_eq!(run.account.unseen.as_deref(), Some(&[1.0][..]));
         assert_eq!(front(&run, "below").flux[..], [0.0]);
     }
     // half of the light comes through glass: a second spot of the same power shines from below it
@@ -384,7 +384,7 @@ fn light_that_paths_cannot_find_is_said_to_be_missing() {
         "direction": [0, 0, -1], "half_angle_deg": 20, "power": 0.8 }));
     let (paths, photons) = (half.run_paths(50_000, 1), half.run(500_000, 1));
     let [seen, all] = [&paths, &photons].map(|run| front(run, "below").flux[0]);
-    let unseen = paths.unseen.expect("a slab")[0];
+    let unseen = paths.account.unseen.expect("a slab")[0];
     assert!((1.0 - seen / all - unseen).abs() < 0.01, "{unseen} of {all}, {seen} seen");
 
     let open = World::new().captor("below", &below).light(spot([0.0, 0.0, -1.0]));
@@ -431,7 +431,7 @@ fn the_missing_share_has_an_error() {
     let found: Vec<[f64; 2]> = (1..=24)
         .map(|seed| {
             let run = world.run_paths(1000, seed);
-            [run.unseen, run.unseen_se].map(|shares| shares.expect("glass")[0])
+            [run.account.unseen, run.account.unseen_se].map(|shares| shares.expect("glass")[0])
         })
         .collect();
     let mean = found.iter().map(|[share, _]| share).sum::<f64>() / found.len() as f64;

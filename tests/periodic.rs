@@ -553,7 +553,7 @@ fn shares_on_a_slope_add_up() {
         .surface("ground", "soil", &ground)
         .light(sky());
     world.scene["objects"][0]["ground"] = json!(true);
-    let canopy = world.run(20_000, 1).canopy.expect("shares");
+    let canopy = world.run(20_000, 1).extras.canopy.expect("shares");
     let [reflected, ground] = [canopy.reflected[0], canopy.ground[0]];
     let error = canopy.reflected_se[0].unwrap() + canopy.ground_se[0].unwrap_or(0.0);
     assert!((reflected + ground - 1.0).abs() < 5.0 * error, "{reflected} {ground}");
@@ -594,7 +594,7 @@ fn the_sunlit_share_is_known() {
             let read = parse_json(&written[0]).expect("results");
             write_json(&read, &mut written[1]).expect("memory");
             assert_eq!(written[0], written[1]);
-            let layers = result.layers.as_ref().expect("layers");
+            let layers = result.extras.layers.as_ref().expect("layers");
             for (layer, exact) in layers.iter().zip([0.7, 1.0]) {
                 let (share, error) = sunlit(&layer.own);
                 assert!(
@@ -640,7 +640,7 @@ fn needs_shared_sunlit_share_of_level_leaves() {
     assert!((leaves.area - 3.00022).abs() < 1e-4, "{}", leaves.area);
     assert!((share - 0.31784).abs() < 5.0 * error && error < 0.005, "{share} +- {error}");
     let layers =
-        result.layers.as_ref().expect("layers").iter().skip_while(|layer| layer.area == 0.0);
+        result.extras.layers.as_ref().expect("layers").iter().skip_while(|layer| layer.area == 0.0);
     let known = layers.filter(|layer| layer.own.one("sunlit").is_some());
     let shares: Vec<[f64; 3]> = known
         .map(|layer| {
@@ -717,7 +717,7 @@ fn a_canopy_absorbs_what_its_leaves_do() {
     let (mut of_canopy, mut of_leaves, mut whole) = (Vec::new(), Vec::new(), Vec::new());
     for seed in 1..=24 {
         let result = world.run(4_000, seed);
-        let canopy = result.canopy.as_ref().expect("shares");
+        let canopy = result.extras.canopy.as_ref().expect("shares");
         let (leaves, error) = absorbed(&result, "leaf");
         let (share, se) = (canopy.absorbed[0], canopy.absorbed_se[0].unwrap());
         assert!((share - leaves).abs() < 1e-6 * leaves, "{share} {leaves}");
@@ -756,7 +756,7 @@ fn layers_hold_what_leaves_absorb() {
         .light(sky());
     world.scene["objects"][0]["ground"] = json!(true);
     for (how, result) in both(&world, 400_000, 60_000) {
-        let layers = result.layers.as_ref().expect("layers");
+        let layers = result.extras.layers.as_ref().expect("layers");
         // the steep leaf reaches from 0.05 to 0.35 m, the sheet lies at 0.55 m
         let ends: Vec<f64> = layers.iter().map(|layer| (10.0 * layer.from).round()).collect();
         assert_eq!(ends, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
@@ -770,7 +770,7 @@ fn layers_hold_what_leaves_absorb() {
         check.add(format!("sheet, {how}"), top.absorbed[0], top.absorbed_se[0].unwrap(), 0.5);
     }
     let result = world.run(400_000, 1);
-    let canopy = result.canopy.as_ref().expect("shares");
+    let canopy = result.extras.canopy.as_ref().expect("shares");
     let (ground, error) = absorbed(&result, "ground");
     check.add("ground", canopy.ground[0], 1e-9 + error * 1e-6, ground);
     assert_eq!(canopy.ground, canopy.transmitted);
@@ -785,7 +785,7 @@ fn layers_hold_what_leaves_absorb() {
     check.add("sum", whole, errors.iter().map(|error| error[0].unwrap()).sum(), 1.0);
     check.finish(6);
     let paths = world.run_paths(1000, 1);
-    assert!(paths.canopy.is_none(), "paths keep no account of the light");
+    assert!(paths.extras.canopy.is_none(), "paths keep no account of the light");
 }
 
 /// Level leaves in the borders of layers, as meshes of their own, as copies that share their triangles,
@@ -829,7 +829,7 @@ fn level_leaves_in_borders_are_in_one_layer() {
             .light(sky())
             .light(sun(0.0));
         for (how, result) in both(&world, 100_000, 20_000) {
-            let layers = result.layers.as_ref().expect("layers");
+            let layers = result.extras.layers.as_ref().expect("layers");
             let place = |z: f64| layers.iter().position(|l| (l.from - z).abs() < 1e-9);
             let of_steep = absorbed(&result, "steep");
             let mut rest = of_steep.0;

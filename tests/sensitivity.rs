@@ -39,7 +39,7 @@ pub fn run(world: &World, (estimator, guiding, photons): Method, seed: u64) -> R
 }
 
 pub fn all(run: &RunResult) -> &[SensitivityResult] {
-    run.sensitivity.as_deref().expect("sensitivities")
+    run.extras.sensitivity.as_deref().expect("sensitivities")
 }
 
 /// Returns the light of a group with its error, W: `absorbed`, or what arrived at its `front` or `back`.
@@ -521,7 +521,7 @@ fn lights_are_told_by_their_places() {
     let expected =
         [("/lights/0", Some("sun")), ("/lights/1", Some("sky")), ("/lights/2/power", Some("tile"))];
     assert_eq!(lights, expected);
-    let of = found.budget.as_ref().expect("a budget")[0].largest.iter();
+    let of = found.extras.budget.as_ref().expect("a budget")[0].largest.iter();
     let mut names: Vec<&str> = of.map(|input| &*input.parameter).collect();
     names.sort_unstable();
     assert_eq!(names, ["/lights/0", "/lights/1", "/lights/2/power"]);
@@ -570,7 +570,7 @@ fn the_same_bytes_and_the_same_rest() {
     let without = run_file(&world.write().path("scene.json"), settings);
     let captors = |of: &RunResult| serde_json::to_value((&of.captors, &of.groups)).expect("JSON");
     assert_eq!(captors(&with), captors(&without));
-    assert!(without.sensitivity.is_none());
+    assert!(without.extras.sensitivity.is_none());
 }
 
 /// What cannot be is refused with its place; what sends on nothing is said.

@@ -292,6 +292,7 @@ fn a_tolerance_of_what_matters() {
     };
     let worst = |result: &RunResult| {
         result
+            .account
             .tolerance
             .as_ref()
             .and_then(|t| t.worst.as_ref())

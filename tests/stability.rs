@@ -315,7 +315,7 @@ fn paths_of_thousands_of_interactions() {
     runs.irradiance(&mut check, "room", front, (1.0 - cut) / (1.0 - rho));
     let error = (cut * (1.0 - cut) / 1e3).sqrt();
     check.add("photons, lost", runs.photons.energy.lost[0] / 24.0, error, cut);
-    check.add("paths, cut off", 2.0 * runs.paths.cut_off.expect("some"), error, cut);
+    check.add("paths, cut off", 2.0 * runs.paths.account.cut_off.expect("some"), error, cut);
     check.finish(4);
     let words = said(&world, &["--photons", "300"]);
     assert!(words.contains("% of the power was on paths cut off at the length limits"), "{words}");
@@ -488,7 +488,7 @@ fn light_inside_glass() {
     let out = back(&runs.photons, "out").flux[0];
     println!("out {out}, escaped {:?}", runs.photons.energy.escaped);
     assert!((out - 1.0).abs() < 1e-6 && runs.photons.energy.lost == [0.0], "{out}");
-    assert_eq!(runs.paths.unseen.as_deref(), Some(&[1.0][..]));
+    assert_eq!(runs.paths.account.unseen.as_deref(), Some(&[1.0][..]));
     assert_eq!(back(&runs.paths, "out").flux[..], [0.0]);
     let words = said(&world, &["--photons", "1000", "--estimator", "paths"]);
     assert!(words.contains("100.00 ± 0.00 % of the flux on the captors is missing"), "{words}");
@@ -592,7 +592,7 @@ fn caustic_of_a_glass_ball() {
     let error = (nearest / (K as f64 - 2.0).sqrt()).hypot(middle.irradiance_se[0].expect("light"));
     by_nearest.add("k nearest", nearest, error, middle.irradiance[0]);
     by_nearest.finish(1);
-    assert_eq!(runs.paths.unseen.as_deref(), Some(&[1.0][..]));
+    assert_eq!(runs.paths.account.unseen.as_deref(), Some(&[1.0][..]));
     assert_eq!(front(&runs.paths, "whole").flux[..], [0.0]);
     let lamp = Mesh::square([0.0, 0.0, 1.0], DOWN, 0.2);
     let runs = Runs::new(&scene(24).lamp("lamp", &lamp, 1.0), 500_000, 300_000);

@@ -52,7 +52,7 @@ fn the_sun_shines_through_a_cover() {
         {
             let face = front(&run, "ground");
             check.irradiance(format!("{theta}, {how}"), face, 0, exact);
-            assert_eq!(run.unseen.map_or(0.0, |unseen| unseen[0]), 0.0);
+            assert_eq!(run.account.unseen.map_or(0.0, |unseen| unseen[0]), 0.0);
         }
     }
     check.finish(4);

@@ -275,6 +275,6 @@ fn an_uncertain_tint() {
     let model = group.front.irradiance_model_se.as_ref().expect("uncertainties")[0];
     let exact = slope(|tint| pane(1.0, tint)[1], 0.8) * group.front.irradiance[0] * 0.02 / 0.8;
     assert!((model / exact - 1.0).abs() < 1e-3, "{model}, not {exact}");
-    let values: Value = serde_json::to_value(&found.budget).expect("JSON");
+    let values: Value = serde_json::to_value(&found.extras.budget).expect("JSON");
     assert_eq!(values[0]["largest"][0]["parameter"], "/materials/pane/tint");
 }

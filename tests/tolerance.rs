@@ -59,7 +59,7 @@ fn deviations(hits: f64, seeds: u64) -> (f64, f64) {
         let small = front(&run, "small");
         assert!(small.photons >= 30, "seed {seed}: {} photons", small.photons);
         let z = (small.irradiance[0] - 1.0) / small.irradiance_se[0].expect("an error");
-        assert!(run.tolerance.expect("a tolerance").met);
+        assert!(run.account.tolerance.expect("a tolerance").met);
         sum += z;
         held += u64::from(z.abs() <= 1.98);
     }
@@ -91,7 +91,7 @@ fn a_small_sensor_is_not_dark() {
             (settings.guiding, settings.estimator) = (Guiding::Off, Estimator::Photons);
         });
         let sensor = front(&run, "sensor");
-        let met = run.tolerance.clone().expect("a tolerance");
+        let met = run.account.tolerance.clone().expect("a tolerance");
         let error = sensor.irradiance_se[0].expect("an error") / sensor.irradiance[0];
         assert!(met.met && met.dark.is_empty() && error <= 0.1, "seed {seed}: {error} {met:?}");
     }
@@ -162,7 +162,7 @@ fn faces_without_light_are_dark() {
             (settings.tolerance, settings.estimator) = (Tolerance::new(0.02).ok(), estimator);
             settings.guiding = guiding;
         });
-        let tolerance = run.tolerance.as_ref().expect("a tolerance");
+        let tolerance = run.account.tolerance.as_ref().expect("a tolerance");
         assert!(tolerance.met && tolerance.asked == 0.02);
         let dark: Vec<(&str, &str, &str)> =
             tolerance.dark.iter().map(|d| (d.captor.as_str(), &*d.face, d.band.as_str())).collect();
@@ -220,7 +220,7 @@ fn a_small_sensor_in_the_sun_is_not_dark() {
             (Tolerance::new(0.1).ok(), PhotonCount::new(262_144).ok());
         settings.guiding = Guiding::Off;
     });
-    let tolerance = run.tolerance.as_ref().expect("a tolerance");
+    let tolerance = run.account.tolerance.as_ref().expect("a tolerance");
     assert_eq!(front(&run, "small").photons, 0);
     assert!(!tolerance.met && tolerance.dark.is_empty(), "{tolerance:?}");
     assert_eq!(tolerance.worst.as_ref().map(|worst| worst.captor.as_str()), Some("small"));
@@ -260,7 +260,7 @@ fn guided_photons_may_be_heavier_where_it_is_dark() {
         let run = until(&scene.path("scene.json"), |settings| {
             (settings.tolerance, settings.guiding) = (Tolerance::new(0.1).ok(), guiding);
         });
-        let tolerance = run.tolerance.as_ref().expect("a tolerance");
+        let tolerance = run.account.tolerance.as_ref().expect("a tolerance");
         let dark = tolerance.dark.iter().find(|dark| dark.captor == "shut").expect("it is dark");
         let area = run.captors.iter().find(|captor| captor.id == "shut").expect("a captor").area;
         assert_eq!(run.settings.as_ref().expect("settings").guiding, Some(guiding));
@@ -281,7 +281,7 @@ fn a_captor_and_a_group_of_one_name_are_told_apart() {
             (settings.tolerance, settings.guiding) = (Tolerance::new(0.02).ok(), Guiding::Off);
             settings.of = vec![Target::parse(of).expect("a target")];
         });
-        run.tolerance.expect("a tolerance")
+        run.account.tolerance.expect("a tolerance")
     };
     let dark = run("shut:back:blue").dark;
     let dark: Vec<_> = dark.iter().map(|dark| (dark.captor.as_str(), dark.group)).collect();
@@ -393,7 +393,7 @@ fn the_greenhouse_ends() {
         (settings.tolerance, settings.tolerance_limit) =
             (Tolerance::new(0.15).ok(), PhotonCount::new(20_000_000).ok());
     });
-    let tolerance = run.tolerance.as_ref().expect("a tolerance");
+    let tolerance = run.account.tolerance.as_ref().expect("a tolerance");
     assert!(tolerance.met, "{:?}", tolerance.worst);
     assert!(tolerance.dark.iter().all(|dark| dark.captor.contains("stem") && dark.face == "back"));
     assert_eq!(tolerance.dark.len(), 2 * 36);

@@ -32,7 +32,7 @@ fn close(what: &str, found: f64, exact: f64, tolerance: f64) {
 
 /// Returns the entry of a group in the budget.
 fn budget<'a>(run: &'a RunResult, group: &str, face: &str, band: &str) -> &'a BudgetResult {
-    let all = run.budget.as_ref().expect("a budget");
+    let all = run.extras.budget.as_ref().expect("a budget");
     let is_it = |of: &&BudgetResult| of.of() == group && of.face == face && of.band == band;
     all.iter().find(is_it).expect("the group")
 }

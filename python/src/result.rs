@@ -285,7 +285,7 @@ impl Found {
         if !groups {
             arrays.add_counts("histories", count(|face| face.histories.unwrap_or(0)))?;
         }
-        let uncertain = self.result.budget.is_some() && light.is_none();
+        let uncertain = self.result.extras.budget.is_some() && light.is_none();
         for quantity in QUANTITIES.iter().filter(|quantity| !quantity.is_nearest()) {
             self.add(&arrays, quantity, &rows, uncertain)?;
         }

@@ -330,7 +330,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8> {
         place_of(&arguments.outputs.output),
     );
     super::terminal::print(&(summary.text + &speed))?;
-    Ok(match result.tolerance {
+    Ok(match result.account.tolerance {
         Some(ToleranceResult { met: false, .. }) => TOLERANCE_NOT_MET,
         _ => 0,
     })
@@ -378,7 +378,7 @@ fn run_shard(
 /// Says why the run ended, after a comma; empty if all its photons were traced and no tolerance was
 /// asked for.
 fn reason(end: End, result: &RunResult) -> &'static str {
-    match (end, &result.tolerance) {
+    match (end, &result.account.tolerance) {
         (End::Tolerance, _) => ", tolerance met",
         (End::Time, None) => ", time is up",
         (End::Time, Some(_)) => ", time is up, tolerance not met",

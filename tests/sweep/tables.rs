@@ -127,7 +127,7 @@ fn what_light_costs_over_a_sweep() {
             .replace("\"power\": 1", "\"watts\": 4, \"power\": 1")
             .replace("[0.2, 0.3, 0.1]", &format!("[0.2, 0.3, {height}]"));
         fs::write(folder.path("one.json"), one).expect("a scene");
-        let one = run_file(&folder.path("one.json"), |_| ()).electricity.expect("watts");
+        let one = run_file(&folder.path("one.json"), |_| ()).account.electricity.expect("watts");
         let shares = one.shares.expect("shares");
         assert_eq!(
             of(run, "wall", "material_share"),

@@ -277,7 +277,7 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
     let place = ["x", "y", "z", "area", "group"];
     let columns = ["captor", "face", "band", "quantity", "value", "standard_error"];
     // where inputs are uncertain, the table has a column more
-    let model = result.budget.is_some();
+    let model = result.extras.budget.is_some();
     table.write_record(columns.iter().chain(&place).chain(model.then_some(&"model_se")))?;
     let mut table = Rows { table, model, result };
     let parts = |rows: fn(&Quantity) -> Option<u8>| {
@@ -296,7 +296,7 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
             table.of(&group.id, &group.row(), is_in, place)?;
         }
     }
-    if let Some(found) = &result.electricity {
+    if let Some(found) = &result.account.electricity {
         for ElectricityRow { of, quantity, band, value, error } in found.rows() {
             let key = [of, "", &result.bands[band].name, quantity];
             table.write(key, value, [error, None], &Default::default())?;
@@ -308,14 +308,14 @@ pub fn write_csv(result: &RunResult, writer: &mut dyn Write) -> io::Result<()> {
 
 /// Writes the rows of the layers of a stand, and its shares of sun and sky.
 fn stand_rows<W: Write>(table: &mut Rows<W>, result: &RunResult) -> io::Result<()> {
-    for layer in result.layers.iter().flatten() {
+    for layer in result.extras.layers.iter().flatten() {
         let (middle, area) = (0.5 * (layer.from + layer.to), layer.area);
         let place = || ["", "", &middle.to_string(), &area.to_string(), ""].map(String::from);
         let name = format!("layer {} to {}", layer.from as f32, layer.to as f32);
         table.of(&name, &layer.row(), |quantity| quantity.per == Per::Band, place)?;
         table.of(&name, &layer.row(), |quantity| quantity.per == Per::Place, place)?;
     }
-    for (share, values, errors) in result.canopy.iter().flat_map(CanopyResult::shares) {
+    for (share, values, errors) in result.extras.canopy.iter().flat_map(CanopyResult::shares) {
         let quantity = format!("share_{share}");
         for (b, band) in result.bands.iter().enumerate() {
             let key = ["canopy", "", &band.name, &quantity];

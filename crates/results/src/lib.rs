@@ -27,11 +27,12 @@ pub use flat::FlatResult;
 pub use histories::{HistoriesBand, HistoriesLine, HistoriesPart, HistoriesResult};
 pub use quantity::{Column, Errors, Measure, Per, QUANTITIES, Quantity, When};
 pub use result::{
-    Absorbed, AbsorbedByFace, BandResult, BudgetResult, ByLight, CanopyResult, CaptorResult,
-    DarkResult, Deviations, Electricity, Energy, FaceResult, Factor, FactorErrors,
-    GroupElectricity, GroupResult, InputResult, LampElectricity, LayerResult, LightSensitivity,
-    MapResult, NearestResult, OfLights, Own, PerBand, PerKwh, PlaneElectricity, RatioResult,
-    RatioSensitivity, Ratios, Row, RunResult, RunSettings, SensitivityResult, Share, Shares,
-    SumUnit, ToleranceResult, UncertainInput, Uniformity, Warning, Whole, WorstResult,
+    Absorbed, AbsorbedByFace, Account, BandResult, BudgetResult, ByLight, CanopyResult,
+    CaptorResult, DarkResult, Deviations, Electricity, Energy, Extras, FaceResult, Factor,
+    FactorErrors, GroupElectricity, GroupResult, InputResult, LampElectricity, LayerResult,
+    LightSensitivity, MapResult, NearestResult, OfLights, Own, PerBand, PerKwh, PlaneElectricity,
+    Provenance, RatioResult, RatioSensitivity, Ratios, Row, RunResult, RunSettings,
+    SensitivityResult, Share, Shares, SumUnit, ToleranceResult, UncertainInput, Uniformity,
+    Warning, Whole, WorstResult,
 };
 pub use year_facts::YearFacts;

@@ -29,7 +29,10 @@ mod warnings;
 pub use found::{band_results, light_name, light_word};
 pub use spread::Spread;
 
-use std::{borrow::Cow, ops::Deref};
+use std::{
+    borrow::Cow,
+    ops::{Deref, DerefMut},
+};
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -74,6 +77,37 @@ pub const FORMAT: u32 = 1;
 /// The results of one run, as they are written to JSON.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct RunResult {
+    /// How the results were made. Its fields are also those of the results, as in `results.seed`.
+    #[serde(flatten)]
+    pub provenance: Provenance,
+    /// Names of the units.
+    pub unit: UnitNames,
+    /// Length of the period, h, whose mean the daylight is; absent for an instant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub period_h: Option<f64>,
+    /// The bands, then the sums over bands, to which the entries of every array belong.
+    pub bands: Vec<BandResult>,
+    /// Ratios of sums over bands, to which the entries of `ratios` of faces belong; absent where
+    /// the scene has none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ratios: Vec<RatioResult>,
+    /// The energy balance.
+    pub energy: Energy,
+    /// What the light costs, and how complete and accurate the results are.
+    #[serde(flatten)]
+    pub account: Account,
+    /// One entry per captor.
+    pub captors: Vec<CaptorResult>,
+    /// One entry per group of captors.
+    pub groups: Vec<GroupResult>,
+    /// What goes beyond the light on captors and groups.
+    #[serde(flatten)]
+    pub extras: Extras,
+}
+
+/// How results were made: by which program, of which scene, with which settings.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Provenance {
     /// Version of the format: 1; 0 where the file does not say.
     #[serde(default)]
     pub format: u32,
@@ -124,23 +158,11 @@ pub struct RunResult {
     /// What a user should know before trusting the result, one sentence each.
     #[serde(default)]
     pub warnings: Vec<String>,
-    /// In the files of a sweep, where they were read: the kinds of the warnings.
-    #[serde(default, skip_serializing)]
-    #[schemars(skip)]
-    pub warning_kinds: Option<Vec<String>>,
-    /// Names of the units.
-    pub unit: UnitNames,
-    /// Length of the period, h, whose mean the daylight is; absent for an instant.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub period_h: Option<f64>,
-    /// The bands, then the sums over bands, to which the entries of every array belong.
-    pub bands: Vec<BandResult>,
-    /// Ratios of sums over bands, to which the entries of `ratios` of faces belong; absent where
-    /// the scene has none.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub ratios: Vec<RatioResult>,
-    /// The energy balance.
-    pub energy: Energy,
+}
+
+/// What the light of a run costs, and how complete and accurate its results are.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Account {
     /// What the light costs and where it goes, where the scene has `watts` of lights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub electricity: Option<Electricity>,
@@ -162,10 +184,11 @@ pub struct RunResult {
     /// The photon map that the k-nearest estimates were made from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<MapResult>,
-    /// One entry per captor.
-    pub captors: Vec<CaptorResult>,
-    /// One entry per group of captors.
-    pub groups: Vec<GroupResult>,
+}
+
+/// What results have beyond the light on captors and groups.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Extras {
     /// What the surface captors absorbed in each layer, from the lowest up; absent unless the scene
     /// asks for layers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -185,6 +208,24 @@ pub struct RunResult {
     /// lamp, and was traced by photons.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub canopy: Option<CanopyResult>,
+    /// In the files of a sweep, where they were read: the kinds of the warnings.
+    #[serde(default, skip_serializing)]
+    #[schemars(skip)]
+    pub warning_kinds: Option<Vec<String>>,
+}
+
+impl Deref for RunResult {
+    type Target = Provenance;
+
+    fn deref(&self) -> &Provenance {
+        &self.provenance
+    }
+}
+
+impl DerefMut for RunResult {
+    fn deref_mut(&mut self) -> &mut Provenance {
+        &mut self.provenance
+    }
 }
 
 /// A band, or a sum over bands.

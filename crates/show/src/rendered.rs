@@ -111,7 +111,7 @@ impl<'a> RenderedScene<'a> {
             RenderPlan::Results { results, .. } => {
                 results.check_scene(scene)?;
                 let source = source(results.photons, results.estimator, results.seed);
-                (sensitivity, budget) = (results.sensitivity, results.budget);
+                (sensitivity, budget) = (results.extras.sensitivity, results.extras.budget);
                 (results.captors, results.groups, source)
             }
             RenderPlan::Run if !scene.captors().is_empty() => {
@@ -123,7 +123,7 @@ impl<'a> RenderedScene<'a> {
                 let simulation = simulate(scene, &settings, &control)?;
                 let result = RunResult::new(&simulation);
                 let source = source(result.photons, result.estimator, result.seed);
-                (sensitivity, budget) = (result.sensitivity, result.budget);
+                (sensitivity, budget) = (result.extras.sensitivity, result.extras.budget);
                 (result.captors, result.groups, source)
             }
             RenderPlan::Run | RenderPlan::Photons => (Vec::new(), Vec::new(), String::new()),

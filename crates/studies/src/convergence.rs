@@ -247,7 +247,7 @@ impl<'a> Ladder<'a> {
             let values = irradiances(self.scene, &result, |face| {
                 face.knn.as_ref()?.as_ref().map(|knn| &knn.irradiance[..])
             });
-            let arrivals = result.map.map(|map| map.arrivals);
+            let arrivals = result.account.map.map(|map| map.arrivals);
             let estimator = format!("{k} nearest photons");
             runs.push(Run { estimator, photons, arrivals, seed, cpu_seconds, values });
         }

@@ -60,7 +60,7 @@ impl Mix {
         let mixed = mix(&all)?;
         let Some(errors) = errors else { return Ok(mixed) };
         let mut warnings = mixed.warnings_of_scene();
-        if mixed.sensitivity.is_some() {
+        if mixed.extras.sensitivity.is_some() {
             warnings.push(NO_SENSITIVITIES.into());
         }
         Ok(mixed.with_errors_of(errors).with_warnings_of_scene(warnings))

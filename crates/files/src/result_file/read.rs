@@ -8,7 +8,8 @@ use phylux_core::{
     math::stats::LARGEST,
     words,
 };
-use phylux_results::result::RunResult;
+use phylux_results::result::{Account, Extras, Provenance, RunResult};
+use serde::de::DeserializeOwned;
 
 /// Reads the results at `path`. Errors: the file cannot be read, or is not a results file.
 pub fn read_json(path: &Path) -> Result<RunResult> {
@@ -31,13 +32,29 @@ fn parse(bytes: &[u8], place: impl Display) -> Result<RunResult> {
         ])
     };
     json::check_memory(bytes).map_err(|why| Error::too_large(&place, why))?;
-    let result: RunResult = serde_json::from_slice(bytes).map_err(|e| none(&e))?;
+    let result: RunResult =
+        serde_json::from_slice(bytes).map_err(|error| none(&placed(bytes, error)))?;
     match result.is_valid() {
         true => Ok(result),
         false => Err(none(&format!(
             "a list has not one entry for each band, or a number is above {LARGEST:e}"
         ))),
     }
+}
+
+/// Returns the error with its place in the text. Of fields in parts that stand flat among the others, the
+/// results as a whole can only say that they come before their end; a part alone knows the place.
+fn placed(bytes: &[u8], error: serde_json::Error) -> serde_json::Error {
+    let place = |error: &serde_json::Error| (error.line(), error.column());
+    [error_in::<Provenance>, error_in::<Account>, error_in::<Extras>]
+        .into_iter()
+        .filter_map(|error_in| error_in(bytes))
+        .find(|alone| place(alone) < place(&error))
+        .unwrap_or(error)
+}
+
+fn error_in<Part: DeserializeOwned>(bytes: &[u8]) -> Option<serde_json::Error> {
+    serde_json::from_slice::<Part>(bytes).err()
 }
 
 #[cfg(test)]
@@ -89,7 +106,7 @@ mod tests {
         assert!(read(&|result| result.bands.reverse()).is_err());
         for entries in 0..=bands.len() + 1 {
             let factors = read(&|result| result.mixed = lamp(Factor::Bands(vec![2.0; entries])));
-            let shares = read(&|result| result.unseen = Some(vec![0.1; entries]));
+            let shares = read(&|result| result.account.unseen = Some(vec![0.1; entries]));
             for (found, of) in [(factors, own), (shares, bands.len())] {
                 assert_eq!(found.is_ok(), entries == of, "{entries} of {of}");
                 let refused =
@@ -99,8 +116,25 @@ mod tests {
         }
         for (number, is_sound) in [(0.01, true), (1e200, false)] {
             let factor = read(&|result| result.mixed = lamp(Factor::All(number)));
-            let asked = read(&|result| result.tolerance = Some(accuracy(number)));
+            let asked = read(&|result| result.account.tolerance = Some(accuracy(number)));
             assert_eq!((factor.is_ok(), asked.is_ok()), (is_sound, is_sound), "{number}");
+        }
+    }
+
+    /// Whatever part of the results a wrong value stands in, the message says in which line.
+    #[test]
+    fn wrong_values_have_their_places() {
+        for key in ["seed", "settings", "energy", "map", "captors"] {
+            let wrong: String = FILES[0]
+                .lines()
+                .map(|line| match line.strip_prefix(&format!("  \"{key}\": ")) {
+                    Some(value) => format!("\"{key}\": 0.5, \"old {key}\": {value}\n"),
+                    None => format!("{line}\n"),
+                })
+                .collect();
+            let line = 1 + wrong.lines().position(|line| line.contains("0.5, \"old")).expect(key);
+            let said = parse_json(wrong.as_bytes()).expect_err(key).to_string();
+            assert!(said.contains("0.5") && said.contains(&format!(" at line {line} ")), "{said}");
         }
     }
 

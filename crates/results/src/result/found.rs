@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 
 use super::{
-    Absorbed, AbsorbedByFace, BandResult, CaptorResult, DarkResult, Electricity, Energy, FORMAT,
-    FaceResult, GroupResult, MapResult, NearestResult, Own, PerBand, RatioResult, Ratios,
-    RunResult, RunSettings, SumUnit, ToleranceResult, Whole, WorstResult,
+    Absorbed, AbsorbedByFace, Account, BandResult, CaptorResult, DarkResult, Electricity, Energy,
+    Extras, FORMAT, FaceResult, GroupResult, MapResult, NearestResult, Own, PerBand, Provenance,
+    RatioResult, Ratios, RunResult, RunSettings, SumUnit, ToleranceResult, Whole, WorstResult,
     own::{self, Means},
     sensitivity::sensitivities,
     spread::Spread,
@@ -73,6 +73,33 @@ impl RunResult {
         let mut unit = scene.quantity().unit_names();
         unit.dli = dli.then_some(Cow::Borrowed("mol/m2/d"));
         let mut result = Self {
+            provenance: Provenance::new(simulation),
+            unit,
+            period_h: scene.period_h(),
+            bands,
+            ratios: RatioResult::all(scene),
+            energy,
+            account: Account::new(simulation),
+            groups: group_results(simulation, &captors),
+            captors,
+            extras: Extras {
+                layers: stand::layers(simulation),
+                sensitivity: sensitivities(simulation),
+                canopy: stand::canopy(simulation),
+                ..Extras::default()
+            },
+        };
+        result.add_uncertainty(simulation);
+        result.add_dli();
+        result.with_warnings_of_scene([])
+    }
+}
+
+impl Provenance {
+    fn new(simulation: &Simulation) -> Self {
+        let (scene, settings) = (simulation.scene(), simulation.settings());
+        let totals = simulation.totals();
+        Self {
             format: FORMAT,
             phylux: env!("CARGO_PKG_VERSION").into(),
             scene: scene.name().into(),
@@ -90,31 +117,27 @@ impl RunResult {
             calibrated: false,
             settings: Some(RunSettings::new(simulation)),
             warnings: Vec::new(),
-            warning_kinds: None,
-            unit,
-            period_h: scene.period_h(),
-            bands,
-            ratios: RatioResult::all(scene),
-            energy,
-            electricity: Electricity::new(scene, totals, !alone),
-            unseen: simulation.unseen().map(|unseen| shares(scene, unseen)),
-            unseen_se: simulation.unseen().map(|unseen| {
-                shares(scene, unseen).into_iter().map(|share| unseen.error_of(share)).collect()
+        }
+    }
+}
+
+impl Account {
+    fn new(simulation: &Simulation) -> Self {
+        let (scene, totals) = (simulation.scene(), simulation.totals());
+        let photons = simulation.estimator() != Estimator::Paths;
+        let unseen = simulation.unseen().map(|unseen| (unseen, shares(scene, unseen)));
+        Self {
+            electricity: Electricity::new(scene, totals, photons),
+            unseen_se: unseen.as_ref().map(|(unseen, shares)| {
+                shares.iter().map(|share| unseen.error_of(*share)).collect()
             }),
+            unseen: unseen.map(|(_, shares)| shares),
             cut_off: (totals.cut_off > 0).then(|| totals.cut_off as f64 / totals.histories as f64),
             tolerance: simulation.accuracy().map(|found| ToleranceResult::new(scene, found)),
-            map: map.map(|map| MapResult { arrivals: map.arrivals(), photons: map.histories }),
-            groups: group_results(simulation, &captors),
-            captors,
-            layers: stand::layers(simulation),
-            sensitivity: sensitivities(simulation),
-            budget: None,
-            uncertain: None,
-            canopy: stand::canopy(simulation),
-        };
-        result.add_uncertainty(simulation);
-        result.add_dli();
-        result.with_warnings_of_scene([])
+            map: simulation
+                .map()
+                .map(|map| MapResult { arrivals: map.arrivals(), photons: map.histories }),
+        }
     }
 }
 

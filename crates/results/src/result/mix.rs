@@ -8,8 +8,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Absorbed, AbsorbedByFace, BandResult, ByLight, CaptorResult, Energy, FaceResult, GroupResult,
-    OfLights, PerBand, RatioResult, Ratios, RunResult, Whole,
+    Absorbed, AbsorbedByFace, Account, BandResult, ByLight, CaptorResult, Energy, Extras,
+    FaceResult, GroupResult, OfLights, PerBand, Provenance, RatioResult, Ratios, RunResult, Whole,
     ratios::OfLight,
     spread::Spread,
     warnings::{FEW_HISTORIES, rests_on_few},
@@ -43,7 +43,7 @@ impl RunResult {
     /// light is in memory once.
     pub fn into_mixed(mut self, factors: &ByLight<Factor>) -> Result<Self> {
         // sensitivities are mixed by the light on captors
-        if self.sensitivity.is_some() {
+        if self.extras.sensitivity.is_some() {
             return self.mix_bands(factors);
         }
         let warnings = self.warnings_of_scene();
@@ -63,44 +63,35 @@ impl RunResult {
         let mix = Mix::new(&self.bands, &self.ratios, factors);
         let captors: Vec<CaptorResult> = captors.map(|captor| mix.captor(&captor)).collect();
         let groups = mix.groups(&self.groups, &captors);
+        // the light on captors is not copied, as it may be most of what memory holds
         let mut result = Self {
-            mixed: Some(self.mixed_by(factors)),
-            energy: mix.energy(&self.energy, lights),
-            // what a lamp needs at another power is not known
-            electricity: None,
-            tolerance: None,
-            map: None,
-            captors,
-            groups,
-            // these are not kept by light
-            layers: None,
-            canopy: None,
-            // these are mixed below
-            sensitivity: None,
-            budget: None,
-            uncertain: None,
-            // the light on captors is not copied, as it may be most of what memory holds
-            phylux: self.phylux.clone(),
-            scene: self.scene.clone(),
-            scene_hash: self.scene_hash.clone(),
-            guiding: self.guiding,
-            chosen: self.chosen.clone(),
-            settings: self.settings.clone(),
-            warnings: self.warnings.clone(),
-            warning_kinds: None,
+            provenance: Provenance {
+                mixed: Some(self.mixed_by(factors)),
+                ..self.provenance.clone()
+            },
             unit: self.unit.clone(),
+            period_h: self.period_h,
             bands: self.bands.clone(),
             ratios: self.ratios.clone(),
-            unseen: self.unseen.clone(),
-            unseen_se: self.unseen_se.clone(),
-            ..*self
+            energy: mix.energy(&self.energy, lights),
+            account: Account {
+                unseen: self.account.unseen.clone(),
+                unseen_se: self.account.unseen_se.clone(),
+                cut_off: self.account.cut_off,
+                // what a lamp needs at another power is not known, and no run was made to a tolerance
+                ..Account::default()
+            },
+            captors,
+            groups,
+            // layers and what a canopy does are not kept by light; the rest is mixed below
+            extras: Extras::default(),
         };
         mix.add_dependence(self, &mut result);
         result.add_dli();
-        let rows = || self.sensitivity.iter().flatten();
+        let rows = || self.extras.sensitivity.iter().flatten();
         if rows().next().is_some() && rows().all(|row| row.by_light.is_none()) {
             warnings.push(NO_SENSITIVITIES.into());
-            (result.sensitivity, result.budget) = (None, None);
+            (result.extras.sensitivity, result.extras.budget) = (None, None);
         }
         Ok(result.with_warnings_of_scene(warnings))
     }

@@ -238,12 +238,13 @@ impl RunResult {
     pub(super) fn add_uncertainty(&mut self, simulation: &Simulation) {
         let (scene, totals) = (simulation.scene(), simulation.totals());
         let inputs = UncertainInput::all(scene);
-        self.uncertain = (!inputs.is_empty() && !totals.parts().is_empty()).then(|| inputs.clone());
+        self.extras.uncertain =
+            (!inputs.is_empty() && !totals.parts().is_empty()).then(|| inputs.clone());
         let Some(inputs) = Inputs::new(self, inputs) else { return };
         let parameters = scene.parameters().all().iter().enumerate();
         let places_of: HashMap<&str, usize> =
             parameters.map(|(index, parameter)| (parameter.name.as_str(), index)).collect();
-        self.budget = Some(Vec::new());
+        self.extras.budget = Some(Vec::new());
         for (place, of) in places(scene).iter().enumerate() {
             for face in &of.faces {
                 let moments = |name: &str| {
@@ -267,7 +268,7 @@ impl RunResult {
 
     /// Takes out on what the results depend, and how uncertain that makes them.
     pub(super) fn forget_dependence(&mut self) {
-        (self.sensitivity, self.budget, self.uncertain) = (None, None, None);
+        (self.extras.sensitivity, self.extras.budget, self.extras.uncertain) = (None, None, None);
         let forget = |face: &mut FaceResult| {
             (face.flux_model_se, face.irradiance_model_se) = (None, None);
             face.ratios.iter_mut().for_each(|ratios| ratios.ratio_model_se = None);
@@ -307,7 +308,7 @@ impl RunResult {
         }
         if spot.place >= self.captors.len() || self.groups.is_empty() {
             let rows = self.budget_of(inputs, spot, varies);
-            self.budget.get_or_insert_default().extend(rows);
+            self.extras.budget.get_or_insert_default().extend(rows);
         }
     }
 

@@ -26,27 +26,28 @@ impl RunResult {
         let mut factors = self.mixed.iter().flat_map(ByLight::values);
         parts.chain([&self.energy]).all(|energy| energy.is_valid(bands))
             && factors.all(|factor| factor.is_valid(own))
-            && self.unseen.iter().all(|shares| are_values(shares, bands))
-            && self.unseen_se.iter().all(|errors| are_values(errors, bands))
-            && self.cut_off.is_none_or(is_possible)
+            && self.account.unseen.iter().all(|shares| are_values(shares, bands))
+            && self.account.unseen_se.iter().all(|errors| are_values(errors, bands))
+            && self.account.cut_off.is_none_or(is_possible)
             && self.period_h.is_none_or(is_possible)
-            && self.tolerance.iter().all(ToleranceResult::is_valid)
-            && self.electricity.iter().all(|found| found.is_valid(bands))
+            && self.account.tolerance.iter().all(ToleranceResult::is_valid)
+            && self.account.electricity.iter().all(|found| found.is_valid(bands))
             && self.ratios.iter().all(|ratio| ratio.is_valid(own))
             && self.bands.iter().all(BandResult::is_valid)
             && self.own_bands().iter().all(|band| band.sum_of.is_none())
             && self.captors.iter().all(of_captor)
             && self.groups.iter().all(|group| is_possible(group.area))
             && rows.all(|row| row.is_valid(bands, ratios))
-            && self.layers.iter().flatten().all(|layer| layer.is_valid(bands))
+            && self.extras.layers.iter().flatten().all(|layer| layer.is_valid(bands))
             && self
+                .extras
                 .sensitivity
                 .iter()
                 .flatten()
                 .all(|found| found.is_valid(bands, self.ratios.len()))
-            && self.budget.iter().flatten().all(BudgetResult::is_valid)
-            && self.uncertain.iter().flatten().all(|input| input.is_valid(own))
-            && self.canopy.iter().all(|canopy| canopy.is_valid(bands))
+            && self.extras.budget.iter().flatten().all(BudgetResult::is_valid)
+            && self.extras.uncertain.iter().flatten().all(|input| input.is_valid(own))
+            && self.extras.canopy.iter().all(|canopy| canopy.is_valid(bands))
     }
 }
 

@@ -40,9 +40,8 @@ impl RunResult {
     /// Returns the same result, whose warnings begin with these about its scene and the files that it
     /// comes from.
     pub fn with_warnings_of_scene(mut self, of_scene: impl IntoIterator<Item = String>) -> Self {
-        self.warnings = of_scene.into_iter().collect();
-        self.warnings
-            .extend(warnings(&self).into_iter().map(|warning| warning.text.spelled(&CommandLine)));
+        let own = warnings(&self).into_iter().map(|warning| warning.text.spelled(&CommandLine));
+        self.warnings = of_scene.into_iter().chain(own).collect();
         self
     }
 
@@ -77,7 +76,7 @@ fn lost(result: &RunResult) -> Option<Warning> {
 }
 
 fn cut_off(result: &RunResult) -> Option<Warning> {
-    let cut_off = result.cut_off.filter(|share| *share > MUCH_LOST)?;
+    let cut_off = result.account.cut_off.filter(|share| *share > MUCH_LOST)?;
     Some(Warning {
         kind: "paths were cut off at the length limits",
         text: format!(
@@ -118,7 +117,7 @@ fn starved(result: &RunResult) -> Option<Warning> {
 
 fn unseen(result: &RunResult) -> Option<Warning> {
     let largest = |shares: &Option<Vec<f64>>| shares.iter().flatten().copied().fold(0.0, f64::max);
-    let [unseen, error] = [&result.unseen, &result.unseen_se].map(largest);
+    let [unseen, error] = [&result.account.unseen, &result.account.unseen_se].map(largest);
     (unseen > 0.0).then(|| Warning {
         kind: "paths cannot find some of the light",
         text: words![
@@ -164,7 +163,7 @@ fn dark(result: &RunResult) -> Option<Warning> {
 }
 
 fn groups_alone(result: &RunResult) -> Option<Warning> {
-    let rows = result.sensitivity.as_ref()?;
+    let rows = result.extras.sensitivity.as_ref()?;
     let is_lit = |face: &FaceResult| face.flux.iter().any(|&flux| flux > 0.0);
     let lit = result.captors.iter().any(|captor| captor.faces().any(is_lit));
     if !lit || rows.iter().any(|row| row.captor.is_some()) {

@@ -13,7 +13,7 @@ use phylux_core::{
 /// Draws power per area of leaf over height, as steps with errors, and the share of the light that
 /// the plants take, where it is known, as the title.
 pub(super) fn layers(chosen: &Chosen) -> Result<Plot> {
-    let Some(all) = &chosen.result.layers else {
+    let Some(all) = &chosen.result.extras.layers else {
         let remedy = words![
             "give the scene `\"layers\": {\"dz\": 0.1}`, or plot something else (",
             setting("show"),
@@ -34,7 +34,7 @@ pub(super) fn layers(chosen: &Chosen) -> Result<Plot> {
         return Err(nothing("no surface captor is in any layer", remedy));
     }
     let band = chosen.band_name();
-    let canopy = chosen.result.canopy.as_ref().map(|canopy| canopy.absorbed[chosen.band]);
+    let canopy = chosen.result.extras.canopy.as_ref().map(|canopy| canopy.absorbed[chosen.band]);
     let title = match canopy {
         Some(share) => format!("the plants absorb {:.1} % of {band}", 100.0 * share),
         None => format!("absorbed by layers{}", chosen.of_band()),

@@ -28,14 +28,14 @@ const CHANCE: usize = 6;
 /// uncertain, what each of them makes of its uncertainty beside the standard error.
 pub(super) fn sensitivity(chosen: &Chosen) -> Result<Plot> {
     let result = chosen.result;
-    if result.sensitivity.is_none() && result.budget.is_none() {
+    if result.extras.sensitivity.is_none() && result.extras.budget.is_none() {
         let remedy = "give the scene `\"sensitivity\": true`, or say in `uncertain` how well its \
                       inputs are known";
         return Err(nothing("nothing says what the results depend on", remedy));
     }
     let all = result.dependents().into_iter().filter(|place| chosen.takes(place.name)).collect();
     let places = without_copies(all, |place: &Dependent| place.name);
-    let lights = &LightNames::of(result.sensitivity.as_deref().unwrap_or_default());
+    let lights = &LightNames::of(result.extras.sensitivity.as_deref().unwrap_or_default());
     let drawn: Vec<(Option<Chart>, Option<Chart>)> = places
         .iter()
         .map(|place| (changes(chosen, place, lights), budget(chosen, place, lights)))
@@ -67,7 +67,7 @@ fn light_of(chosen: &Chosen, place: &Dependent) -> String {
 fn changes(chosen: &Chosen, place: &Dependent, lights: &LightNames) -> Option<Chart> {
     // a captor by itself may be a group of the same name
     let by_group = !chosen.result.groups.is_empty();
-    let all = chosen.result.sensitivity.iter().flatten();
+    let all = chosen.result.extras.sensitivity.iter().flatten();
     let all = all.filter(|of| of.group.is_some() == by_group);
     let own = all.filter(|of| of.of() == place.name && of.face == place.face);
     let mut rows: Vec<Row> = own
@@ -91,7 +91,7 @@ fn changes(chosen: &Chosen, place: &Dependent, lights: &LightNames) -> Option<Ch
 fn budget(chosen: &Chosen, place: &Dependent, lights: &LightNames) -> Option<Chart> {
     let (value, chance) = place.of_column(chosen.column)?;
     let value = value.abs();
-    let of = chosen.result.budget.iter().flatten().find(|of| {
+    let of = chosen.result.extras.budget.iter().flatten().find(|of| {
         of.of() == place.name && of.face == place.face && of.band == chosen.column_name()
     });
     let of = of.filter(|_| value > 0.0)?;

@@ -189,7 +189,8 @@ impl<'a> Depends<'a> {
             let place = (row.captor.as_deref()?, &*row.face, input);
             inputs.contains(&input).then_some((place, row))
         };
-        let found: HashMap<_, _> = result.sensitivity.iter().flatten().filter_map(entry).collect();
+        let found: HashMap<_, _> =
+            result.extras.sensitivity.iter().flatten().filter_map(entry).collect();
         if found.is_empty() {
             let problem = "no captor has light that has met any of the materials, or there are too \
                            many captors to tell";

@@ -198,9 +198,10 @@ pub fn of_run(
     index: usize,
     run: &LoadedScene,
 ) -> Option<RunResult> {
-    let own = RunResult::new(&simulation.of_variant(index, &run.scene));
+    let mut own = RunResult::new(&simulation.of_variant(index, &run.scene));
     let worth = worth(brightest, &own);
-    (worth >= LEAST_WORTH).then(|| RunResult { shared: Some(worth.min(1.0)), ..own })
+    own.shared = Some(worth.min(1.0));
+    (worth >= LEAST_WORTH).then_some(own)
 }
 
 /// Returns how much a history is worth for a run, relative to what it is for the scene in which it was

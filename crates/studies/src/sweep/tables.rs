@@ -111,7 +111,7 @@ pub fn write(
             continue;
         }
         let results = read_json(&result_path(folder.path(), &sweep.key(&run)))?;
-        for kind in results.warning_kinds.as_ref().unwrap_or(&results.warnings) {
+        for kind in results.extras.warning_kinds.as_ref().unwrap_or(&results.warnings) {
             *warned.entry(kind.clone()).or_default() += 1;
         }
         tables.add(&run, &results)?;
@@ -186,7 +186,7 @@ impl<'a> Tables<'a> {
                 ratio_rows(table, results, run, of)?;
             }
         }
-        if let Some(found) = &results.electricity {
+        if let Some(found) = &results.account.electricity {
             let table = opened(&mut self.electricity, || create(ELECTRICITY, OF_LAMPS))?;
             for row in found.rows() {
                 let mut cells = begun(run);
@@ -331,14 +331,14 @@ struct RunBalance {
 
 impl Balance {
     fn add(&mut self, results: RunResult) {
-        let RunResult { photons, energy, bands, .. } = results;
+        let RunResult { provenance, energy, bands, .. } = results;
         let bands: Vec<String> = bands.into_iter().map(|band| band.name).collect();
         for band in &bands {
             if !self.bands.contains(band) {
                 self.bands.push(band.clone());
             }
         }
-        self.runs.push(Some(RunBalance { photons, bands, energy }));
+        self.runs.push(Some(RunBalance { photons: provenance.photons, bands, energy }));
     }
 
     /// Returns each entry of the energy balance for each band.

@@ -6,7 +6,7 @@ use super::{Page, short, table::Table};
 use phylux_core::{error::setting, words};
 use phylux_results::{
     compare::{Comparison, ODDS},
-    result::RunResult,
+    result::{Provenance, RunResult},
 };
 
 /// How many values are listed if nobody says how many.
@@ -22,7 +22,7 @@ pub fn text(
 ) -> String {
     let mut text = String::new();
     for (name, file) in [("a", a), ("b", b)] {
-        let RunResult { scene, photons, estimator, seed, .. } = file;
+        let Provenance { scene, photons, estimator, seed, .. } = &file.provenance;
         let _ = writeln!(text, "{name}: {scene}, {photons} {estimator}, seed {seed}");
     }
     describe(page, &mut text, comparison, worst);

@@ -38,7 +38,7 @@ fn name_of(result: &RunResult, column: usize) -> &str {
 
 /// Returns the names of the lights of a result.
 fn light_names(result: &RunResult) -> LightNames {
-    LightNames::of(result.sensitivity.as_deref().unwrap_or_default())
+    LightNames::of(result.extras.sensitivity.as_deref().unwrap_or_default())
 }
 
 /// Returns what a place is, for the head of its rows.
@@ -61,7 +61,7 @@ fn cell(percent: Option<f64>) -> String {
 /// Returns by how many per cent the light of each group changes for one per cent more of the inputs on
 /// which it depends most.
 fn sensitivity(page: &Page, result: &RunResult, columns: &[usize]) -> Option<Dependence> {
-    let all = result.sensitivity.as_ref()?;
+    let all = result.extras.sensitivity.as_ref()?;
     let lights = light_names(result);
     let heads = columns.iter().map(|&c| name_of(result, c));
     let mut table = Table::new("per cent for 1 % more of each", heads, "standard errors");
@@ -102,7 +102,7 @@ fn sensitivity(page: &Page, result: &RunResult, columns: &[usize]) -> Option<Dep
 /// Returns how uncertain the light of each group is because inputs are, by which of them, and whether
 /// more photons would help.
 fn budget(page: &Page, result: &RunResult, columns: &[usize]) -> Option<Dependence> {
-    let all = result.budget.as_ref()?;
+    let all = result.extras.budget.as_ref()?;
     let lights = light_names(result);
     let heads = columns.iter().map(|&c| name_of(result, c));
     let mut table = Table::new("per cent by uncertain inputs", heads, "standard errors");

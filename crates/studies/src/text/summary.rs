@@ -53,7 +53,7 @@ pub fn summary(page: &Page, result: &RunResult, reason: &str) -> Summary {
         "{}: {} {} in {} batches, seed {}{reason}",
         result.scene, result.photons, result.estimator, result.batches, result.seed
     );
-    if let Some(found) = &result.tolerance {
+    if let Some(found) = &result.account.tolerance {
         tolerance(&mut text, result, found);
     }
     groups(page, &mut text, result);
@@ -419,7 +419,7 @@ fn own_rows(table: &mut Table, groups: &[&GroupResult]) {
 
 /// Writes what the light of each lamp costs, where it goes, and what groups have of it.
 fn electricity(page: &Page, text: &mut String, result: &RunResult) {
-    let Some(found) = &result.electricity else { return };
+    let Some(found) = &result.account.electricity else { return };
     let shown = ShownBands { bands: shown_bands(page, result), result };
     per_electricity(page, text, found, &shown);
     let Some(groups) = &found.groups else {
@@ -560,7 +560,7 @@ fn uniformity(page: &Page, text: &mut String, result: &RunResult) {
 
 /// Writes which shares of the light of sun and sky plants and ground take, per band.
 fn canopy(page: &Page, text: &mut String, result: &RunResult) {
-    let Some(canopy) = &result.canopy else { return };
+    let Some(canopy) = &result.extras.canopy else { return };
     let bands = shown_bands(page, result);
     let heads = bands.iter().map(|&b| result.bands[b].name.clone());
     let mut table = Table::new("share of sun and sky", heads, "");
@@ -582,7 +582,7 @@ fn canopy(page: &Page, text: &mut String, result: &RunResult) {
 
 /// Writes what the surface captors of each layer absorb per area, from the highest layer down.
 fn layers(page: &Page, text: &mut String, result: &RunResult) {
-    let Some(layers) = &result.layers else { return };
+    let Some(layers) = &result.extras.layers else { return };
     let bands = shown_bands(page, result);
     let own = Quantity::own().filter(|quantity| quantity.per == Per::Place);
     let has = |quantity: &&Quantity| layers.iter().any(|l| l.own.one(quantity.name).is_some());

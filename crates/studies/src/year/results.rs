@@ -10,8 +10,8 @@ use super::{
 };
 use phylux_core::{error::Result, scene::captor::Channel, transport::settings::Estimator};
 use phylux_results::result::{
-    CaptorResult, Energy, FEW_HISTORIES, FORMAT, FaceResult, GroupResult, Own, PerBand, Ratios,
-    RunResult, Spread, Whole,
+    Account, CaptorResult, Energy, Extras, FEW_HISTORIES, FORMAT, FaceResult, GroupResult, Own,
+    PerBand, Provenance, Ratios, RunResult, Spread, Whole,
 };
 
 impl Year {
@@ -32,15 +32,15 @@ impl Year {
             Of::Group(group) => Some(mean.group(id, &members[*group], &captors)),
             Of::Captor(_) => None,
         });
-        let mut result = RunResult {
+        let provenance = Provenance {
             format: FORMAT,
             phylux: env!("CARGO_PKG_VERSION").into(),
             scene: self.head.scene.clone(),
             scene_hash: String::new(),
             seed: self.seed,
             photons: self.photons,
-            batches: self.head.batches,
             photons_beside: None,
+            batches: self.head.batches,
             estimator: Estimator::Photons,
             guiding: None,
             starved: false,
@@ -50,7 +50,9 @@ impl Year {
             calibrated: false,
             settings: None,
             warnings: self.warnings.clone(),
-            warning_kinds: None,
+        };
+        let mut result = RunResult {
+            provenance,
             unit: self.units(),
             period_h: Some(hours),
             bands: self.bands.clone(),
@@ -59,19 +61,10 @@ impl Year {
                 power: self.head.powers[power][..self.bands.len()].to_vec(),
                 ..Energy::default()
             },
-            electricity: None,
-            unseen: None,
-            unseen_se: None,
-            cut_off: None,
-            tolerance: None,
-            map: None,
+            account: Account::default(),
             groups: groups.collect(),
             captors,
-            layers: None,
-            sensitivity: None,
-            budget: None,
-            uncertain: None,
-            canopy: None,
+            extras: Extras::default(),
         };
         result.add_dli();
         Ok(result)

@@ -240,15 +240,15 @@ impl<'a> Mix<'a> {
     /// Adds to the results of this mix how they depend on what the run's results depend on, and how
     /// uncertain that makes them, as far as the run has kept it by light.
     pub(super) fn add_dependence(&'a self, before: &'a RunResult, mixed: &mut RunResult) {
-        let Some(rows) = &before.sensitivity else { return };
+        let Some(rows) = &before.extras.sensitivity else { return };
         let sources = self.sources(before);
-        let uncertain = before.uncertain.clone().unwrap_or_default();
-        let inputs = before.budget.as_ref().and_then(|_| Inputs::new(before, uncertain));
+        let uncertain = before.extras.uncertain.clone().unwrap_or_default();
+        let inputs = before.extras.budget.as_ref().and_then(|_| Inputs::new(before, uncertain));
         let lights = before.energy.by_light.as_ref();
         let is_light = |name: &str| {
             name.starts_with("/lights/") || lights.is_some_and(|all| all.contains_key(name))
         };
-        mixed.budget = inputs.as_ref().map(|_| Vec::new());
+        mixed.extras.budget = inputs.as_ref().map(|_| Vec::new());
         let mut all = Vec::new();
         let same = |a: &SensitivityResult, b: &SensitivityResult| {
             (&a.captor, &a.group, &a.face) == (&b.captor, &b.group, &b.face)
@@ -270,8 +270,8 @@ impl<'a> Mix<'a> {
                 self.add_uncertainty(mixed, inputs, source, rows);
             }
         }
-        mixed.sensitivity = Some(all);
-        mixed.uncertain.clone_from(&before.uncertain);
+        mixed.extras.sensitivity = Some(all);
+        mixed.extras.uncertain.clone_from(&before.extras.uncertain);
     }
 
     fn add_uncertainty(
