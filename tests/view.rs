@@ -323,9 +323,38 @@ fn needs_chromium_tables_are_sorted_and_copied() {
     page.no_complaints();
 }
 
+/// At first the page shows the whole bed of sensors in the growth room and the lamps above it.
+#[test]
+#[ignore = "needs Chromium"]
+fn needs_chromium_lamps_above_the_captors_are_seen_at_first() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let room = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/growth-room.json");
+    let room = room.to_str().expect("UTF-8");
+    done(folder.path(), &["view", room, "--photons", "5000", "-o", "view.html"]);
+    let page = Page::open(&folder.path().join("view.html"));
+    page.wait_for("document.documentElement.dataset.ready === 'yes'");
+    let farthest = |places: &str| {
+        let out = "({ x, y }) => Math.max(Math.abs(x), Math.abs(y))";
+        number(
+            &page,
+            &format!(
+                "Math.max(...{places}.map((p) => new T.Vector3(...p).project(camera)).map({out}))"
+            ),
+        )
+    };
+    let lamps = farthest("facts.lights.map(({ min }) => min)");
+    let sensors = farthest(
+        "parts.filter((part) => part.captor >= 0).flatMap((part) => tilesOf(part).flatMap(cornersOf))",
+    );
+    // 1 is the edge of the picture, and the room is larger than it
+    assert!(lamps < 1.0 && sensors < 1.0 && lamps.max(sensors) > 0.6, "{lamps} {sensors}");
+    page.no_complaints();
+}
+
 /// The range that the page chooses begins at 0 and ends where 98 % of the lit area is below, so that
 /// walls and leaves have colours of their own however the sensors differ, or where 90 % of the light
-/// is, if that at most doubles it. One button spreads the sensors over the colours.
+/// is, if that at most doubles it, and up to twice as far for the light of most captors. One button
+/// spreads the sensors over the colours.
 #[test]
 #[ignore = "needs Chromium"]
 fn needs_chromium_surfaces_and_sensors_have_colours_of_their_own() {
@@ -362,7 +391,7 @@ fn needs_chromium_surfaces_and_sensors_have_colours_of_their_own() {
     assert!(0.0 < low && low >= high / 1.1e4, "{low} to {high}");
     // light that is gathered on 1.5 % of the area has a place on the bar, if that does not dim all else
     page.evaluate("state.log = false; 0");
-    let end = |gathered: f64| {
+    let end = |gathered: f64, captor: i32| {
         page.evaluate(&format!(
             "(() => {{ const d = valueTexture.image.data; let all = 0, passed = 0;
                for (let t = 0; t < facts.tiles; t++) if (!(d[4 * t + 3] & 1)) all += areaOf(t);
@@ -370,12 +399,14 @@ fn needs_chromium_surfaces_and_sensors_have_colours_of_their_own() {
                  const share = passed / all;
                  d[4 * t] = share < 0.015 ? {gathered} : share < 0.135 ? 1 : 0.1;
                  d[4 * t + 1] = 0;
+                 d[4 * t + 2] = share < 0.015 ? {captor} : -1;
                  if (!(d[4 * t + 3] & 1)) passed += areaOf(t); }}
                chooseRange(); return 0; }})()"
         ));
         ends().1
     };
-    assert_eq!([end(1.9), end(5.0)], [2.0, 1.0]);
+    assert_eq!([end(1.9, -1), end(5.0, -1)], [2.0, 1.0]);
+    assert_eq!([end(1.3, 0), end(5.0, 0)], [1.5, 2.0]);
     page.no_complaints();
 }
 

@@ -296,6 +296,18 @@ function boxOfCaptors() {
   return box;
 }
 
+/** Returns the captors' box, with the lamps where that makes it at most 1.4 times as large. */
+function boxWithLamps() {
+  const { middle, half } = captorBox;
+  const [low, high] = [middle.clone().sub(half), middle.clone().add(half)];
+  for (const { min, max } of facts.lights) {
+    low.min(new T.Vector3(...min));
+    high.max(new T.Vector3(...max));
+  }
+  const wider = high.clone().sub(low).multiplyScalar(0.5);
+  return wider.length() > 1.4 * half.length() ? captorBox : { middle: low.add(wider), half: wider };
+}
+
 /** Looks at a box from a direction, as near as possible. */
 function lookAt({ middle, half }, away) {
   const right = new T.Vector3(0, 0, 1).cross(away).normalize();
@@ -324,11 +336,12 @@ function lookAtAll() {
   lookAt(boxShown(), direction(ACROSS, UP));
 }
 
-let captorBox, fitted;
+let captorBox, framed, fitted;
 /** Looks at the captors from the side where most of them is seen, which is the front unless another side is clearly
  *  better, and makes what stands before them transparent if more of them is seen then. */
 function lookAtCaptors() {
   captorBox = boxOfCaptors();
+  framed = boxWithLamps();
   let best = { score: 0, about: ACROSS, up: UP, clear: false };
   // with very many tiles the box decides: on an upright screen, what is long is seen from one of its ends
   if (MANY && camera.aspect < 1 && captorBox.half.x > captorBox.half.y) best.about = 90 + ACROSS / 2;
@@ -344,7 +357,7 @@ function lookAtCaptors() {
   if (sides.length) tryAll([{ about: best.about, up: high }]);
   const away = direction(best.about, best.up);
   state.clear = best.clear;
-  lookAt(captorBox, away);
+  lookAt(framed, away);
   fitted = { away, eye: camera.position.clone() };
 }
 
@@ -608,7 +621,8 @@ function sensorValues() {
 
 /** Chooses a range for what is shown, so that each surface has a colour of its own: from 0 to what 98 % of the lit area lies
  *  below, and 90 % of the light if that is at most twice as high, as where glass gathers light on a small place (higher are
- *  reflectors close to a lamp); with a logarithmic scale from what 2 % of the area lies below, at most four decades. */
+ *  reflectors close to a lamp); further, but at most twice as far, for four fifths of the captors' area, as they are what is
+ *  asked for; with a logarithmic scale from what 2 % of the area lies below, at most four decades. */
 function chooseRange() {
   const data = valueTexture.image.data;
   const lit = [];
@@ -616,8 +630,8 @@ function chooseRange() {
   for (let tile = 0; tile < facts.tiles; tile += step) {
     const values = data.slice(4 * tile, 4 * tile + 2);
     if (data[4 * tile + 3] & 1 || !values.some((value) => value > 0)) continue;
-    const area = areaOf(tile);
-    for (const value of values) if (value > 0) lit.push({ value, area, light: value * area });
+    const [area, isCaptor] = [areaOf(tile), data[4 * tile + 2] >= 0];
+    for (const value of values) if (value > 0) lit.push({ value, area, light: value * area, captor: isCaptor * area });
   }
   lit.sort((a, b) => a.value - b.value);
   const at = (share, of) => {
@@ -626,7 +640,8 @@ function chooseRange() {
   };
   // the end of a linear scale is a tick
   const [usual, gathered] = [at(0.98, "area"), at(0.9, "light")];
-  const most = gathered > usual && gathered <= 2 * usual ? gathered : usual;
+  const all = gathered > usual && gathered <= 2 * usual ? gathered : usual;
+  const most = Math.max(all, Math.min(at(0.8, "captor"), 2 * all));
   const tick = tickStep(most);
   const high = state.log ? roundUp(most, most) : Number((Math.ceil(most / tick - 1e-9) * tick).toPrecision(8));
   const low = Math.max(at(0.02, "area"), high / 1e4);
@@ -726,7 +741,7 @@ function resize() {
   camera.aspect = stage.clientWidth / Math.max(stage.clientHeight, 1);
   // a view that was not touched fits again
   if (fitted?.eye.equals(camera.position)) {
-    lookAt(captorBox, fitted.away);
+    lookAt(framed, fitted.away);
     fitted.eye.copy(camera.position);
   }
   if (document.documentElement.dataset.ready) showScale();
@@ -772,7 +787,7 @@ function captorPixels(aways) {
   images.forEach((image) => (image.visible = false));
   const pictures = aways.flatMap((away, i) => [false, true].map((clear) => {
     const ready = () => {
-      lookAt(captorBox, away);
+      lookAt(framed, away);
       state.clear = clear;
     };
     return { x: clear ? width : 0, y: i * height, width, height, ready };
