@@ -96,7 +96,9 @@ fn place(svg: &str, element: &str, attributes: &[&str]) -> Vec<Vec<f64>> {
 fn a_map_has_the_sensors_their_colours_and_contours() {
     let scene = results();
     let (texts, svg) = plotted(&scene, &["--range", "100:300"]);
-    let title = "grid, z = 1 m: median error 2 µmol/m²/s";
+    // sqrt(2/3) x 100 of 200
+    let title =
+        "grid, z = 1 m: mean 200 µmol/m²/s, min/mean 0.50, CV 40.8 %, median error 2 µmol/m²/s";
     has(&texts, &[title, "x, m", "y, m", "PPFD, µmol/m²/s", "100", "200", "300"]);
     assert!(!texts.iter().any(|t| t.contains("z = 2 m")), "three in a line are no map");
     let dots = place(&svg, "<circle", &["cx", "cy"]);
@@ -172,7 +174,8 @@ fn racks_have_maps_of_their_own() {
         let (texts, _) = plotted(&scene, more);
         texts.into_iter().filter(|text| text.contains("z = 1 m")).collect()
     };
-    let first = "grid, z = 1 m: median error 2 µmol/m²/s";
+    let first =
+        "grid, z = 1 m: mean 200 µmol/m²/s, min/mean 0.50, CV 40.8 %, median error 2 µmol/m²/s";
     let second = "other, z = 1 m: 150 ± 2 µmol/m²/s, even within its error";
     assert_eq!(titles(&["--captors", "grid"]), [first]);
     assert_eq!(titles(&["--captors", "other/*"]), [second]);
@@ -223,8 +226,9 @@ fn tiers_of_racks_have_maps_of_their_own() {
 fn sensors_in_a_line_are_a_curve() {
     let scene = results();
     changed(&scene, |all| {
+        all["captors"].as_array_mut().expect("captors").drain(..9);
         for i in 0..3 {
-            all["captors"][9 + i]["front"]["irradiance"][0] = json!(50.0 * (1 + i) as f64);
+            all["captors"][i]["front"]["irradiance"][0] = json!(50.0 * (1 + i) as f64);
         }
     });
     for more in [&["--captors", "shelf/*"][..], &["--show", "map", "--captors", "shelf/*"]] {
@@ -311,17 +315,18 @@ fn a_profile_joins_means_of_heights() {
             "light over height, PAR",
             "light per area, µmol/m²/s",
             "height z, m",
+            "marks: means at a height; pale dots: single captors; bars: standard errors (Monte Carlo)",
             "sensors, PPFD",
-            "surfaces, absorbed",
+            "tomato, absorbed",
         ],
     );
-    // pale dots are captors, and the larger marks are means: circles at 2 heights of sensors, squares
-    // at 3 of leaves
+    // pale dots are captors, and the larger marks are means: hollow circles at 2 heights of sensors,
+    // triangles at 3 of leaves
     let circles = place(&svg, "<circle", &["cx", "cy", "r"]);
     let marks: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == MARK).collect();
-    assert_eq!((circles.len() - marks.len(), marks.len()), (18, 2));
-    let squares = place(&svg, "<rect", &["width", "height"]);
-    assert_eq!(squares.iter().filter(|s| s[0] == s[1] && s[0] < 2.0 * MARK).count(), 3, "{svg}");
+    let dots = circles.iter().filter(|c| c[2] == DOT).count();
+    assert_eq!((dots, marks.len(), circles.len() - dots - marks.len()), (18, 2, 2));
+    assert_eq!(svg.matches("<polygon").count(), 3, "{svg}");
     // the marks of the sensors come first; they are at 200 and at 50 on an axis that begins at 0
     let dots: Vec<&Vec<f64>> = circles.iter().filter(|c| c[2] == DOT).collect();
     let (at_100, at_300) = (dots[0][0], dots[2][0]);
@@ -337,8 +342,16 @@ fn a_profile_joins_means_of_heights() {
 fn a_profile_is_neither_empty_nor_crowded() {
     let scene = results();
     let (texts, svg) = plotted(&scene, &["--show", "profile", "--captors", "grid/*"]);
-    has(&texts, &["PPFD", "PPFD, µmol/m²/s", "sensors, z = 1 m"]);
-    assert!(texts.iter().any(|text| text.starts_with("200.0 ± 0.7")), "{texts:?}");
+    has(&texts, &["PPFD, z = 1 m", "PPFD, µmol/m²/s", "sensors", "200.0 ± 0.7", "0"]);
+    assert!(
+        texts.iter().any(|text| text.contains("standard error of the Monte Carlo")),
+        "{texts:?}"
+    );
+    // those that are close together are drawn so, on an axis that says so
+    let own = ["--show", "profile", "--captors", "grid/1,grid/2"];
+    let (near, _) = plotted(&scene, &own);
+    has(&near, &["PPFD, µmol/m²/s (axis does not begin at 0)", "200", "300"]);
+    assert!(!near.contains(&"0".to_string()), "{near:?}");
     assert!(!texts.iter().any(|text| text.contains("height")), "{texts:?}");
     let circles = place(&svg, "<circle", &["r", "cy"]);
     let marks: Vec<f64> = circles.iter().filter(|c| c[0] == MARK).map(|c| c[1]).collect();
@@ -428,6 +441,7 @@ fn many_plants_and_long_names_are_legible() {
 #[test]
 fn plants_and_ranks_absorb_what_their_leaves_do() {
     let scene = results();
+    changed(&scene, |all| drop(all["captors"].as_array_mut().expect("captors").drain(..12)));
     let (texts, svg) = plotted(&scene, &["--show", "plants"]);
     has(
         &texts,
@@ -618,7 +632,7 @@ fn what_ratios_depend_on_is_told_and_drawn() {
 #[test]
 fn plots_begin_at_0_and_have_names_beside_lines() {
     let scene = results();
-    for (kind, name) in [("plants", "tomato"), ("profile", "surfaces, absorbed")] {
+    for (kind, name) in [("plants", "tomato"), ("profile", "tomato, absorbed")] {
         let (texts, svg) = plotted(&scene, &["--show", kind, "--captors", "tomato/*"]);
         has(&texts, &["0"]);
         assert!(!svg.contains("opacity=\"0.04\""), "{kind} has a minor grid");
@@ -637,6 +651,34 @@ fn plots_begin_at_0_and_have_names_beside_lines() {
     }
 }
 
+/// A plant has one colour in all plots, whatever else is drawn: the first object is blue, the second
+/// vermilion, also by itself.
+#[test]
+fn a_plant_has_one_colour_in_all_plots() {
+    let scene = results();
+    changed(&scene, |all| {
+        let captors = all["captors"].as_array_mut().expect("captors");
+        captors.drain(..12);
+        for i in 0..captors.len() {
+            let mut own = captors[i].clone();
+            own["id"] = json!(own["id"].as_str().expect("an id").replace("tomato", "lettuce"));
+            captors.push(own);
+        }
+    });
+    let (blue, red) = ("#0072B2", "#D55E00");
+    let has = |more: &[&str]| {
+        let (_, svg) = plotted(&scene, more);
+        [blue, red].map(|colour| svg.contains(colour))
+    };
+    for show in ["plants", "profile"] {
+        assert_eq!(has(&["--show", show]), [true, true], "{show}");
+        assert_eq!(has(&["--show", show, "--captors", "lettuce/*"]), [false, true], "{show}");
+        assert_eq!(has(&["--show", show, "--captors", "tomato/*"]), [true, false], "{show}");
+    }
+    let of_leaf = ["--show", "spectrum", "--captors", "lettuce/leaf1#0"];
+    assert_eq!(has(&of_leaf), [false, true]);
+}
+
 /// Plots are 7 or 3.5 inches wide; PNG pictures of them have 300 pixels to the inch, and something
 /// is drawn in them.
 #[test]
@@ -644,8 +686,8 @@ fn pictures_have_the_width_of_a_page_or_of_a_column() {
     let scene = results();
     for (show, width, size) in [
         ("map", "7", (2100, 1550)),
-        ("map", "3.5", (1050, 800)),
-        ("profile", "7", (2100, 1187)),
+        ("map", "3.5", (1050, 894)),
+        ("profile", "7", (2100, 1234)),
         ("plants", "7", (2100, 2375)),
         ("plants", "3.5", (1050, 1625)),
         ("spectrum", "3.5", (1050, 812)),

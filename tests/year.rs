@@ -589,8 +589,9 @@ fn months_are_columns_from_0() {
             height.split('"').next().expect("its end").parse().expect("a number")
         })
         .collect();
-    // one captor needs no legend: its name is in the title
-    assert_eq!(heights.len(), 2, "{svg}");
+    // two columns, and the entry of the legend
+    assert_eq!(heights.len(), 3, "{svg}");
+    assert!(svg.contains("mean of the days") && svg.contains("± standard error (Monte Carlo)"));
     assert!(svg.contains("DLI, mol/m²/d") || svg.contains("DLI, MJ/m²/d"), "{svg}");
     assert!((heights[0] / heights[1] - 2.0).abs() < 0.1, "{heights:?}");
 }

@@ -123,6 +123,8 @@ pub struct YearFolder {
     pub facts: YearFacts,
     /// Names of the groups, with the numbers of their captors in rising order.
     groups: HashMap<String, Vec<usize>>,
+    /// Ids of the captors, then names of the groups, in the order of the scene.
+    ids: Vec<String>,
     /// Number of captors.
     captors: usize,
 }
@@ -154,10 +156,11 @@ impl YearFolder {
         let mut rows = records(&bytes, &path);
         let head = rows.next().transpose()?;
         let column = head.and_then(|(_, head)| head.iter().position(|name| name == "groups"));
-        let (mut names, mut groups_of) = (Vec::new(), Vec::new());
+        let (mut ids, mut names, mut groups_of) = (Vec::new(), Vec::new(), Vec::new());
         for row in rows {
             let (_, row) = row?;
             let cell = |column: usize| csv_text::text(row.get(column).unwrap_or_default());
+            ids.push(cell(0).to_string());
             match row.get(1) {
                 Some("group") => names.push(cell(0).to_string()),
                 _ => groups_of.push(column.map_or_else(String::new, |column| cell(column).into())),
@@ -169,7 +172,7 @@ impl YearFolder {
                 groups.entry(name.into()).and_modify(|members| members.push(captor));
             }
         }
-        Ok(Self { facts, groups, captors: groups_of.len() })
+        Ok(Self { facts, groups, ids, captors: groups_of.len() })
     }
 
     /// Reads what is daylight of the daily light integral on fronts in a band, by captor or group and
@@ -194,6 +197,11 @@ impl YearFolder {
             }
         }
         Ok(found)
+    }
+
+    /// Returns the ids of captors, then the names of groups, in the order of the scene.
+    pub fn ids(&self) -> impl Iterator<Item = &str> {
+        self.ids.iter().map(String::as_str)
     }
 
     /// Returns whether an id is the name of a group.

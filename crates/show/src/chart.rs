@@ -23,7 +23,9 @@ use plotters::{
 use axes::{Axis, BELOW, Frame};
 use labels::{Label, labels, room_beyond};
 pub use paper::Width;
-use paper::{Area, Failure, LARGE, Place, SMALL, drawn, font, length, length_of, px, small};
+use paper::{
+    Area, Failure, LARGE, Place, SMALL, drawn, font, length, length_of, px, small, wrapped,
+};
 use series::NAME;
 pub use series::{Series, Stroke};
 
@@ -41,6 +43,12 @@ const ABOVE_PANELS: i32 = px(50);
 const NAMED_ROW: i32 = px(24);
 const LEAST_ROW: i32 = px(14);
 const LEAST_ROWS: i32 = px(40);
+/// Distance of the words to the right of axes.
+const VALUE: i32 = px(12);
+/// The part of an upright axis beyond the outermost of named rows, of the distance between them.
+const BESIDE_ROWS: f64 = 0.55;
+/// The least extent of an axis that does not begin at 0, as a part of the greatest value.
+const LEAST_SPAN: f64 = 0.05;
 /// The most names of lines that coincide.
 const TOGETHER: usize = 3;
 /// Names beside lines take at most such a part of a chart's width.
@@ -51,6 +59,8 @@ const BESIDE: f64 = 0.36;
 pub struct Chart {
     /// The title above the chart.
     pub title: String,
+    /// Words below the title that say what marks, bars and the like stand for.
+    pub note: String,
     /// Label of the x axis, with the unit.
     pub x: String,
     /// Label of the y axis, with the unit.
@@ -62,10 +72,15 @@ pub struct Chart {
     /// Whether amounts of light are those of the x axis, which then begins at 0; otherwise they are
     /// those of the y axis.
     pub amounts_across: bool,
+    /// Whether an axis of amounts of light that are all more than half of the greatest begins near
+    /// the least of them, with a sign that this is not 0.
+    pub amounts_near: bool,
     /// Names of places on the x axis, in place of numbers.
     pub x_names: Vec<(f64, String)>,
     /// Names of places on the y axis, in place of numbers, if both axes are linear.
     pub y_names: Vec<(f64, String)>,
+    /// Words to the right of the axes, at these places on the y axis.
+    pub y_values: Vec<(f64, String)>,
     /// Ends of the x axis where both axes are linear, if they are not those of what is drawn.
     pub x_ends: Option<[f64; 2]>,
     /// Whether numbers of the x axis are whole, also where places are not.
@@ -107,21 +122,39 @@ impl Chart {
     /// Returns the width and height of the chart in layout units. It is higher where its legend needs
     /// many rows above the axes, and as high as its rows need where these have names.
     pub(super) fn size(&self, width: Width) -> (i32, i32) {
+        let across = width.units();
+        let above = self.top(across);
         let down = match self.y_names.len() as i32 {
-            0 => width.height(),
+            0 => width.height() + above - TOP,
             rows => {
-                let with = |row: i32| TOP + (row * rows).max(LEAST_ROWS) + BELOW;
+                let with = |row: i32| above + (row * rows).max(LEAST_ROWS) + BELOW;
                 width.height().clamp(with(LEAST_ROW), with(NAMED_ROW))
             }
         };
-        let across = width.units();
         if !self.panels.is_empty() {
             let rows = self.panels.len().div_ceil(self.columns(across)) as i32;
-            return (across, ABOVE_PANELS + rows * PANEL.1);
+            return (across, self.legend_of_panels(across).2 + rows * PANEL.1);
         }
         let axes = self.axes();
         let top = axes.map_or(0, |axes| self.layout(axes, across, down).frame.top);
-        (across, down + (top - TOP - ROWS * ROW).max(0))
+        (across, down + (top - above - ROWS * ROW).max(0))
+    }
+
+    /// Returns the lines of the note in a chart of this width.
+    fn note_lines(&self, width: i32) -> Vec<String> {
+        let words: Vec<&str> = self.note.split_whitespace().collect();
+        wrapped(&words, " ", SMALL, width - px(16))
+    }
+
+    /// Returns the height of the title and the note.
+    fn top(&self, width: i32) -> i32 {
+        TOP + ROW * self.note_lines(width).len() as i32
+    }
+
+    /// Returns the room that the words to the right of the axes need.
+    fn room_for_values(&self) -> i32 {
+        let longest = self.y_values.iter().map(|(_, words)| length(words)).max();
+        longest.map_or(0, |longest| VALUE + longest + px(8))
     }
 
     /// Returns the room that the upright axis needs to its left, layout units.
@@ -147,15 +180,17 @@ impl Chart {
         self.panels.len().min((width / PANEL.0).clamp(1, 3) as usize)
     }
 
-    /// Draws the panels in rows, with their legend above them. Numbers stand at each, and labels
-    /// where no panel is between them and the edge.
-    fn draw_panels(&self, area: &Area, axes: [Axis; 2]) -> Result<(), Failure> {
-        let (above, below) = area.split_vertically(ABOVE_PANELS);
-        above.draw(&Text::new(self.title.as_str(), (px(8), px(10)), font(LARGE)))?;
+    /// Returns what is told of in the legend of panels, where it stands above them, and the height of
+    /// all that is above them.
+    fn legend_of_panels(&self, width: i32) -> (Vec<Series>, Vec<Place>, i32) {
         let mut meanings: Vec<Series> = Vec::new();
         for series in self.panels.iter().flat_map(|(_, series)| series) {
-            if series.name.is_some() && meanings.iter().all(|other| other.name != series.name) {
-                meanings.push(Series { points: Vec::new(), ..series.clone() });
+            match meanings.iter_mut().find(|other| other.name == series.name) {
+                _ if series.name.is_none() => {}
+                None => meanings.push(Series { points: Vec::new(), ..series.clone() }),
+                // what has another colour in each panel
+                Some(other) if other.colour != series.colour => other.colour = Series::GREY,
+                Some(_) => {}
             }
         }
         let levels = self.levels.iter().map(|(name, _)| Series {
@@ -165,12 +200,22 @@ impl Chart {
             points: Vec::new(),
         });
         meanings.extend(levels);
-        let named: Vec<&Series> = meanings.iter().collect();
-        let ends = (px(8), area.dim_in_pixel().0 as i32);
-        for (series, place) in named.iter().zip(rows_above(ends, &named)) {
+        let places = rows_above((px(8), width), TOP, &meanings.iter().collect::<Vec<_>>());
+        let more = places.last().map_or(0, |(_, y)| y - TOP);
+        (meanings, places, ABOVE_PANELS + more)
+    }
+
+    /// Draws the panels in rows, with their legend above them. Numbers stand at each, and labels
+    /// where no panel is between them and the edge.
+    fn draw_panels(&self, area: &Area, axes: [Axis; 2]) -> Result<(), Failure> {
+        let across = area.dim_in_pixel().0 as i32;
+        let (meanings, places, height) = self.legend_of_panels(across);
+        let (above, below) = area.split_vertically(height);
+        above.draw(&Text::new(self.title.as_str(), (px(8), px(10)), font(LARGE)))?;
+        for (series, place) in meanings.iter().zip(places) {
             series.draw_entry(&above, place, 0)?;
         }
-        let columns = self.columns(ends.1);
+        let columns = self.columns(across);
         let parts = below.split_evenly((self.panels.len().div_ceil(columns), columns));
         for (i, ((title, series), part)) in self.panels.iter().zip(&parts).enumerate() {
             let bare = |series: &Series| Series { name: None, ..series.clone() };
@@ -203,11 +248,21 @@ impl Chart {
         let mut order: Vec<(&Series, i32)> = all.iter().zip(below.iter().copied()).collect();
         order.sort_by_key(|(series, _)| series.stroke != Stroke::Band);
 
+        let notes = self.note_lines(width as i32);
+        let longest = notes.iter().map(|line| length(line)).max().unwrap_or(0);
         // a long title begins left of the axis
-        let end = width as i32 - px(6) - length_of(&self.title, size);
+        let end = width as i32 - px(6) - length_of(&self.title, size).max(longest);
         let from = frame.left.min(end).max(px(8));
         area.draw(&Text::new(self.title.as_str(), (from, px(10)), font(size)))?;
+        for (line, words) in (1..).zip(notes) {
+            area.draw(&Text::new(words, (from, px(10) + ROW * line), font(SMALL)))?;
+        }
         frame.draw(area, true)?;
+        for (place, words) in &self.y_values {
+            let (_, y) = frame.place((frame.ends_across()[0], *place));
+            let beside = small(HPos::Left, VPos::Center);
+            area.draw(&Text::new(words.as_str(), (frame.right + VALUE, y), beside))?;
+        }
         if let Some(corners) = ground {
             area.draw(&Rectangle::new(corners, WHITE.filled()))?;
         }
@@ -287,10 +342,11 @@ impl Chart {
 
     /// Lays the chart out on an area of this size.
     fn layout(&self, [x, y]: [Axis; 2], width: i32, height: i32) -> Layout {
-        let bottom = height - BELOW;
+        let (bottom, above) = (height - BELOW, self.top(width));
+        let values = self.room_for_values();
         let frame = |top: i32, beyond: i32| {
             let left = y.room_beside(bottom - top).max(self.left);
-            let right = width - x.room_beyond(width - left).max(beyond);
+            let right = width - x.room_beyond(width - left).max(beyond).max(values);
             Frame { left, top, right, bottom, x: x.clone(), y: y.clone() }
         };
         let shows = |p: &(f64, f64)| self.shows(p);
@@ -301,7 +357,7 @@ impl Chart {
                 name: (!name.is_empty()).then(|| name.clone()),
                 colour: Series::GREY,
                 stroke: Stroke::Level,
-                points: frame(TOP, 0).ends_across().map(|x| (x, *y)).to_vec(),
+                points: frame(above, 0).ends_across().map(|x| (x, *y)).to_vec(),
             },
             false => Series {
                 name: Some(format!("{name}: {}", two_digits(*y))),
@@ -311,14 +367,14 @@ impl Chart {
             },
         }));
 
-        let firsts = self.firsts(&series, &frame(TOP, 0));
+        let firsts = self.firsts(&series, &frame(above, 0));
         name_together(&mut series, &firsts);
         // names stand beside their series, with room for those at the ends of lines
-        let beyond = room_beyond(&frame(TOP, 0), &series, shows);
+        let beyond = room_beyond(&frame(above, 0), &series, shows);
         let beyond = if f64::from(beyond) < BESIDE * f64::from(width) { beyond + px(8) } else { 0 };
-        let direct = labels(&frame(TOP, beyond), width, &series, shows);
-        let direct = direct.map(|labels| (frame(TOP, beyond), labels));
-        let none = || (frame(TOP, 0), vec![None; series.len()]);
+        let direct = labels(&frame(above, beyond), width, &series, shows);
+        let direct = direct.map(|labels| (frame(above, beyond), labels));
+        let none = || (frame(above, 0), vec![None; series.len()]);
 
         // the other names are in a legend, which stands where nothing is drawn, or else with all names
         // between the title and the axes
@@ -346,8 +402,8 @@ impl Chart {
         }
         let (inside, labels) = none();
         let listed = listed(&labels);
-        let places = rows_above((inside.left, inside.right), &named(&listed));
-        let frame = frame(places.last().map_or(TOP, |(_, y)| y + px(12)), 0);
+        let places = rows_above((inside.left, inside.right), above, &named(&listed));
+        let frame = frame(places.last().map_or(above, |(_, y)| y + px(12)), 0);
         let entries = listed.into_iter().zip(places).collect();
         Layout { series, firsts, frame, labels, entries, ground: None }
     }
@@ -358,7 +414,7 @@ impl Chart {
         let runs = || all().flat_map(|series| series.runs(|p| self.shows(p)));
         // bars of errors never squeeze what they stand at
         let data = || {
-            let all = all().filter(|series| series.stroke != Stroke::Bars);
+            let all = all().filter(|series| !series.is_error());
             all.flat_map(|series| series.runs(|p| self.shows(p))).flatten()
         };
         let x = unsqueezed(span(runs().flatten().map(|p| p.0))?, span(data().map(|p| p.0)));
@@ -380,6 +436,9 @@ impl Chart {
         // amounts begin at 0, so that lengths compare as the amounts do, and end at a number
         let x = match (self.linear_x, self.linear_y, self.x_ends) {
             (_, true, Some([a, b])) => named(Axis::linear(&self.x, a..b)),
+            (_, true, None) if self.amounts_near => {
+                named(Axis::linear(&self.x, from_least(x))).ended_at_numbers().broken()
+            }
             (_, true, None) if self.amounts_across => {
                 named(Axis::linear(&self.x, from_zero(x, 1.0))).ended_at_numbers()
             }
@@ -389,7 +448,9 @@ impl Chart {
         };
         let y = match self.linear_y {
             _ if !self.y_names.is_empty() => {
-                Axis::linear(&self.y, y.start..y.end).with_names(self.y_names.clone())
+                let rows = span(self.y_names.iter().map(|(place, _)| *place)).unwrap_or(y);
+                let ends = rows.start - BESIDE_ROWS..rows.end + BESIDE_ROWS;
+                Axis::linear(&self.y, ends).with_names(self.y_names.clone())
             }
             true => {
                 let share = if self.amounts_across { 0.5 } else { 1.0 };
@@ -463,9 +524,9 @@ fn legend_width(named: &[&Series]) -> i32 {
     NAME + longest * 27 / 25 + px(4)
 }
 
-/// Returns the places of the entries of a legend above axes between these ends, in rows.
-fn rows_above((left, right): (i32, i32), named: &[&Series]) -> Vec<Place> {
-    let (mut x, mut y) = (left, TOP);
+/// Returns the places of the entries of a legend above axes between these ends, in rows from `top`.
+fn rows_above((left, right): (i32, i32), top: i32, named: &[&Series]) -> Vec<Place> {
+    let (mut x, mut y) = (left, top);
     let place = |series: &&Series| {
         let own = NAME + length(series.name.as_deref().unwrap_or_default()) * 27 / 25;
         if x > left && x + own > right {
@@ -519,6 +580,18 @@ fn from_zero(range: Range<f64>, share: f64) -> Range<f64> {
         (false, true) => start..end,
         (false, false) if end > 0.0 => 0.0..1.2 * end,
         (false, false) => spacious(range, share),
+    }
+}
+
+/// Widens a range of amounts on a linear axis that may begin near the least of them: values that
+/// hardly differ fill only a part of it. It begins at 0 if the least is at most half of the greatest.
+fn from_least(range: Range<f64>) -> Range<f64> {
+    let Range { start, end } = range;
+    let room = 0.5 * (LEAST_SPAN * start.abs().max(end.abs()) - (end - start)).max(0.0);
+    let room = if end > start || room > 0.0 { room } else { 0.5 };
+    match (0.0..=0.5 * end).contains(&start) {
+        true => 0.0..end,
+        false => start - room..end + room,
     }
 }
 

@@ -2,12 +2,14 @@
 //! spectra.
 //! They read a results file, or the folder of a year, and no scene.
 //!
-//! `chosen` picks the band and the captors, `map`, `line`, `profile`, `plants`, `layers`, `spectrum` and
-//! `sensitivity` each make one kind of plot, `lying` named rows for some, `year`, `months` and `carpet` those of a year, `drawing` makes it SVG or
-//! pixels, and `style` a file. `job` reads the files and chooses.
+//! `chosen` picks the band and the captors, `colours` their colours; `map`, `line`, `profile`, `plants`,
+//! `layers`, `spectrum` and `sensitivity` each make one kind of plot, `lying` named rows for some, `year`,
+//! `months` and `carpet` those of a year, `drawing` makes it SVG or pixels, and `style` a file. `job`
+//! reads the files and chooses.
 
 mod carpet;
 mod chosen;
+mod colours;
 mod drawing;
 mod field;
 mod heat_map;

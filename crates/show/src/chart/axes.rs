@@ -3,9 +3,9 @@
 use std::ops::{Range, RangeInclusive};
 
 use plotters::{
-    element::Text,
+    element::{Polygon, Text},
     style::{
-        BLACK, Color, FontTransform,
+        BLACK, Color, FontTransform, WHITE,
         text_anchor::{HPos, VPos},
     },
 };
@@ -28,6 +28,8 @@ const EACH_UP: i32 = px(17);
 const STEPS: f64 = 4.0;
 /// The room that an axis needs below, with its label.
 pub(crate) const BELOW: i32 = px(46);
+/// Distance of the sign of a broken axis from its beginning.
+const BREAK: i32 = px(7);
 /// Space beyond labels, and the least room to the left of an upright axis: axes of charts one below
 /// the other begin at the same place.
 const MARGIN: i32 = px(10);
@@ -45,13 +47,16 @@ pub(crate) struct Axis {
     between: Option<Vec<f64>>,
     /// Whether numbers are whole.
     whole: bool,
+    /// Whether a sign says that it does not begin at 0.
+    broken: bool,
 }
 
 impl Axis {
     /// Makes a linear axis between two numbers that differ.
     pub fn linear(label: &str, ends: Range<f64>) -> Self {
         let ends = [ends.start, ends.end];
-        Self { label: printed(label), ends, log: false, names: None, between: None, whole: false }
+        let label = printed(label);
+        Self { label, ends, log: false, names: None, between: None, whole: false, broken: false }
     }
 
     /// Makes a logarithmic axis between two numbers above 0 that differ.
@@ -83,6 +88,17 @@ impl Axis {
     /// Returns the axis with whole numbers alone, for counts.
     pub fn of_counts(self) -> Self {
         Self { whole: true, ..self }
+    }
+
+    /// Returns the axis with a sign that it does not begin at 0, and these words after its label, if
+    /// it begins above 0.
+    pub fn broken(self) -> Self {
+        match self.ends[0] > 0.0 {
+            true => {
+                Self { broken: true, label: self.label + " (axis does not begin at 0)", ..self }
+            }
+            false => self,
+        }
     }
 
     /// Returns the axis from and to the next numbers beyond its ends.
@@ -214,6 +230,14 @@ impl Axis {
     }
 }
 
+/// Draws two slanting strokes with a gap in a lying axis between them.
+fn draw_break(area: &Area, (x, y): Place) -> Result<(), Failure> {
+    let ends = |x: i32| [(x - px(2), y + px(5)), (x + px(2), y - px(5))];
+    let [near, far] = [ends(x), ends(x + px(5))];
+    area.draw(&Polygon::new(vec![near[0], near[1], far[1], far[0]], WHITE.filled()))?;
+    [near, far].into_iter().try_for_each(|stroke| line(area, stroke, hairline()))
+}
+
 /// A rectangle of a picture with its two axes.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
@@ -281,6 +305,9 @@ impl Frame {
         }
         line(area, [(left, top), (left, bottom)], hairline())?;
         line(area, [(left, bottom), (right, bottom)], hairline())?;
+        if x.broken {
+            draw_break(area, (left + BREAK, bottom))?;
+        }
         let middle = small(HPos::Center, VPos::Center);
         let below = ((left + right) / 2, bottom + LABEL_BELOW);
         area.draw(&Text::new(x.label.clone(), below, middle.clone()))?;

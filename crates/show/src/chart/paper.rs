@@ -119,6 +119,25 @@ pub(crate) fn length(text: &str) -> i32 {
     length_of(text, SMALL)
 }
 
+/// Puts parts of a text, with these letters between them, into lines of letters of this size that are
+/// no longer than the width, unless a part alone is.
+pub(crate) fn wrapped(
+    parts: &[impl AsRef<str>],
+    between: &str,
+    size: i32,
+    width: i32,
+) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for part in parts.iter().map(AsRef::as_ref) {
+        let longer = lines.last().map(|line| format!("{line}{between}{part}"));
+        match (lines.last_mut(), longer) {
+            (Some(line), Some(longer)) if length_of(&longer, size) <= width => *line = longer,
+            _ => lines.push(part.into()),
+        }
+    }
+    lines
+}
+
 /// Returns the line of axes and their ticks.
 pub(super) fn hairline() -> ShapeStyle {
     BLACK.stroke_width(px(1) as u32)

@@ -26,15 +26,13 @@ const DASHES: (i32, i32) = (px(5), px(4));
 const DOTTED: (i32, i32) = (px(2), px(3));
 /// Half the length of the ends of whiskers.
 const WHISKER: i32 = px(2);
-/// Width of the white lines below them.
-const HALO: u32 = px(3) as u32;
 /// Length of a stroke in a legend, and the distance from its start to the name.
 const SWATCH: i32 = px(18);
 pub(super) const NAME: i32 = px(23);
 /// Colour of horizontal lines.
 const LEVEL: RGBColor = RGBColor(130, 130, 130);
 /// Colours that colour-blind readers can tell apart (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 7] = [
+const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -42,6 +40,7 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
     RGBColor(0, 0, 0),
     RGBColor(90, 90, 90),
+    RGBColor(86, 180, 233),
 ];
 
 /// Points that are drawn in one colour and style.
@@ -49,8 +48,8 @@ const COLOURS: [RGBColor; 7] = [
 pub struct Series {
     /// The name in the legend; a series without a name is not in it.
     pub name: Option<String>,
-    /// Index of the colour and of the mark. Both begin anew after the last; as there are 7 colours
-    /// and 5 marks, 35 series differ.
+    /// Index of the colour and of the mark. Both begin anew after the last; as there are 8 colours
+    /// and 5 marks, 40 series differ.
     pub colour: usize,
     /// The style in which it is drawn.
     pub stroke: Stroke,
@@ -93,7 +92,8 @@ pub enum Stroke {
     },
     /// A lying column between the two points of each pair, of this width in units of the y axis.
     Lying(f64),
-    /// A thin black line with short ends between the two points of each pair.
+    /// A bar of error on columns: a thin black line with short ends between the two points of each
+    /// pair.
     Whiskers,
 }
 
@@ -105,8 +105,11 @@ enum Shape {
 }
 
 impl Series {
-    /// The colour of series that only guide the eye.
-    pub const GREY: usize = COLOURS.len() - 1;
+    /// The number of colours.
+    pub const COLOURS: usize = COLOURS.len();
+    /// The colour of axes, and that of series that only guide the eye.
+    pub const BLACK: usize = 5;
+    pub const GREY: usize = 6;
 
     fn colour(&self) -> RGBColor {
         match self.stroke {
@@ -120,6 +123,11 @@ impl Series {
         let RGBColor(r, g, b) = self.colour();
         let dark = |part: u8| (0.78 * f64::from(part)) as u8;
         RGBColor(dark(r), dark(g), dark(b))
+    }
+
+    /// Whether it is bars of errors.
+    pub(super) fn is_error(&self) -> bool {
+        matches!(self.stroke, Stroke::Bars | Stroke::Whiskers)
     }
 
     /// Returns the points that can be shown: runs between those that cannot, or pairs.
@@ -139,7 +147,7 @@ impl Series {
         let mut shapes = Vec::new();
         for run in self.runs(shown) {
             let mut places: Vec<Place> = run.iter().map(|&point| frame.place(point)).collect();
-            if self.stroke == Stroke::Bars {
+            if self.is_error() {
                 // a bar that is longer than the axis ends with it
                 for (x, y) in &mut places {
                     *x = (*x).clamp(frame.left, frame.right);
@@ -211,12 +219,9 @@ impl Series {
                 dashed(points, DOTTED, stroke.stroke_width(px(1) as u32))?;
             }
             (Shape::Path(points), Stroke::Whiskers) => {
-                // on paper of their own they are seen on any colour
-                for style in [WHITE.stroke_width(HALO), hairline()] {
-                    line(area, [points[0], points[1]], style)?;
-                    for &(x, y) in points {
-                        line(area, [(x - WHISKER, y), (x + WHISKER, y)], style)?;
-                    }
+                line(area, [points[0], points[1]], hairline())?;
+                for &(x, y) in points {
+                    line(area, [(x - WHISKER, y), (x + WHISKER, y)], hairline())?;
                 }
             }
             (Shape::Path(points), _) => area.draw(&PathElement::new(points.clone(), stroke))?,
@@ -231,7 +236,7 @@ impl Series {
             (Shape::Area(corners), Stroke::Columns { .. } | Stroke::Lying(_)) => {
                 let pale = matches!(self.stroke, Stroke::Columns { pale: true, .. });
                 // opaque: no line of the grid shows through
-                let paint = on_paper(colour, if pale { 0.4 } else { 0.85 });
+                let paint = on_paper(colour, if pale { 0.3 } else { 0.85 });
                 area.draw(&Rectangle::new([corners[0], corners[2]], paint.filled()))?;
             }
             (Shape::Area(corners), _) => {

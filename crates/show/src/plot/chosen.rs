@@ -1,6 +1,8 @@
 //! The request for a plot, and the results that it selects.
 
 use indexmap::IndexMap;
+
+use super::colours::Names;
 use phylux_core::{
     error::{Error, Result, ToWords, Words, setting},
     math::pattern::fits,
@@ -114,6 +116,13 @@ impl<'a> Chosen<'a> {
     /// Returns the captors whose own ids are asked for.
     pub fn named_captors(&self) -> impl Iterator<Item = &'a CaptorResult> {
         self.result.captors.iter().filter(|captor| self.takes(&captor.id))
+    }
+
+    /// Returns the names that have colours.
+    pub fn names(&self) -> Names<'a> {
+        let captors = self.result.captors.iter().map(|captor| captor.id.as_str());
+        let groups = self.result.groups.iter().map(|group| group.id.as_str());
+        Names::of(captors.chain(groups))
     }
 
     pub fn band_name(&self) -> &'a str {

@@ -17,14 +17,14 @@ use super::{
 use crate::{
     chart::{
         axes::{Axis, Frame},
-        paper::{Area, Failure, LARGE, Place, Width, drawn, font, length, length_of, px, small},
+        paper::{
+            Area, Failure, LARGE, Place, SMALL, Width, drawn, font, length, length_of, px, small,
+            wrapped,
+        },
     },
     picture::{Scale, Steps, label},
 };
-use phylux_core::{
-    error,
-    math::units::{printed, rounded},
-};
+use phylux_core::{error, math::units::printed};
 
 /// Space between the outermost points and the axes, as a part of the longer side.
 const MARGIN: f64 = 0.03;
@@ -55,8 +55,8 @@ pub(super) struct HeatMap {
     pub points: Vec<Corner>,
     /// What lies between the points.
     pub field: Field,
-    /// The unit of the values.
-    pub unit: String,
+    /// What is known of the values as a whole, in words.
+    pub facts: Vec<String>,
     /// The median standard error of the values, where it is known.
     pub error: Option<f64>,
     /// The mean of the values, where they differ by no more than their errors explain.
@@ -110,12 +110,11 @@ impl HeatMaps {
             .map(|[(x, to_x), (y, to_y)]| (to_y - y) / (to_x - x).max(f64::MIN_POSITIVE));
         let ratios: Vec<f64> = ratios.collect();
         let (across, _) = panels::across(&ratios, width);
-        let one_line = self.maps.iter().all(|map| map.title_fits(across));
-        let titles: Vec<Vec<String>> =
-            self.maps.iter().map(|map| map.title_lines(one_line)).collect();
-        let longest = titles.iter().flatten().map(|line| length_of(line, LARGE)).max();
+        let titles = self.titles(across - px(30));
+        let lines = titles.iter().map(Vec::len).max().unwrap_or(1) as i32;
+        let longest = titles.iter().flatten().map(|(line, size)| length_of(line, *size)).max();
         let longest = longest.unwrap_or(0);
-        let panels = Panels::new(&ratios, width, !one_line, longest, self.same);
+        let panels = Panels::new(&ratios, width, lines, longest, self.same);
         drawn(panels.size, |area| {
             for (i, (panel, title)) in panels.panels.iter().zip(&titles).enumerate() {
                 self.draw((&self.maps[i], self.ends[i]), panel, title, area)?;
@@ -127,18 +126,39 @@ impl HeatMaps {
         })
     }
 
+    /// Returns the lines above each map, with the sizes of their letters: one for all that is said,
+    /// if it fits into this width for every map, or the title and lines for the rest.
+    fn titles(&self, width: i32) -> Vec<Vec<(String, i32)>> {
+        let whole = |map: &HeatMap| match map.facts.is_empty() {
+            true => map.title.clone(),
+            false => format!("{}: {}", map.title, map.facts.join(", ")),
+        };
+        let fits = self.maps.iter().all(|map| length_of(&whole(map), LARGE) <= width);
+        let lines = |map: &HeatMap| match fits {
+            true => vec![(whole(map), LARGE)],
+            false => {
+                let facts = wrapped(&map.facts, ", ", SMALL, width);
+                let facts = facts.into_iter().map(|line| (line, SMALL));
+                std::iter::once((map.title.clone(), LARGE)).chain(facts).collect()
+            }
+        };
+        self.maps.iter().map(lines).collect()
+    }
+
     fn draw(
         &self,
         (map, ends): (&HeatMap, [(f64, f64); 2]),
         panel: &Panel,
-        title: &[String],
+        title: &[(String, i32)],
         area: &Area,
     ) -> Result<(), Failure> {
-        for (line, words) in (0..).zip(title) {
-            // a long title begins left of the axis
-            let end = panel.left + panel.room - px(6) - length_of(words, LARGE);
-            let at = (panel.left.min(end).max(px(8)), panel.title + px(10) + LINE * line);
-            area.draw(&Text::new(words.as_str(), at, font(LARGE)))?;
+        let longest = title.iter().map(|(line, size)| length_of(line, *size)).max();
+        // a long title begins left of the axis
+        let end = panel.left + panel.room - px(6) - longest.unwrap_or(0);
+        let from = panel.left.min(end).max(px(8));
+        for (line, (words, size)) in (0..).zip(title) {
+            let at = (from, panel.title + px(10) + LINE * line);
+            area.draw(&Text::new(words.as_str(), at, font(*size)))?;
         }
         let frame = map.frame(ends, panel);
         let place = |&(x, y): &(f64, f64)| frame.place((x, y));
@@ -424,34 +444,6 @@ impl HeatMap {
         let [x, y] = [axis(label_x, x, numbers[0]), axis(label_y, y, numbers[1])];
         Frame { left, top, right: left + wide, bottom: top + high, x, y }
     }
-
-    /// Returns what is known of the error, in words.
-    fn error_words(&self) -> Option<String> {
-        let error = self.error.filter(|error| *error > 0.0)?;
-        let unit = printed(&self.unit);
-        Some(match self.even {
-            Some(mean) => {
-                let [mean, error] = rounded(mean, error);
-                format!("{mean} ± {error} {unit}, even within its error")
-            }
-            None => format!("median error {} {unit}", rounded(error, error)[1]),
-        })
-    }
-
-    /// Returns the title, with what is known of the error: in one line, or in two.
-    fn title_lines(&self, one_line: bool) -> Vec<String> {
-        match (self.error_words(), one_line) {
-            (None, _) => vec![self.title.clone()],
-            (Some(words), true) => vec![format!("{}: {words}", self.title)],
-            (Some(words), false) => vec![self.title.clone(), words],
-        }
-    }
-
-    /// Whether the title in one line fits into this width.
-    fn title_fits(&self, width: i32) -> bool {
-        let longest = self.title_lines(true).iter().map(|line| length_of(line, LARGE)).max();
-        longest.unwrap_or(0) + px(30) <= width
-    }
 }
 
 /// Returns the colour of a value.
@@ -529,8 +521,8 @@ mod tests {
         let places = (0..24).map(|i| (f64::from(i % 6), f64::from(i / 6)));
         let points: Vec<Corner> = places.map(|(x, y)| (x, y, value(x, y))).collect();
         let field = Field::between(&points, &[0; 24], &[(0..24).collect()]);
-        let (title, unit, axes) = ("a map".into(), "W/m2".into(), ["x".into(), "y".into()]);
-        HeatMap { title, axes, points, field, unit, error: Some(error), even: None }
+        let (title, axes) = ("a map".into(), ["x".into(), "y".into()]);
+        HeatMap { title, axes, points, field, facts: Vec::new(), error: Some(error), even: None }
     }
 
     /// No step between colours or contours is finer than two errors, whatever the range; at least
@@ -635,7 +627,31 @@ mod tests {
         assert_eq!((dots(bed(20, 20)), dots(bed(120, 120))), (400, 0));
     }
 
-    /// An even map is one colour, has no contour, and says so in its title. Beside one whose colours are
+    /// What is said of a map stands in one line with its title, where there is room, or below it in lines
+    /// that are no longer than the map is wide; the map is lower then.
+    #[test]
+    fn titles_fit_the_width() {
+        let facts = ["mean 180 W/m²", "min/mean 0.88", "CV 6.5 %", "median error 0.05 W/m²"];
+        let own = HeatMap { facts: facts.map(String::from).into(), ..map(|x, _| x, 0.05) };
+        let of = |count: usize, width: Width| {
+            let maps = HeatMaps::new(vec![own.clone(); count], None, "light".into()).unwrap();
+            let across = panels::across(&vec![0.6; count], width).0;
+            let titles = maps.titles(across);
+            assert_eq!(titles.len(), count);
+            for (line, size) in titles.iter().flatten() {
+                assert!(length_of(line, *size) <= across, "{line}");
+            }
+            let words: Vec<&str> = titles[0].iter().map(|(line, _)| line.as_str()).collect();
+            for fact in facts {
+                assert!(words.concat().contains(fact), "{words:?}");
+            }
+            words.len()
+        };
+        assert_eq!((of(1, Width::Page), of(1, Width::Column)), (1, 3));
+        assert!(of(6, Width::Page) > 2);
+    }
+
+    /// An even map is one colour and has no contour. Beside one whose colours are
     /// few, its colour is one of these.
     #[test]
     fn even_maps_have_one_colour() {
@@ -643,8 +659,6 @@ mod tests {
         let maps = HeatMaps::new(vec![own], None, "light".into()).unwrap();
         assert_eq!(maps.regions(&maps.maps[0]).len(), 1);
         assert!(maps.levels(&maps.maps[0]).is_empty());
-        let svg = maps.svg(Width::Page).unwrap();
-        assert!(svg.contains("a map: 429 ± 7 W/m², even within its error"), "{svg}");
         let own = HeatMap { even: Some(429.08), ..map(|x, _| 425.0 + x, 7.2) };
         let rough = map(|x, _| 400.0 + 100.0 * x, 40.0);
         let maps = HeatMaps::new(vec![own, rough], None, "light".into()).unwrap();

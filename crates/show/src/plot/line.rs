@@ -91,8 +91,10 @@ pub(super) fn lines(chosen: &Chosen) -> Option<Plot> {
     let axis = if along(0).count() >= along(1).count() { 0 } else { 1 };
     let lines: Vec<&Line> = along(axis).collect();
     let (light, unit) = chosen.map_light();
+    let first: Vec<&str> = lines.iter().take(MOST).map(|line| &*line.sensors[0].id).collect();
+    let colours = chosen.names().colours(&first);
     let mut series = Vec::new();
-    for (colour, line) in lines.iter().take(MOST).enumerate() {
+    for (line, colour) in lines.iter().zip(colours) {
         let (mut points, mut bars) = (Vec::new(), Vec::new());
         for sensor in &line.sensors {
             let (value, error) = chosen.map_value(&sensor.front);

@@ -12,9 +12,10 @@ use super::{
 use crate::picture::label;
 use phylux_core::{
     error::{Result, setting},
+    math::units::{printed, rounded},
     words,
 };
-use phylux_results::result::CaptorResult;
+use phylux_results::result::{CaptorResult, Evenness};
 
 /// Limit on the number of maps in one picture.
 const MOST: usize = 12;
@@ -194,17 +195,44 @@ impl<'a> Plane<'a> {
         let field = Field::with_bands(&points, &plane.sets());
         let errors = plane.sensors.iter().map(|sensor| plane.point(chosen, sensor).1);
         let errors: Vec<Option<f64>> = errors.collect();
+        let error = median(errors.iter().copied().flatten().collect());
         let even = even(points.iter().map(|point| point.2).zip(errors.iter().copied()));
         let map = HeatMap {
             title: plane.title(chosen),
             axes: plane.axes().map(|axis| format!("{}, m", AXES[axis])),
             points,
             field,
-            unit: chosen.map_light().1.into(),
-            error: median(errors.into_iter().flatten().collect()),
+            facts: plane.facts(chosen, error, even),
+            error,
             even,
         };
         Some((map, plane.sensors))
+    }
+
+    /// Returns what a grower wants to know of the sensors: their mean, how even they are, weighted by
+    /// their areas, and the median of their errors.
+    fn facts(&self, chosen: &Chosen, error: Option<f64>, even: Option<f64>) -> Vec<String> {
+        let unit = printed(chosen.map_light().1);
+        let error = error.filter(|error| *error > 0.0);
+        if let Some((mean, error)) = even.zip(error) {
+            let value = rounded(mean, error).join(" ± ");
+            return vec![format!("{value} {unit}"), "even within its error".into()];
+        }
+        let values = self.sensors.iter().map(|sensor| {
+            let (value, error) = chosen.map_value(&sensor.front);
+            (value, error, sensor.area)
+        });
+        let Some(Evenness { mean: (mean, _), min: (min, _), cv }) = Evenness::of(values) else {
+            return Vec::new();
+        };
+        let digits = error.unwrap_or(1e-3 * mean.abs().max(f64::MIN_POSITIVE));
+        let mut facts = vec![format!("mean {} {unit}", rounded(mean, digits)[0])];
+        if let Some((cv, _)) = cv {
+            facts.push(format!("min/mean {:.2}", min / mean));
+            facts.push(format!("CV {:.1} %", 100.0 * cv));
+        }
+        facts.extend(error.map(|e| format!("median error {} {unit}", rounded(e, e)[1])));
+        facts
     }
 
     /// Names the grids of the sensors, if they are few, and says where the plane is.

@@ -1,6 +1,7 @@
-//! Charts of daily light integrals: the mean of each month with the range of its days, or each day
-//! if there is one month alone.
+//! Charts of daily light integrals: the mean of each month with its error, before the range of its
+//! days, or each day if there is one month alone.
 
+use super::{chosen::error_bar, colours::Names};
 use crate::chart::{Chart, Series, Stroke};
 
 /// Daily light integrals of some captors and groups.
@@ -18,23 +19,36 @@ pub struct DailyLight {
     pub of: Vec<OfId>,
 }
 
+/// Widths of the columns of means and of the range of days behind them, months.
+const MEAN: f64 = 0.56;
+const RANGE: f64 = 0.86;
+/// Colours of daylight and of the light of lamps.
+const DAYLIGHT: usize = 0;
+const LAMPS: usize = 1;
+
 /// Daily light integrals of a captor or group.
 #[derive(Clone, Debug, Default)]
 pub struct OfId {
     /// Its id or name.
     pub id: String,
-    /// The mean of each month.
-    pub months: Vec<f64>,
-    /// Each day.
-    pub days: Vec<f64>,
+    /// Index of its colour.
+    pub colour: usize,
+    /// The mean of each month, with its standard error.
+    pub months: Vec<[f64; 2]>,
+    /// Each day, with its standard error.
+    pub days: Vec<[f64; 2]>,
     /// Of each day what is daylight; empty if that is not known, or is all of it.
     pub daylight: Vec<f64>,
 }
 
 impl OfId {
-    /// Makes an entry without any light yet.
-    pub fn new(id: String) -> Self {
-        Self { id, ..Self::default() }
+    /// Makes entries without any light yet, of some of the ids of captors and groups in the order of
+    /// the scene.
+    pub fn some(ids: &[String], some: &[usize]) -> Vec<Self> {
+        let drawn: Vec<&str> = some.iter().map(|&id| ids[id].as_str()).collect();
+        let colours = Names::of(ids.iter().map(String::as_str)).colours(&drawn);
+        let of = |(id, colour): (&str, usize)| Self { id: id.into(), colour, ..Self::default() };
+        drawn.into_iter().zip(colours).map(of).collect()
     }
 }
 
@@ -61,8 +75,8 @@ impl DailyLight {
                 chart.panels = all.iter().map(panel).collect();
             }
             (false, all) => {
-                for (colour, of) in all.iter().enumerate() {
-                    lines(of, colour, all.len() > 1, &mut chart.series);
+                for of in all {
+                    lines(of, all.len() > 1, &mut chart.series);
                 }
             }
         }
@@ -91,55 +105,69 @@ impl DailyLight {
     }
 
     /// Adds a column for each month: its light or, where it is known, daylight with that of lamps
-    /// on it; and a thin line from its least day to its greatest.
+    /// on it, and its standard error; and behind it a pale one from its least day to its greatest.
     fn columns(&self, of: &OfId, series: &mut Vec<Series>) {
-        let (mut lower, mut upper, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut lower, mut upper) = (Vec::new(), Vec::new());
+        let (mut ranges, mut errors) = (Vec::new(), Vec::new());
         let mut first = 0;
-        for (m, (month, &mean)) in self.months.iter().zip(&of.months).enumerate() {
+        for (m, (month, &[mean, error])) in self.months.iter().zip(&of.months).enumerate() {
             let x = (m + 1) as f64;
             let own = self.days.iter().skip(first).take_while(|day| day.starts_with(month));
             let last = (first + own.count()).min(of.days.len());
-            let days = &of.days[first..last];
-            let sum: f64 = days.iter().sum();
+            let days = of.days[first..last].iter().map(|[light, _]| *light);
+            let sum: f64 = days.clone().sum();
             let middle = match of.daylight.get(first..last).filter(|_| sum > 0.0) {
                 Some(daylight) => mean * (daylight.iter().sum::<f64>() / sum).clamp(0.0, 1.0),
                 None => mean,
             };
             lower.extend([(x, 0.0), (x, middle)]);
             upper.extend([(x, middle), (x, mean)]);
-            let end = |best: fn(f64, f64) -> f64| days.iter().copied().reduce(best);
+            let end = |best: fn(f64, f64) -> f64| days.clone().reduce(best);
             ranges.extend([end(f64::min), end(f64::max)].into_iter().flatten().map(|y| (x, y)));
+            if error > 0.0 {
+                errors.extend([(x, mean - error), (x, mean + error)]);
+            }
             first = last;
         }
-        let column = Stroke::Columns { width: 0.72, pale: false };
-        let (daylight, lamps) = ("daylight".to_string(), "lamps".to_string());
+        let column = |pale| Stroke::Columns { width: if pale { RANGE } else { MEAN }, pale };
+        let days = "least to greatest day";
         match of.daylight.is_empty() {
-            true => add(series, None, 0, column, lower),
+            true => {
+                add(series, Some(days), of.colour, column(true), ranges);
+                add(series, Some("mean of the days"), of.colour, column(false), lower);
+            }
+            // colours tell daylight from lamps; the range is that of both, and has neither
             false => {
-                add(series, Some(&daylight), 0, column, lower);
-                add(series, Some(&lamps), 1, column, upper);
+                add(series, Some(days), Series::GREY, column(true), ranges);
+                add(series, Some("daylight, mean"), DAYLIGHT, column(false), lower);
+                add(series, Some("lamps, mean"), LAMPS, column(false), upper);
             }
         }
-        let days = "least to greatest day".to_string();
-        add(series, Some(&days), Series::GREY, Stroke::Whiskers, ranges);
+        add(series, Some("± standard error (Monte Carlo)"), 0, Stroke::Whiskers, errors);
     }
 }
 
-fn lines(of: &OfId, colour: usize, named: bool, series: &mut Vec<Series>) {
-    let line = |values: &[f64]| values.iter().zip(1..).map(|(y, x)| (f64::from(x), *y)).collect();
-    add(series, named.then_some(&of.id), colour, Stroke::Line, line(&of.days));
-    add(series, None, colour, Stroke::Dashed, line(&of.daylight));
+/// Adds a line through the days with their errors, and one through what of them is daylight.
+fn lines(of: &OfId, named: bool, series: &mut Vec<Series>) {
+    let colour = of.colour;
+    let places = || (1..).map(f64::from);
+    let days = || places().zip(&of.days);
+    let bars = days().flat_map(|(x, &[light, error])| error_bar(x, light, Some(error), false));
+    add(series, None, colour, Stroke::Bars, bars.collect());
+    let line = days().map(|(x, [light, _])| (x, *light)).collect();
+    add(series, named.then_some(&of.id), colour, Stroke::Line, line);
+    add(series, None, colour, Stroke::Dashed, places().zip(of.daylight.iter().copied()).collect());
 }
 
 fn add(
     series: &mut Vec<Series>,
-    name: Option<&String>,
+    name: Option<&str>,
     colour: usize,
     stroke: Stroke,
     points: Vec<(f64, f64)>,
 ) {
     if !points.is_empty() {
-        series.push(Series { name: name.cloned(), colour, stroke, points });
+        series.push(Series { name: name.map(String::from), colour, stroke, points });
     }
 }
 
@@ -173,7 +201,7 @@ mod tests {
     #[test]
     fn days_have_dates() {
         let days: Vec<String> = (1..=30).map(|day| format!("2005-06-{day:02}")).collect();
-        let values = vec![1.0; days.len()];
+        let values = vec![[1.0, 0.1]; days.len()];
         let of = OfId { id: "bench".into(), days: values, ..OfId::default() };
         let months = vec!["2005-06".to_string()];
         let chart = DailyLight { months, days, of: vec![of], ..DailyLight::default() }.chart();

@@ -72,12 +72,12 @@ pub(super) fn across(ratios: &[f64], width: Width) -> (i32, usize) {
 }
 
 impl Panels {
-    /// Places maps of these heights over widths, with titles of one line or two, of which the longest
-    /// of each is so long. Where all show the `same` part of a plane, numbers stand only on the left
+    /// Places maps of these heights over widths, with titles of so many lines, the longest of which is so
+    /// long. Where all show the `same` part of a plane, numbers stand only on the left
     /// and below.
-    pub fn new(ratios: &[f64], width: Width, two_lines: bool, titles: i32, same: bool) -> Self {
+    pub fn new(ratios: &[f64], width: Width, lines: i32, titles: i32, same: bool) -> Self {
         let (across, columns) = across(ratios, width);
-        let above = ABOVE + if two_lines { LINE } else { 0 };
+        let above = ABOVE + LINE * (lines - 1);
         let left = |column: usize| if same && column > 0 { INNER[0] } else { LEFT };
         // where inner maps have no numbers, all are as wide as the room allows
         let margins: i32 = (0..columns).map(|column| left(column) + RIGHT).sum();

@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 
 use super::{
     chosen::{Chosen, error_bar, nothing},
+    colours::Names,
     drawing::{Drawn, Plot},
     lying::{Row, columns},
 };
@@ -127,6 +128,7 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
         }
     }
     let [unit, _] = chosen.result.units(chosen.band);
+    let names = &chosen.names();
     let chart = |title: String, x: &str, y: String, series: Vec<Series>| Chart {
         title,
         x: x.into(),
@@ -141,11 +143,11 @@ pub(super) fn plants(chosen: &Chosen) -> Result<Plot> {
     };
     let band = chosen.of_band();
     let amount = format!("absorbed, {unit}");
-    let named = if single { by_object(&objects, &band, &amount) } else { None };
+    let named = if single { by_object(&objects, names, &band, &amount) } else { None };
     let mut charts = vec![named.unwrap_or_else(|| {
-        chart(format!("absorbed by each plant{band}"), "plant", amount, by_plant(&objects))
+        chart(format!("absorbed by each plant{band}"), "plant", amount, by_plant(&objects, names))
     })];
-    let ranks = by_rank(&objects);
+    let ranks = by_rank(&objects, names);
     if !ranks.is_empty() {
         charts.push(chart(
             format!("absorbed by rank, mean over plants{band}"),
@@ -230,11 +232,16 @@ fn absorbed(captor: &CaptorResult, band: usize) -> Option<(f64, Option<f64>)> {
     Some((captor.absorbed.as_ref()?[band], captor.absorbed_se.as_ref()?[band]))
 }
 
-/// Returns the name and colour of the series of an object.
-fn style(objects: &Objects, index: usize, object: &str) -> (Option<String>, usize) {
-    match objects.len() <= MOST {
-        true => (Some(object.chars().take(24).collect()), index),
-        false => ((index == 0).then(|| format!("{} objects", objects.len())), 0),
+/// Returns the name and colour of the series of each object.
+fn styles(objects: &Objects, names: &Names) -> Vec<(Option<String>, usize)> {
+    let all: Vec<&str> = objects.keys().copied().collect();
+    let short = |object: &&str| Some(object.chars().take(24).collect());
+    match all.len() <= MOST {
+        true => all.iter().map(short).zip(names.colours(&all)).collect(),
+        false => {
+            let name = |i: usize| (i == 0).then(|| format!("{} objects", all.len()));
+            (0..all.len()).map(|i| (name(i), 0)).collect()
+        }
     }
 }
 
@@ -249,24 +256,26 @@ fn ends_across(series: &[Series]) -> Option<[f64; 2]> {
 }
 
 /// Draws the objects one below the other, in the order of the file.
-fn by_object(objects: &Objects, band: &str, amount: &str) -> Option<Chart> {
-    let all = objects.iter().flat_map(|(name, plants)| plants.values().map(move |p| (name, p.all)));
-    let row = |(name, power): (&&str, Power)| Row {
+fn by_object(objects: &Objects, names: &Names, band: &str, amount: &str) -> Option<Chart> {
+    let styles = styles(objects, names);
+    let all = objects.iter().zip(styles).flat_map(|((name, plants), (_, colour))| {
+        plants.values().map(move |plant| (name, plant.all, colour))
+    });
+    let row = |(name, power, colour): (&&str, Power, usize)| Row {
         name: name.to_string(),
         value: power.value,
         error: Some(power.variance.sqrt()),
-        colour: 0,
+        colour,
     };
     columns(format!("absorbed by each object{band}"), amount, all.map(row).collect())
 }
 
 /// Makes the series of plants side by side, in the order of the file.
-fn by_plant(objects: &Objects) -> Vec<Series> {
+fn by_plant(objects: &Objects, names: &Names) -> Vec<Series> {
     let mut series = Vec::new();
     let mut number = 0.0;
     let with_bars = objects.values().map(IndexMap::len).sum::<usize>() <= WITH_BARS;
-    for (i, (object, plants)) in objects.iter().enumerate() {
-        let (name, colour) = style(objects, i, object);
+    for (plants, (name, colour)) in objects.values().zip(styles(objects, names)) {
         let (mut points, mut bars) = (Vec::new(), Vec::new());
         for plant in plants.values() {
             number += 1.0;
@@ -281,12 +290,12 @@ fn by_plant(objects: &Objects) -> Vec<Series> {
 }
 
 /// Makes the series of means over the plants of an object for each rank; single plants are dots.
-fn by_rank(objects: &Objects) -> Vec<Series> {
+fn by_rank(objects: &Objects, names: &Names) -> Vec<Series> {
     let mut series = Vec::new();
     let has_ranks = |plants: &&IndexMap<_, Plant>| plants.values().any(|p| !p.ranks.is_empty());
     let count = objects.values().filter(has_ranks).count();
     let mut before = 0;
-    for (i, (object, plants)) in objects.iter().enumerate() {
+    for (plants, (name, colour)) in objects.values().zip(styles(objects, names)) {
         let mut ranks: IndexMap<u32, Vec<Power>> = IndexMap::new();
         for (rank, power) in plants.values().flat_map(|plant| &plant.ranks) {
             ranks.entry(*rank).or_default().push(*power);
@@ -302,7 +311,6 @@ fn by_rank(objects: &Objects) -> Vec<Series> {
         };
         before += 1;
         let place = |rank: &u32| f64::from(*rank) + aside;
-        let (name, colour) = style(objects, i, object);
         let dots = ranks
             .iter()
             .flat_map(|(rank, all)| all.iter().map(move |power| (place(rank), power.value)));

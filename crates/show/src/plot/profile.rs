@@ -3,20 +3,17 @@
 use indexmap::IndexMap;
 
 use super::{
-    chosen::{AXES, Chosen, FLAT, error_bar, nothing},
+    chosen::{AXES, Chosen, FLAT, error_bar, nothing, set_of},
+    colours::told_apart,
     drawing::{Drawn, Plot},
-    lying::{named, place},
+    lying::{ERRORS, Row, marks, with_error},
     plants::Organ,
 };
 use crate::{
     chart::{Chart, Series, Stroke},
     picture::label,
 };
-use phylux_core::{
-    error::Result,
-    math::units::{printed, rounded},
-    words,
-};
+use phylux_core::{error::Result, math::units::printed, words};
 
 /// Limit on the number of heights at which means are taken.
 const SLICES: usize = 12;
@@ -43,21 +40,14 @@ struct Slice {
     error: f64,
 }
 
-impl Slice {
-    /// Returns the value in words, with its standard error if that is known.
-    fn words(&self) -> String {
-        match self.error > 0.0 {
-            true => rounded(self.value, self.error).join(" ± "),
-            false => label(self.value),
-        }
-    }
-}
-
 /// Captors of one kind, whose means one line joins.
 struct Kind {
     name: String,
     /// What is plotted of them, where the axis may not say it.
     light: String,
+    /// Index of its colour.
+    colour: usize,
+    is_sensors: bool,
     points: Vec<Point>,
     /// Whether light at different heights can be compared: not where sensors face different ways.
     is_alike: bool,
@@ -82,7 +72,7 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         [true, _] => ("absorbed".into(), "absorbed per area".into(), band),
         [false, false] => ("light".into(), "light per area".into(), band),
     };
-    let all: Vec<(Kind, Vec<Slice>)> = sensors
+    let mut all: Vec<(Kind, Vec<Slice>)> = sensors
         .into_iter()
         .chain(surfaces)
         .map(|kind| {
@@ -93,75 +83,100 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
     if all.is_empty() {
         return Err(nothing("there are no captors", "run a scene with sensors or captors"));
     }
+    let colours = told_apart(all.iter().map(|(kind, _)| kind.colour).collect());
+    all.iter_mut().zip(colours).for_each(|((kind, _), colour)| kind.colour = colour);
     let (x, both) = (format!("{light}, {}", chosen.per_area()), what == "light");
     if all.iter().all(|(_, means)| means.len() < 2) {
-        let chart = at_one_height([&format!("{light}{band}"), &x, chosen.per_area()], all, both);
+        let chart = at_one_height(format!("{light}{band}"), &x, all, both);
         let note = words!["captors are at one height alone, so no line shows a course over height"];
         return Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: vec![note] });
     }
-    let crowded = all.iter().filter(|(_, means)| means.len() > 1).count() > WITH_DOTS;
-    let mut series = Vec::new();
-    for (colour, (kind, means)) in all.into_iter().enumerate() {
-        let dots = kind.points.iter().map(|point| (point.value, point.height));
-        let add = |name, stroke, points| Series { name, colour, stroke, points };
-        if !crowded {
-            series.push(add(None, Stroke::Dots, dots.collect()));
-        }
-        let bars = means.iter().flat_map(|s| error_bar(s.height, s.value, Some(s.error), true));
-        series.push(add(None, Stroke::Bars, bars.collect()));
-        let joined: Vec<(f64, f64)> =
-            means.iter().map(|slice| (slice.value, slice.height)).collect();
-        // a single place has its value in words
-        let mut name = kind.name + &kind.light;
-        if let [one] = &means[..] {
-            name += &format!(": {} {}", one.words(), printed(chosen.per_area()));
-        }
-        let stroke = if kind.is_alike && joined.len() > 1 { Stroke::Line } else { Stroke::Marks };
-        series.push(add(Some(name), stroke, joined));
-    }
+    let with_dots = all.iter().filter(|(_, means)| means.len() > 1).count() <= WITH_DOTS;
+    let of_kind = |all| series(all, with_dots, both, chosen.per_area());
+    let dots = if with_dots { "pale dots: single captors; " } else { "" };
     let chart = Chart {
         title: format!("{what} over height{band}"),
+        note: format!("marks: means at a height; {dots}bars: standard errors (Monte Carlo)"),
         x,
         y: "height z, m".into(),
         linear_x: true,
         linear_y: true,
         amounts_across: true,
-        series,
+        series: all.into_iter().flat_map(of_kind).collect(),
         ..Chart::default()
     };
     Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes: Vec::new() })
 }
 
-/// Draws captors that have no course over height: a row for each kind, with its mean. Rows say what is
-/// plotted if that is not the same for all.
-fn at_one_height(
-    [title, x, unit]: [&str; 3],
-    all: Vec<(Kind, Vec<Slice>)>,
-    with_light: bool,
-) -> Chart {
-    let count = all.len();
-    let (mut series, mut names) = (Vec::new(), Vec::new());
-    for (colour, (kind, means)) in all.into_iter().enumerate() {
-        let at = place(colour, count);
-        let add = |name, stroke, points| Series { name, colour, stroke, points };
-        let dots = kind.points.iter().map(|point| (point.value, at)).collect();
-        series.push(add(None, Stroke::Dots, dots));
-        for mean in &means {
-            let bar = error_bar(at, mean.value, Some(mean.error), true);
-            series.push(add(None, Stroke::Bars, bar.into()));
-            let words = format!("{} {}", mean.words(), printed(unit));
-            series.push(add(Some(words), Stroke::Marks, vec![(mean.value, at)]));
-            let light = if with_light { &*kind.light } else { "" };
-            names.push(format!("{}{light}, z = {} m", kind.name, label(mean.height)));
-        }
+/// Returns what is drawn of a kind of captors over height: a line through means with errors, and dots.
+/// Beside surfaces, sensors have hollow marks.
+fn series(
+    (kind, means): (Kind, Vec<Slice>),
+    with_dots: bool,
+    with_both: bool,
+    unit: &str,
+) -> Vec<Series> {
+    let colour = kind.colour;
+    let add = |name, stroke, points| Series { name, colour, stroke, points };
+    let dots = kind.points.iter().filter(|_| with_dots).map(|point| (point.value, point.height));
+    let bars = means.iter().flat_map(|s| error_bar(s.height, s.value, Some(s.error), true));
+    let joined: Vec<(f64, f64)> = means.iter().map(|slice| (slice.value, slice.height)).collect();
+    let mut name = kind.name + &kind.light;
+    // a single place has its value in words
+    if let [one] = &means[..] {
+        name += &format!(": {} {}", with_error(one.value, one.error), printed(unit));
     }
-    named(title.into(), x, names, series)
+    let stroke = match kind.is_alike && joined.len() > 1 {
+        true if kind.is_sensors && with_both => Stroke::Hollow,
+        true => Stroke::Line,
+        false => Stroke::Marks,
+    };
+    vec![
+        add(None, Stroke::Dots, dots.collect()),
+        add(None, Stroke::Bars, bars.collect()),
+        add(Some(name), stroke, joined),
+    ]
+}
+
+/// Draws captors that have no course over height: a row for each kind, with its mean, from above to
+/// below and then from bright to dark. Rows say what is plotted if that is not the same for all, and
+/// their height, if they have not one.
+fn at_one_height(title: String, x: &str, all: Vec<(Kind, Vec<Slice>)>, with_light: bool) -> Chart {
+    let mut all: Vec<(Kind, Slice)> =
+        all.into_iter().flat_map(|(kind, means)| Some((kind, means.into_iter().next()?))).collect();
+    all.sort_by(|(_, a), (_, b)| {
+        b.height.total_cmp(&a.height).then_with(|| b.value.total_cmp(&a.value))
+    });
+    let height = |mean: &Slice| format!("z = {} m", label(1e-6 * (1e6 * mean.height).round()));
+    let heights: Vec<String> = all.iter().map(|(_, mean)| height(mean)).collect();
+    let one = heights.windows(2).all(|pair| pair[0] == pair[1]);
+    let title = match heights.first() {
+        Some(height) if one => format!("{title}, {height}"),
+        _ => title,
+    };
+    let row = |((kind, mean), height): (&(Kind, Slice), &String)| Row {
+        name: [
+            &*kind.name,
+            if with_light { &*kind.light } else { "" },
+            if one { "" } else { ", " },
+            if one { "" } else { height },
+        ]
+        .concat(),
+        value: mean.value,
+        error: Some(mean.error),
+        colour: kind.colour,
+    };
+    let rows = all.iter().zip(&heights).map(row).collect();
+    let dots = all.iter().map(|(kind, _)| kind.points.iter().map(|point| point.value).collect());
+    let chart = marks(title, x, rows, dots.collect());
+    Chart { note: format!("marks: means; pale dots: single captors; {ERRORS}"), ..chart }
 }
 
 /// Returns the sensors, by the way that they face.
 fn sensors(chosen: &Chosen) -> Vec<Kind> {
     let mut ways: IndexMap<Option<String>, Vec<Point>> = IndexMap::new();
-    for sensor in chosen.captors().filter(|captor| captor.kind == "virtual") {
+    let all = || chosen.captors().filter(|captor| captor.kind == "virtual");
+    for sensor in all() {
         ways.entry(way(sensor.normal)).or_default().push(Point {
             height: sensor.center[2],
             value: sensor.front.irradiance[chosen.band],
@@ -171,15 +186,20 @@ fn sensors(chosen: &Chosen) -> Vec<Kind> {
         });
     }
     let one = ways.len() == 1;
-    let kind = |(way, points): (Option<String>, _)| {
+    // sensors of one list have its colour
+    let set = all().next().map(|sensor| set_of(&sensor.id)).filter(|set| !set.is_empty());
+    let set = set.filter(|set| one && all().all(|sensor| set_of(&sensor.id) == *set));
+    let own = set.map(|set| chosen.names().colour(set));
+    let kind = |(i, (way, points)): (usize, (Option<String>, _))| {
         let (name, light) = match &way {
             _ if one => ("sensors".into(), format!(", {}", chosen.light_name())),
             Some(way) => (format!("sensors facing {way}"), String::new()),
             None => ("sensors facing other ways".into(), String::new()),
         };
-        Kind { name, light, points, is_alike: way.is_some() }
+        let colour = own.unwrap_or(if i % 2 == 0 { Series::BLACK } else { Series::GREY });
+        Kind { name, light, colour, is_sensors: true, points, is_alike: way.is_some() }
     };
-    ways.into_iter().map(kind).collect()
+    ways.into_iter().enumerate().map(kind).collect()
 }
 
 /// Names the direction of a normal that is an axis.
@@ -209,15 +229,19 @@ fn surfaces(chosen: &Chosen) -> Vec<Kind> {
             ranked: rank.is_some(),
         });
     }
-    let kind = |name: &str, points: Vec<Point>| {
+    let kind = |name: &str, colour: usize, points: Vec<Point>| {
         let by = if has_stems(&points) { " by leaves" } else { "" };
         let light = format!(", absorbed{by}");
-        Kind { name: name.into(), light, points, is_alike: true }
+        Kind { name: name.into(), light, colour, is_sensors: false, points, is_alike: true }
     };
+    let names = chosen.names();
     match objects.len() {
         0 => Vec::new(),
-        2..=MOST => objects.into_iter().map(|(object, points)| kind(object, points)).collect(),
-        _ => vec![kind("surfaces", objects.into_values().flatten().collect())],
+        1..=MOST => objects
+            .into_iter()
+            .map(|(object, points)| kind(object, names.colour(object), points))
+            .collect(),
+        _ => vec![kind("surfaces", 0, objects.into_values().flatten().collect())],
     }
 }
 
@@ -269,14 +293,6 @@ fn slices(mut points: Vec<Point>) -> Vec<Slice> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A value has its error, where it has one.
-    #[test]
-    fn values_have_their_errors() {
-        let slice = |error| Slice { height: 0.1, value: 67.46, error };
-        assert_eq!(slice(0.142).words(), "67.46 ± 0.14");
-        assert_eq!(slice(0.0).words(), "67.46");
-    }
 
     /// Two sensors of 1 and 3 m2 at one height: the mean is weighted by area, errors add in
     /// quadrature.

@@ -32,29 +32,8 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
         ));
     }
     bands.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    // instances of an object are alike, groups of the same captors are the same, and those of a
-    // larger group are shown by it: they are drawn only if they are asked for
-    let mut groups: Vec<&GroupResult> = Vec::new();
-    for group in result.groups.iter().filter(|group| chosen.takes(&group.id)) {
-        let is_same =
-            |other: &&GroupResult| other.area == group.area && other.front.flux == group.front.flux;
-        if !chosen.patterns.is_empty() || !group.id.contains('#') && !groups.iter().any(is_same) {
-            groups.push(group);
-        }
-    }
-    if chosen.patterns.is_empty() {
-        let mut members: HashMap<&str, Vec<usize>> = HashMap::new();
-        for (i, captor) in result.captors.iter().enumerate() {
-            for group in captor.groups.iter().flatten() {
-                members.entry(group).or_default().push(i);
-            }
-        }
-        let own =
-            |group: &&GroupResult| members.get(group.id.as_str()).map_or(&[][..], Vec::as_slice);
-        groups = apart(groups, |group| group.id.as_str(), own, result.captors.len());
-    }
     let groups: Vec<(&str, &FaceResult)> =
-        groups.into_iter().map(|group| (group.id.as_str(), &group.front)).collect();
+        groups(chosen).into_iter().map(|group| (group.id.as_str(), &group.front)).collect();
     let captors: Vec<(&str, &FaceResult)> =
         chosen.named_captors().map(|captor| (captor.id.as_str(), &captor.front)).collect();
     // many captors are better shown by their groups, unless some are asked for
@@ -71,8 +50,10 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
             setting("captors")
         ]);
     }
+    let drawn: Vec<(&str, &FaceResult)> = all.into_iter().take(MOST).collect();
+    let colours = chosen.names().colours(&drawn.iter().map(|(id, _)| *id).collect::<Vec<_>>());
     let mut series = Vec::new();
-    for (colour, (id, face)) in all.into_iter().take(MOST).enumerate() {
+    for ((id, face), colour) in drawn.into_iter().zip(colours) {
         let (mut steps, mut bars) = (Vec::new(), Vec::new());
         for &(band, (from, to)) in &bands {
             let per_nm = |value: f64| value / (to - from);
@@ -96,4 +77,30 @@ pub(super) fn spectrum(chosen: &Chosen) -> Result<Plot> {
         ..Chart::default()
     };
     Ok(Plot { drawn: Drawn::Charts(vec![chart]), notes })
+}
+
+/// Returns the groups that are drawn. Instances of an object are alike, groups of the same captors are the
+/// same, and those of a larger group are shown by it: they are drawn only if they are asked for.
+fn groups<'a>(chosen: &Chosen<'a>) -> Vec<&'a GroupResult> {
+    let result = chosen.result;
+    let mut groups: Vec<&GroupResult> = Vec::new();
+    for group in result.groups.iter().filter(|group| chosen.takes(&group.id)) {
+        let is_same =
+            |other: &&GroupResult| other.area == group.area && other.front.flux == group.front.flux;
+        if !chosen.patterns.is_empty() || !group.id.contains('#') && !groups.iter().any(is_same) {
+            groups.push(group);
+        }
+    }
+    if chosen.patterns.is_empty() {
+        let mut members: HashMap<&str, Vec<usize>> = HashMap::new();
+        for (i, captor) in result.captors.iter().enumerate() {
+            for group in captor.groups.iter().flatten() {
+                members.entry(group).or_default().push(i);
+            }
+        }
+        let own =
+            |group: &&GroupResult| members.get(group.id.as_str()).map_or(&[][..], Vec::as_slice);
+        groups = apart(groups, |group| group.id.as_str(), own, result.captors.len());
+    }
+    groups
 }

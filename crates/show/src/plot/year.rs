@@ -5,6 +5,7 @@ use std::{collections::HashMap, path::Path};
 use super::{
     carpet::{Carpet, Carpets, Cell},
     chosen::parted,
+    colours::Names,
     drawing::{Drawn, Plot},
     months::{DailyLight, OfId},
     rows::rows_of,
@@ -28,7 +29,7 @@ const CARPETS: usize = 4;
 /// The kinds of plot of a year.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum YearPlotKind {
-    /// Daily light integrals: the mean of each month with the range of its days.
+    /// Daily light integrals: the mean of each month with its error and the range of its days.
     Months,
     /// The light of every hour as a colour, hours of the day over days.
     Carpet,
@@ -96,6 +97,8 @@ struct Chosen<'t> {
     name: &'t str,
     /// Places of the captors and groups in the table.
     ids: Vec<usize>,
+    /// The colour of each.
+    colours: Vec<usize>,
     /// What was left out.
     notes: Vec<Words>,
     /// Words for the light, where it is not that on the front.
@@ -162,6 +165,8 @@ impl<'t> Chosen<'t> {
             let named = |id: usize| patterns.contains(&table.ids[id].as_str());
             ids = named_first(ids, named).take(most).collect();
         }
+        let drawn: Vec<&str> = ids.iter().map(|&id| table.ids[id].as_str()).collect();
+        let colours = Names::of(year.ids()).colours(&drawn);
         let face = match request.face {
             Face::Front => "",
             Face::Back => " on backs",
@@ -176,7 +181,7 @@ impl<'t> Chosen<'t> {
             (_, None) => format!("{name}{face}"),
             (_, of) => format!("{}{face}", light_name(&facts.bands, of, &facts.unit.flux)),
         };
-        Ok(Self { band, name, ids, notes, face, light })
+        Ok(Self { band, name, ids, colours, notes, face, light })
     }
 }
 
@@ -198,16 +203,17 @@ fn months_plot(
         return Err(Error::input(days.path.display(), "has other captors than the months")
             .remedy(words!["write both again with ", call("year")]));
     }
-    let values = |table: &YearTable, id: usize| -> Vec<f64> {
-        (0..table.times.len()).map(|t| f64::from(table.value(t, id, chosen.band)[0])).collect()
+    let values = |table: &YearTable, id: usize| -> Vec<[f64; 2]> {
+        (0..table.times.len()).map(|t| table.value(t, id, chosen.band).map(f64::from)).collect()
     };
     // of all days or of none
     let own = |id: &String| {
         let of = |day: &String| daylight.get(&(id.clone(), day.clone())).copied();
         days.times.iter().map(of).collect::<Option<Vec<f64>>>().unwrap_or_default()
     };
-    let of = |&id: &usize| OfId {
+    let of = |(&id, &colour): (&usize, &usize)| OfId {
         id: months.ids[id].clone(),
+        colour,
         months: values(months, id),
         days: values(days, id),
         daylight: own(&months.ids[id]),
@@ -217,7 +223,7 @@ fn months_plot(
         unit: facts.unit.dli.clone().unwrap_or_default().into_owned(),
         months: months.times.clone(),
         days: days.times.clone(),
-        of: chosen.ids.iter().map(of).collect(),
+        of: chosen.ids.iter().zip(&chosen.colours).map(of).collect(),
     };
     Ok(Plot { drawn: Drawn::Charts(vec![light.chart()]), notes: chosen.notes.clone() })
 }
@@ -312,7 +318,7 @@ fn day(
         let (name, colour) = (None, Series::GREY);
         chart.series.push(Series { name, colour, stroke: Stroke::Plain, points: night });
     }
-    for (colour, &id) in chosen.ids.iter().enumerate() {
+    for (&id, &colour) in chosen.ids.iter().zip(&chosen.colours) {
         let at = |&t: &usize| (rows[t].hour + 0.5 * rows[t].length, value(t, id));
         let points = own.iter().map(|t| (at(t), lit(t, id)));
         let points = points.map(|((x, [y, _]), lit)| (x, if lit { y } else { f64::NAN })).collect();

@@ -314,22 +314,23 @@ fn chart(year: &Year) -> Result<Chart> {
         light.unit = year.unit.into();
         light.months = year.months.keys().cloned().collect();
         light.days = year.days.keys().cloned().collect();
-        light.of =
-            year.charted.ids.iter().map(|&id| year.places.ids[id].clone()).map(OfId::new).collect();
+        light.of = OfId::some(&year.places.ids, &year.charted.ids);
         for (of, daylight) in light.of.iter_mut().zip(&year.charted.daylight) {
             of.daylight.clone_from(daylight);
         }
-        let mean =
-            |values: &Values, id| values.light(id, Channel::Front, band).map_or(0.0, |v| v.mean);
+        let light_of = |values: &Values, id| {
+            let found = values.light(id, Channel::Front, band);
+            found.map_or([0.0; 2], |v| [v.mean, v.variance.sqrt()])
+        };
         for day in 0..year.days.len() {
             let values = year.day(day)?;
             let ids = year.charted.ids.iter().zip(&mut light.of);
-            ids.for_each(|(&id, of)| of.days.push(mean(&values, id)));
+            ids.for_each(|(&id, of)| of.days.push(light_of(&values, id)));
         }
         for month in 0..year.months.len() {
             let values = year.month(month)?;
             let ids = year.charted.ids.iter().zip(&mut light.of);
-            ids.for_each(|(&id, of)| of.months.push(mean(&values, id)));
+            ids.for_each(|(&id, of)| of.months.push(light_of(&values, id)));
         }
     }
     Ok(light.chart())
