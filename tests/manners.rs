@@ -155,14 +155,25 @@ fn comparing_can_end_with_its_finding() {
 fn checks_can_be_strict_and_read_by_programs() {
     let scene = scene();
     let folder = scene.path("");
-    ends(&folder, 0, &["check", "scene.json", "--strict"]);
+    for more in [&[][..], &["--strict"]] {
+        let output = ends(&folder, 0, &[&["check", "scene.json"], more].concat());
+        assert!(text(&output.stdout).ends_with("\nno problems found\n"), "{more:?}");
+    }
     let json = fs::read_to_string(scene.path("scene.json")).expect("the scene");
     let more = json.replace(
         "\"materials\": {",
         "\"materials\": {\"spare\": {\"type\": \"mirror\", \"reflectance\": 1}, ",
     );
     fs::write(scene.path("spare.json"), more).expect("written");
-    ends(&folder, 0, &["check", "spare.json"]);
+    let output = ends(&folder, 0, &["check", "spare.json"]);
+    assert_eq!(stderr(&output).matches("warning: ").count(), 1);
+    assert!(text(&output.stdout).ends_with("\n1 warning, see above\n"));
+    let dark = fs::read_to_string(scene.path("spare.json")).expect("the scene");
+    fs::write(scene.path("dark.json"), dark.replace("\"power\": 1", "\"power\": 0"))
+        .expect("written");
+    let output = ends(&folder, 0, &["check", "dark.json"]);
+    assert_eq!(stderr(&output).matches("warning: ").count(), 2);
+    assert!(text(&output.stdout).ends_with("\n2 warnings, see above\n"));
     let output = ends(&folder, 1, &["check", "spare.json", "--strict"]);
     assert!(
         stderr(&output).ends_with(

@@ -150,6 +150,9 @@ def test_check_is_the_text_of_the_command(scene, tmp_path):
     scene.save(tmp_path / "chamber.json")
     text = command("check", tmp_path / "chamber.json", check=True, capture_output=True, text=True, encoding="utf-8").stdout
     check = scene.check()
+    text, verdict = text[: text.rindex("\n\n") + 1], text.splitlines()[-1]
+    count = len(check.warnings)
+    assert verdict == (f"{count} warning{'s' * (count > 1)}, see above" if count else "no problems found")
     assert str(check).startswith(text)
     assert check.warnings == [line.removeprefix("warning: ") for line in str(check)[len(text) :].splitlines()]
 

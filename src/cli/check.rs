@@ -1,4 +1,4 @@
-//! `phylux check`: says what a scene holds, and warns of what looks wrong in it.
+//! `phylux check`: says what a scene holds, warns of what looks wrong in it, and ends with a verdict.
 
 use std::path::PathBuf;
 
@@ -40,12 +40,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             terminal::warn(&summary.warnings);
         }
     }
-    match summary.warnings.len() {
-        count @ 1.. if arguments.strict => {
-            let s = if count == 1 { "" } else { "s" };
-            Err(Error::run(arguments.scene.display(), format!("{count} warning{s}"))
-                .remedy(words!["change what they name, or leave out ", setting("strict")]))
-        }
-        _ => Ok(()),
+    let count = summary.warnings.len();
+    let found = format!("{count} warning{}", if count == 1 { "" } else { "s" });
+    match count {
+        // the error is the verdict
+        1.. if arguments.strict => Err(Error::run(arguments.scene.display(), found)
+            .remedy(words!["change what they name, or leave out ", setting("strict")])),
+        _ if arguments.json => Ok(()),
+        0 => terminal::print("\nno problems found\n"),
+        _ => terminal::print(&format!("\n{found}, see above\n")),
     }
 }
