@@ -19,6 +19,7 @@ mod line;
 mod lying;
 mod map;
 mod months;
+mod organ;
 mod panels;
 mod plants;
 mod profile;

@@ -2,7 +2,7 @@
 
 use indexmap::IndexSet;
 
-use super::plants::Organ;
+use super::organ::Organ;
 use crate::chart::Series;
 
 /// The names of objects, of sets of sensors and of groups, in the order of the scene. The place of a

@@ -7,7 +7,7 @@ use super::{
     colours::told_apart,
     drawing::{Drawn, Plot},
     lying::{ERRORS, Row, marks, with_error},
-    plants::Organ,
+    organ::Organ,
 };
 use crate::{
     chart::{Chart, Series, Stroke},
