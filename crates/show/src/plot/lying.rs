@@ -20,9 +20,9 @@ pub(super) struct Row {
     pub colour: usize,
 }
 
-/// Returns a value in words, with its standard error if that is known, or else in three digits or four.
+/// Returns a value in words, with its standard error if that is known, or else in about three digits.
 pub(super) fn with_error(value: f64, error: f64) -> String {
-    let digits = |value: f64| rounded(value, 0.01 * value.abs())[0].parse().unwrap_or(value);
+    let digits = |value: f64| rounded(value, 0.02 * value.abs())[0].parse().unwrap_or(value);
     match (error > 0.0, value == 0.0) {
         (true, _) => rounded(value, error).join(" ± "),
         (false, true) => "0".into(),
@@ -42,7 +42,7 @@ pub(super) fn columns(title: String, x: &str, rows: Vec<Row>) -> Option<Chart> {
         let points = own.flat_map(ends).collect();
         series.push(Series { name: None, colour, stroke: Stroke::Lying(WIDTH), points });
     }
-    let zero = vec![(0.0, place(rows.len(), rows.len())), (0.0, place(0, rows.len()) + 1.0)];
+    let zero = vec![(0.0, 0.5), (0.0, rows.len() as f64 + 0.5)];
     series.push(Series {
         name: None,
         colour: Series::BLACK,
@@ -110,7 +110,7 @@ mod tests {
     fn values_have_their_errors() {
         assert_eq!(with_error(67.46, 0.142), "67.46 ± 0.14");
         let alone = [67.46, -1.23456, 10.0, 0.0].map(|value| with_error(value, 0.0));
-        assert_eq!(alone, ["67.5", "-1.235", "10", "0"]);
+        assert_eq!(alone, ["67.5", "-1.23", "10", "0"]);
     }
 
     /// Marks that lie close together fill their axis, which says that it does not begin at 0; those
