@@ -345,7 +345,7 @@ fn the_default_is_chosen_by_a_trial() {
         (said, serde_json::from_str::<serde_json::Value>(&text).expect("results"))
     };
     let (said, result) = run("--photons 1e6");
-    let line = "complete paths were chosen, for the work of 1000000 photons: ";
+    let line = "complete paths were chosen, for as much work as 1000000 photons: ";
     assert!(
         said.contains(line) && said.contains("(--estimator photons traces photons alone)"),
         "{said}"

@@ -266,7 +266,7 @@ fn a_wide_gather_disc_is_told_of() {
         let output = phylux(&scene.path(""), &arguments);
         assert!(output.status.success(), "{}", stderr(&output));
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        ["k nearest, at the middle", "more than half on 1 of 1 faces"].map(|w| text.contains(w))
+        ["knn, value at the middle", "on 1 of 1 faces more than half"].map(|w| text.contains(w))
     };
     assert_eq!(told(&["30"]), [true, true]);
     assert_eq!(told(&["1e5"]), [true, false]);

@@ -10,7 +10,7 @@ use super::{
     with_error,
 };
 use phylux_core::{
-    error::{Words, setting},
+    error::{ToWords, Words, setting},
     math::pattern::copied,
     transport::settings::{Estimator, Guiding},
     words,
@@ -80,17 +80,20 @@ pub fn summary(page: &Page, result: &RunResult, reason: &str) -> Summary {
 /// Writes how the light was found, and why so.
 fn origin(page: &Page, text: &mut String, result: &RunResult) {
     let mut lines: Vec<Words> = Vec::new();
+    if !result.captors.is_empty() {
+        lines.push("errors: standard errors (Monte Carlo), in % of the value".to_words());
+    }
     let of = format!("{} {}", result.photons, result.estimator);
     if let Some(photons) = result.photons_beside {
         lines.push(words![format!(
-            "{of} with {photons} photons beside them, which count where they bring light that paths leave to them, \
-             and whose energy this is"
+            "light on captors: from {of}, and from {photons} photons beside them what such paths cannot find"
         )]);
+        lines.push("energy: from the photons beside the paths".to_words());
         let faces = || result.captors.iter().flat_map(CaptorResult::faces);
         let alone = faces().filter(|face| face.by_photons).count();
         if alone > 0 {
             lines.push(words![format!(
-                "all of them count at {alone} of {} faces of captors, from which no paths start",
+                "at {alone} of {} faces of captors, where no paths start: from the photons alone",
                 faces().count()
             )]);
         }
@@ -108,7 +111,7 @@ fn origin(page: &Page, text: &mut String, result: &RunResult) {
         let estimator = result.estimator;
         lines.push(match (estimator, asked) {
             (Estimator::Complete, Some(photons)) => words![
-                format!("{estimator} were chosen, for the work of {photons} photons: {why} ("),
+                format!("{estimator} were chosen, for as much work as {photons} photons: {why} ("),
                 setting("estimator").is("photons"),
                 " traces photons alone)",
             ],
@@ -535,7 +538,7 @@ fn uniformity(page: &Page, text: &mut String, result: &RunResult) {
         (Some(value), None) => format!("{value:.4}"),
         (None, _) => "-".into(),
     };
-    let mut table = Table::new("uniformity of groups", ["min / mean", "CV"], "");
+    let mut table = Table::new("uniformity of groups", ["min / mean", "CV = SD / mean"], "");
     let mut bands = shown_bands(page, result);
     let shown = even.len().min(page.shown(SHOWN_GROUPS));
     let is_long = bands.len() > 1 && shown * bands.len() > page.shown(SHOWN_EVEN);
@@ -623,14 +626,14 @@ fn nearest(page: &Page, table: &mut Table, found: Vec<&NearestResult>) -> String
         return String::new();
     }
     let shares = found.iter().map(|knn| knn.coverage).collect();
-    let rows = [("  k nearest, at the middle", errors), ("    area that they cover", shares)];
+    let rows = [("  knn, value at the middle", errors), ("    part of the area used", shares)];
     for (what, values) in rows {
         table.row(what, [String::new(), String::new(), String::new()], percent_of(values));
     }
     match found.iter().filter(|knn| knn.coverage > WIDE_DISC).count() {
         0 => String::new(),
         wide => format!(
-            "    (more than half on {wide} of {} faces: there irradiance says more than knn)\n",
+            "    (on {wide} of {} faces more than half of it: use the irradiance, not knn)\n",
             found.len()
         ),
     }
@@ -692,7 +695,9 @@ fn two_digits(value: f64) -> String {
     match value.abs() {
         v if v < 5e-5 => "0".into(),
         v if v < 1e6 => {
-            let decimals = (1 - v.log10().floor() as i32).clamp(0, 4) as usize;
+            // 0.996 is rounded to 1.0, not to 1.00
+            let power = (v * (1.0 + 5e-3)).log10().floor() as i32;
+            let decimals = (1 - power).clamp(0, 4) as usize;
             format!("{value:.decimals$}")
         }
         _ => format!("{value:.0e}"),
@@ -701,6 +706,17 @@ fn two_digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Numbers that look the same in two digits look the same.
+    #[test]
+    fn shares_have_two_digits() {
+        let cases = [(0.00994, "0.99 %"), (0.00996, "1.0 %"), (0.0101, "1.0 %"), (0.0996, "10 %")];
+        for (share, text) in cases {
+            assert_eq!(percent_of(vec![share]), text);
+        }
+        assert_eq!(percent_of(vec![0.00996, 0.0101, 0.0103]), "1.0 %");
+        assert_eq!(percent_of(vec![0.5, 1.0]), "75 (50 to 100) %");
+    }
 
     #[test]
     fn the_median_of_an_even_number_is_between_the_middle_ones() {
