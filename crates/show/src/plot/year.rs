@@ -257,7 +257,8 @@ fn carpet(
     let values = carpets.iter().flat_map(|c| c.cells.iter().map(|cell| cell.value));
     let scale = match request.range {
         Some((low, high)) => Scale::new(low, high, false)?,
-        None => Scale::around(values.filter(|value| value.is_finite()).chain([0.0])),
+        // few hours that outshine all others, or are rough, do not darken the rest
+        None => Scale::of(values.collect(), 0.995, false),
     };
     let label = format!("{}, {}", chosen.light, facts.irradiance(chosen.name));
     let days = days.into_iter().map(|(_, name)| name).collect();

@@ -56,6 +56,7 @@ flat in int index;
 in vec3 view, inBox;
 uniform bool clear;
 uniform vec3 eye, captorLow, captorHigh; // in the box
+uniform vec4 before; // the plane before the captors, upright and across the view: what is on its side of the eye, above 0
 // whether the line of sight goes on to a box, and enters it only farther on
 bool isBefore(vec3 low, vec3 high) {
   vec3 ahead = inBox - eye;
@@ -72,7 +73,8 @@ bool isBefore() {
   return isBefore(vec3(captorLow.x, from, base), vec3(captorHigh.x, to, 1.0))
     || isBefore(vec3(from, captorLow.y, base), vec3(to, captorHigh.y, 1.0))
     || isBefore(vec3(from, from, base), vec3(to, to, captorHigh.z))
-    || isBefore(captorLow, captorHigh);
+    || isBefore(captorLow, captorHigh)
+    || (inBox.z > base && dot(before, vec4(inBox, 1.0)) > 0.0);
 }
 bool flag(float bit) { return mod(floor(tile.w / bit), 2.0) >= 1.0; }
 void skipUnseen() {
@@ -396,6 +398,7 @@ function makeMeshes() {
     nearest: { value: 0 }, seeThrough: { value: true }, hovered: { value: -1 },
     clipLow: { value: new T.Vector3() }, clipHigh: { value: new T.Vector3() },
     clear: { value: false }, eye: { value: null }, captorLow: { value: null }, captorHigh: { value: null },
+    before: { value: [0, 0, 0, 0] },
   };
   const material = (fragmentShader) => new T.RawShaderMaterial({
     glslVersion: T.GLSL3, vertexShader: VERTEX, fragmentShader, uniforms, side: T.DoubleSide,
@@ -621,7 +624,7 @@ function sensorValues() {
 
 /** Chooses a range for what is shown, so that each surface has a colour of its own: from 0 to what 98 % of the lit area lies
  *  below, and 90 % of the light if that is at most twice as high, as where glass gathers light on a small place (higher are
- *  reflectors close to a lamp); further, but at most twice as far, for four fifths of the captors' area, as they are what is
+ *  reflectors close to a lamp); further, but at most three times as far, for four fifths of the captors' area, as they are what is
  *  asked for; with a logarithmic scale from what 2 % of the area lies below, at most four decades. */
 function chooseRange() {
   const data = valueTexture.image.data;
@@ -641,7 +644,7 @@ function chooseRange() {
   // the end of a linear scale is a tick
   const [usual, gathered] = [at(0.98, "area"), at(0.9, "light")];
   const all = gathered > usual && gathered <= 2 * usual ? gathered : usual;
-  const most = Math.max(all, Math.min(at(0.8, "captor"), 2 * all));
+  const most = Math.max(all, Math.min(at(0.8, "captor"), 3 * all));
   const tick = tickStep(most);
   const high = state.log ? roundUp(most, most) : Number((Math.ceil(most / tick - 1e-9) * tick).toPrecision(8));
   const low = Math.max(at(0.02, "area"), high / 1e4);
@@ -694,6 +697,17 @@ function setUniforms() {
   uniforms.eye.value = inBox(camera.position.clone());
   uniforms.captorLow.value = inBox(captorBox.middle.clone().sub(reach));
   uniforms.captorHigh.value = inBox(captorBox.middle.clone().add(reach));
+  uniforms.before.value = planeBefore();
+}
+
+/** Returns the upright plane across the view that touches the captors' box from the side of the eye, for places in the
+ *  scene's box: factors of x, y, z and a constant, above 0 on the side of the eye. */
+function planeBefore() {
+  const back = camera.position.clone().sub(controls.target).setZ(0).normalize();
+  const { middle, half } = captorBox;
+  const nearest = back.dot(middle) + 1.02 * (Math.abs(back.x) * half.x + Math.abs(back.y) * half.y);
+  const [size, low] = [sides(), new T.Vector3(...facts.min)];
+  return [...back.clone().multiply(size).toArray(), back.dot(low) - nearest];
 }
 
 let waiting = false;
