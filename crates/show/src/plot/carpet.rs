@@ -21,6 +21,7 @@ use crate::{
     },
     picture::{Scale, Steps},
 };
+use phylux_core::math::units::rounded;
 
 /// Height of the colours of a carpet, layout units.
 const HEIGHT: i32 = px(150);
@@ -41,8 +42,20 @@ const NIGHT: RGBColor = RGBColor(226, 226, 226);
 pub(super) struct Carpet {
     /// The captor or group.
     pub id: String,
+    /// The median standard error of what has light, as a fraction of it.
+    pub error: Option<f64>,
     /// The rows of the table, parted at midnight.
     pub cells: Vec<Cell>,
+}
+
+impl Carpet {
+    /// Returns these words and how large the errors of its hours are, as single hours may be rough.
+    fn with_error(&self, words: &str) -> String {
+        match self.error.map(|error| 100.0 * error).filter(|percent| *percent > 0.0) {
+            Some(percent) => format!("{words}, median error {} %", rounded(percent, percent)[1]),
+            None => words.into(),
+        }
+    }
 }
 
 /// The light of a part of a day.
@@ -80,7 +93,7 @@ impl Carpets {
         let steps = Steps::of(self.scale, STEPS, 0.0);
         drawn((width.units(), end + BELOW), |area| {
             let title = match &self.carpets[..] {
-                [one] => format!("{} at “{}”", self.title, one.id),
+                [one] => one.with_error(&format!("{} at “{}”", self.title, one.id)),
                 _ => self.title.clone(),
             };
             let from = ROOM[0].min(width.units() - px(6) - length_of(&title, LARGE)).max(px(8));
@@ -90,7 +103,7 @@ impl Carpets {
                 let top = first + each * i as i32;
                 if !single {
                     let at = (ROOM[0], top - px(15));
-                    place.draw(&Text::new(carpet.id.as_str(), at, font(SMALL)))?;
+                    place.draw(&Text::new(carpet.with_error(&carpet.id), at, font(SMALL)))?;
                 }
                 let frame = self.frame(width, top, i + 1 == self.carpets.len());
                 self.draw(carpet, &steps, &place, &frame)?;
@@ -209,6 +222,7 @@ mod tests {
             let cell = |day| Cell { day, from: 0.0, to: 24.0, value: day as f64 };
             let carpet = |id: &&str| Carpet {
                 id: id.to_string(),
+                error: (*id != "top").then_some(0.123),
                 cells: (0..days.len()).map(cell).collect(),
             };
             let carpets = Carpets {
@@ -224,13 +238,13 @@ mod tests {
         };
         let count = |texts: &[String], wanted: &str| texts.iter().filter(|t| *t == wanted).count();
         let three = texts(&["bench", "floor", "top"]);
-        for once in ["PPFD of every hour", "bench", "floor", "top", "day", "hour of the day", "Feb"]
-        {
+        let names = ["bench, median error 12 %", "floor, median error 12 %", "top"];
+        for once in ["PPFD of every hour", "day", "hour of the day", "Feb"].iter().chain(&names) {
             assert_eq!(count(&three, once), 1, "{once}: {three:?}");
         }
         assert_eq!(count(&three, "12"), 3, "{three:?}");
         let one = texts(&["bench"]);
-        assert_eq!(count(&one, "PPFD of every hour at “bench”"), 1, "{one:?}");
+        assert_eq!(count(&one, "PPFD of every hour at “bench”, median error 12 %"), 1, "{one:?}");
         assert_eq!(count(&one, "bench"), 0);
     }
 }

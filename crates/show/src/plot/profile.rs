@@ -76,8 +76,10 @@ pub(super) fn profile(chosen: &Chosen) -> Result<Plot> {
         .into_iter()
         .chain(surfaces)
         .map(|kind| {
-            let means = slices(leaves(&kind.points));
-            (kind, means)
+            // also the dots, as a stem beside the means of leaves is taken for one of them
+            let points = leaves(&kind.points);
+            let means = slices(points.clone());
+            (Kind { points, ..kind }, means)
         })
         .collect();
     if all.is_empty() {
@@ -250,8 +252,8 @@ fn has_stems(points: &[Point]) -> bool {
     points.iter().any(|point| point.ranked) && points.iter().any(|point| !point.ranked)
 }
 
-/// Returns the points that a line joins: where some have ranks, these alone, since a stem reaches over
-/// many heights, and its middle says little.
+/// Returns the points that are drawn: where some have ranks, these alone, since a stem reaches over many
+/// heights, and its middle says little.
 fn leaves(points: &[Point]) -> Vec<Point> {
     let all = !has_stems(points);
     points.iter().filter(|point| all || point.ranked).copied().collect()

@@ -7,6 +7,7 @@ use super::{
     chosen::parted,
     colours::Names,
     drawing::{Drawn, Plot},
+    field::median,
     months::{DailyLight, OfId},
     rows::rows_of,
 };
@@ -251,7 +252,10 @@ fn carpet(
                 cells.extend(day_of(number).map(|day| Cell { day, from, to, value }));
             }
         }
-        Carpet { id: hours.ids[id].clone(), cells }
+        let found = (0..rows.len()).map(|t| hours.value(t, id, chosen.band).map(f64::from));
+        let errors = found.filter(|[value, _]| *value > 0.0).map(|[value, error]| error / value);
+        let error = median(errors.filter(|error| error.is_finite()).collect());
+        Carpet { id: hours.ids[id].clone(), error, cells }
     };
     let carpets: Vec<Carpet> = chosen.ids.iter().map(carpet).collect();
     let values = carpets.iter().flat_map(|c| c.cells.iter().map(|cell| cell.value));
