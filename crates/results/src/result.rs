@@ -1,15 +1,16 @@
 //! The result of a run: plain data, in the form of the results file. Lengths are metres, fluxes W
 //! or umol/s, errors standard errors (1 sigma).
 //!
-//! `found` makes a result from the sums of a run, `spread` adds how evenly a group is lit, `stand`
-//! what plants do with the light as a whole, `own` what the registry of quantities alone knows, `row`
-//! what it reads, `dli` adds daily light integrals, `warnings` adds warnings, `mix` rescales lamps,
-//! `calibrated` adds the errors of a calibration, and `validate` checks results that were read from a
-//! file.
+//! `found` makes a result from the sums of a run, `fields` reads one from a file, `spread` adds how
+//! evenly a group is lit, `stand` what plants do with the light as a whole, `own` what the registry
+//! of quantities alone knows, `row` what it reads, `dli` adds daily light integrals, `warnings`
+//! adds warnings, `mix` rescales lamps, `calibrated` adds the errors of a calibration, and
+//! `validate` checks results that were read from a file.
 
 mod calibrated;
 mod dli;
 mod electricity;
+mod fields;
 mod found;
 mod mix;
 mod of_lights;
@@ -75,7 +76,7 @@ pub type PerBand<T> = SmallVec<[T; 1]>;
 pub const FORMAT: u32 = 1;
 
 /// The results of one run, as they are written to JSON.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RunResult {
     /// How the results were made. Its fields are also those of the results, as in `results.seed`.
     #[serde(flatten)]
@@ -106,7 +107,7 @@ pub struct RunResult {
 }
 
 /// How results were made: by which program, of which scene, with which settings.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Provenance {
     /// Version of the format: 1; 0 where the file does not say.
     #[serde(default)]
@@ -161,7 +162,7 @@ pub struct Provenance {
 }
 
 /// What the light of a run costs, and how complete and accurate its results are.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct Account {
     /// What the light costs and where it goes, where the scene has `watts` of lights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -187,7 +188,7 @@ pub struct Account {
 }
 
 /// What results have beyond the light on captors and groups.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct Extras {
     /// What the surface captors absorbed in each layer, from the lowest up; absent unless the scene
     /// asks for layers.

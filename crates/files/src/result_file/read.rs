@@ -8,8 +8,7 @@ use phylux_core::{
     math::stats::LARGEST,
     words,
 };
-use phylux_results::result::{Account, Extras, Provenance, RunResult};
-use serde::de::DeserializeOwned;
+use phylux_results::result::RunResult;
 
 /// Reads the results at `path`. Errors: the file cannot be read, or is not a results file.
 pub fn read_json(path: &Path) -> Result<RunResult> {
@@ -32,29 +31,13 @@ fn parse(bytes: &[u8], place: impl Display) -> Result<RunResult> {
         ])
     };
     json::check_memory(bytes).map_err(|why| Error::too_large(&place, why))?;
-    let result: RunResult =
-        serde_json::from_slice(bytes).map_err(|error| none(&placed(bytes, error)))?;
+    let result: RunResult = serde_json::from_slice(bytes).map_err(|e| none(&e))?;
     match result.is_valid() {
         true => Ok(result),
         false => Err(none(&format!(
             "a list has not one entry for each band, or a number is above {LARGEST:e}"
         ))),
     }
-}
-
-/// Returns the error with its place in the text. Of fields in parts that stand flat among the others, the
-/// results as a whole can only say that they come before their end; a part alone knows the place.
-fn placed(bytes: &[u8], error: serde_json::Error) -> serde_json::Error {
-    let place = |error: &serde_json::Error| (error.line(), error.column());
-    [error_in::<Provenance>, error_in::<Account>, error_in::<Extras>]
-        .into_iter()
-        .filter_map(|error_in| error_in(bytes))
-        .find(|alone| place(alone) < place(&error))
-        .unwrap_or(error)
-}
-
-fn error_in<Part: DeserializeOwned>(bytes: &[u8]) -> Option<serde_json::Error> {
-    serde_json::from_slice::<Part>(bytes).err()
 }
 
 #[cfg(test)]

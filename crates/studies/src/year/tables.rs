@@ -319,8 +319,7 @@ fn chart(year: &Year) -> Result<Chart> {
             of.daylight.clone_from(daylight);
         }
         let light_of = |values: &Values, id| {
-            let found = values.light(id, Channel::Front, band);
-            found.map_or([0.0; 2], |v| [v.mean, v.variance.sqrt()])
+            values.light(id, Channel::Front, band).unwrap_or_default().pair().map(f64::from)
         };
         for day in 0..year.days.len() {
             let values = year.day(day)?;
