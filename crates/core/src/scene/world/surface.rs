@@ -27,10 +27,11 @@ pub struct Surface {
     /// What the way into the coordinates of a copy or of another cell adds to the distance from the
     /// triangle at which rays that leave it start, m.
     pub(super) extra_offset: f32,
-    /// The largest change of a barycentric weight that a movement of [`ROUNDING`](crate::math::geometry::ROUNDING) times the distance
-    /// 1 m makes.
+    /// The largest change of a barycentric weight that a movement of
+    /// [`ROUNDING`](crate::math::geometry::ROUNDING) times the distance 1 m makes.
     pub steepest: f32,
-    /// The bound of the error of the triangle's points, over [`ROUNDING`](crate::math::geometry::ROUNDING), m.
+    /// The bound of the error of the triangle's points, over
+    /// [`ROUNDING`](crate::math::geometry::ROUNDING), m.
     pub reach: f32,
 }
 
